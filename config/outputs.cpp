@@ -98,7 +98,7 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
 namespace {
 
 /// Linux gives ports of this range to programs that name none (its default; the run-time check of
-/// gateway/dds/fast/own_sockets.cpp asks the system).
+/// gateway/outputs/dds/fast/own_sockets.cpp asks the system).
 void CheckPorts(const Dds& dds, MapReader& map) {
   constexpr int kFirst = 32768;
   constexpr int kLast = 60999;

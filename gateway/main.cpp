@@ -5,11 +5,11 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
-#include "gateway/cli/commands.h"
-#include "gateway/cli/mistakes.h"
 #include "gateway/daemon/modules.h"
 #include "gateway/process_start.h"
-#include "gateway/terminal/output.h"
+#include "gateway/tools/cli/commands.h"
+#include "gateway/tools/cli/mistakes.h"
+#include "gateway/tools/terminal/output.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;

@@ -13,7 +13,7 @@ import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 PATTERNS = ["README.md", "CHANGELOG.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/*.png", "docs/NOTICE", "docs/rooms.txt",
-            "protocols/**/README.md", "config/examples/*.yaml", "gateway/dds/baudgate.idl"]
+            "protocols/**/README.md", "config/examples/*.yaml", "gateway/outputs/dds/baudgate.idl"]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)]*)?\)")
 
 

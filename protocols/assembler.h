@@ -1,6 +1,6 @@
 // Cuts frames out of the bytes that come from a line, however they are split: the one buffering
-// loop around all frame rules. Bytes come from gateway/line/line.h (or a twin), frames go back to
-// it.
+// loop around all frame rules. Bytes come from gateway/bus/exchange/line.h (or a twin), frames go
+// back to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

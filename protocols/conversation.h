@@ -1,5 +1,5 @@
 // The contract of conversations. A conversation knows one device: which requests read its points,
-// what to send for a write, and what the replies mean. gateway/poll/poller.h drives it, one
+// what to send for a write, and what the replies mean. gateway/bus/poller/poller.h drives it, one
 // exchange after another, on the thread of its line. It has no thread, socket or clock of its own
 // and writes no log. docs: protocols/README.md, "Conversations".
 //
@@ -150,7 +150,7 @@ struct PastRecord {
 
 /// Events that one reply has taken out of a device, the oldest first. The device forgets them when
 /// it is asked for more: the poller does so only when they are saved
-/// (gateway/poll/poller_listener.h).
+/// (gateway/bus/devices/poller_listener.h).
 struct EventBatch {
   std::vector<DeviceEvent> events{};
   std::vector<PastRecord> past{};
@@ -197,7 +197,7 @@ struct DeviceTrouble {
 };
 
 /// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
-/// indicators. gateway/line/unasked_receiver.h receives them, also during an exchange.
+/// indicators. gateway/bus/exchange/unasked_receiver.h receives them, also during an exchange.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< reply: standing

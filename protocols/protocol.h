@@ -16,12 +16,12 @@
 #include <vector>
 
 #include "config/model/device.h"
+#include "config/model/modbus_framing.h"
 #include "config/model/options.h"
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
 #include "config/model/traits.h"
-#include "gateway/base/modbus_framing.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"

@@ -1,6 +1,6 @@
 // The contract of scans: what `baudgate scan` may ask on an unknown bus, and what the replies mean.
 // Nothing else is ever sent there. A rule lists only requests that no device of any protocol, in
-// any mode, takes for a write. Applied by gateway/scan.
+// any mode, takes for a write. Applied by gateway/tools/scan.
 //
 //   Ask(1, mode 0, question 0)  → "$01M\r"        what is your name?
 //   Judge(…, "!017017\r")       → a device, "7017"

@@ -1,6 +1,6 @@
 // The contract of twins. A twin is a simulated device: it answers request frames as the real device
 // would. `baudgate simulate` and `demo` give it a pty, a bit rate, delays and faults
-// (gateway/simulate/simulator.h); tests call it directly.
+// (gateway/tools/simulate/simulator.h); tests call it directly.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

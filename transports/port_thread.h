@@ -1,6 +1,6 @@
 // A serial port with a thread of its own, for opening a sick driver may block it: then it blocks
 // this thread, and not the clients of the Modbus server. What happens at the port goes to
-// gateway/modbus/serial/serial_listener.cpp on the server's thread.
+// gateway/outputs/modbus/serial/serial_listener.cpp on the server's thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

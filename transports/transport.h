@@ -85,7 +85,7 @@ class Transport {
   virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
 
-  // For a port that is passed on to a client as it is (gateway/serial_server).
+  // For a port that is passed on to a client as it is (gateway/lines/serial_server).
   /// Nothing is read from the port any more; what it receives meanwhile waits in its driver.
   virtual void Pause(bool /*paused*/) {}
   /// So many bytes of Send wait here.

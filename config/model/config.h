@@ -16,13 +16,14 @@
 
 namespace baudgate::config {
 
-/// What becomes of a write whose record cannot be kept (gateway/audit).
+/// What becomes of a write whose record cannot be kept (gateway/records/audit).
 enum class Audit : std::uint8_t {
   best_effort,  ///< it is sent; the record waits in memory
   require,      ///< it is refused
 };
 
-/// What happens is kept (gateway/events): in devices, to their points, and to the gateway itself.
+/// What happens is kept (gateway/records/events): in devices, to their points, and to the gateway
+/// itself.
 struct Events {
   bool given = false;     ///< without it only of devices that say `events: on`
   std::string directory;  ///< folder of the databases; empty = as `state`

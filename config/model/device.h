@@ -72,7 +72,7 @@ struct Device {
   std::optional<std::uint8_t> unit;  ///< Modbus unit id 1…247; nothing = not on Modbus
   bool enabled = true;
   /// After so much silence that none can be owed by time, replies are taken to be in order: for a
-  /// device that nothing it answers proves the order of (gateway/poll/whose_reply.h).
+  /// device that nothing it answers proves the order of (gateway/bus/replies/whose_reply.h).
   bool trust_order = false;
   Recheck recheck = Recheck::off;  ///< of its points, where they say nothing, and of its events
   Duration poll = std::chrono::seconds(1);  ///< period of the fast group

@@ -1,4 +1,4 @@
-// Which values are kept, and how long (gateway/history).
+// Which values are kept, and how long (gateway/records/history).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

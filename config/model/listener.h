@@ -10,9 +10,9 @@
 
 #include "config/model/fields.h"
 #include "config/model/mark.h"
+#include "config/model/modbus_framing.h"
 #include "config/model/network.h"
 #include "config/model/serial.h"
-#include "gateway/base/modbus_framing.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {

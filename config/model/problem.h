@@ -1,5 +1,5 @@
 // What is wrong with a configuration, and where: gathered while files are read, shown all at once.
-// Written by the readers of config/, printed by gateway/cli/check.
+// Written by the readers of config/, printed by gateway/tools/cli/check.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
 // The particulars of a protocol that other parts need and must not know by its name, such as
-// gateway/status. The plugin sets them (Protocol::traits), and the configuration hands them on.
+// gateway/outputs/status. The plugin sets them (Protocol::traits), and the configuration hands them
+// on.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// The web page, its JSON and its metrics (gateway/web): where it listens, and which clients may
-// come.
+// The web page, its JSON and its metrics (gateway/outputs/web): where it listens, and which clients
+// may come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

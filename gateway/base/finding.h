@@ -1,6 +1,7 @@
 // What one exchange looked like on the wire, for `baudgate status`: an outcome says how it ended, a
-// finding what came in place of a good reply, or beside it. Made by gateway/line/examine.h, kept by
-// gateway/store/findings.h, put into words by gateway/status/diagnose.h.
+// finding what came in place of a good reply, or beside it. Made by
+// gateway/diagnosis/damage/examine.h, kept by gateway/bus/points/findings.h, put into words by
+// gateway/diagnosis/causes/diagnose.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -4,10 +4,10 @@
 #include <optional>
 #include <utility>
 
-#include "gateway/base/modbus_pdu.h"
 #include "gateway/base/text.h"
+#include "gateway/bus/devices/device_health.h"
 #include "gateway/daemon/news_kind.h"
-#include "gateway/poll/device_health.h"
+#include "protocols/modbus/pdu/modbus_pdu.h"
 
 namespace baudgate {
 namespace {

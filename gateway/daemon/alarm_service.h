@@ -1,6 +1,6 @@
 // The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
-// thread, and reports in order what raises and ends alarms. gateway/events/own_alarms.h decides
-// what is an alarm, and when.
+// thread, and reports in order what raises and ends alarms. gateway/records/events/own_alarms.h
+// decides what is an alarm, and when.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,10 +13,10 @@
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
-#include "gateway/events/own_alarms.h"
-#include "gateway/modbus/service/routed_report.h"
-#include "gateway/poll/poller_listener.h"
-#include "gateway/state/disk.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/outputs/modbus/service/routed_report.h"
+#include "gateway/records/disk/disk.h"
+#include "gateway/records/events/own_alarms.h"
 
 namespace baudgate {
 

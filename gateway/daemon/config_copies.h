@@ -9,8 +9,8 @@
 #include <string>
 
 #include "gateway/base/result.h"
-#include "gateway/reload/kept_configs.h"
-#include "gateway/state/disk_calls.h"
+#include "gateway/daemon/reload/kept_configs.h"
+#include "gateway/records/disk/disk_calls.h"
 
 namespace baudgate {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "gateway/base/result.h"
-#include "gateway/state/disk_calls.h"
+#include "gateway/records/disk/disk_calls.h"
 
 namespace baudgate {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "gateway/control/control_server.h"
+#include "gateway/outputs/control/control_server.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {

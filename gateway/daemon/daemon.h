@@ -8,9 +8,9 @@
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
 #include "gateway/base/result.h"
+#include "gateway/bus/points/point_store.h"
 #include "gateway/daemon/reload_options.h"
-#include "gateway/requests/line_control.h"
-#include "gateway/store/point_store.h"
+#include "gateway/lines/line_control.h"
 
 namespace baudgate {
 

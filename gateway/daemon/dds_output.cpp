@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/dds/point_slots.h"
+#include "gateway/outputs/dds/point_slots.h"
 
 namespace baudgate {
 namespace {

@@ -9,12 +9,12 @@
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/dds/event_supply.h"
-#include "gateway/dds/link/process_link.h"
-#include "gateway/dds/publisher.h"
-#include "gateway/dds/writes/dds_writes.h"
-#include "gateway/requests/write_command.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/outputs/dds/event_supply.h"
+#include "gateway/outputs/dds/link/process_link.h"
+#include "gateway/outputs/dds/publisher.h"
+#include "gateway/outputs/dds/writes/dds_writes.h"
 
 namespace baudgate {
 

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "gateway/serial_server/server.h"
+#include "gateway/lines/serial_server/server.h"
 
 namespace baudgate::modbus {
 namespace {

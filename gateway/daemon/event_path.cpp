@@ -6,8 +6,8 @@
 
 #include "gateway/base/log.h"
 #include "gateway/daemon/news_kind.h"
-#include "gateway/events/own_records.h"
-#include "gateway/events/watched.h"
+#include "gateway/records/events/own_records.h"
+#include "gateway/records/events/watched.h"
 
 namespace baudgate {
 namespace {

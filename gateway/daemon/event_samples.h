@@ -1,4 +1,5 @@
-// Events as DDS publishes them: the feed of gateway/events in the words of gateway/dds.
+// Events as DDS publishes them: the feed of gateway/records/events in the words of
+// gateway/outputs/dds.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,9 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "gateway/dds/event_supply.h"
-#include "gateway/events/cursors.h"
-#include "gateway/events/event_feed.h"
+#include "gateway/outputs/dds/event_supply.h"
+#include "gateway/records/events/cursors.h"
+#include "gateway/records/events/event_feed.h"
 
 namespace baudgate {
 

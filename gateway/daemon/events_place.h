@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "gateway/state/events_writer.h"
+#include "gateway/records/disk/events_writer.h"
 
 namespace baudgate {
 

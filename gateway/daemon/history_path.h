@@ -8,7 +8,7 @@
 #include <string>
 
 #include "config/model/config.h"
-#include "gateway/history/history_log.h"
+#include "gateway/records/history/history_log.h"
 
 namespace baudgate {
 

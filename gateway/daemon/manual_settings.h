@@ -12,8 +12,8 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/requests/line_control.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/lines/line_control.h"
 
 namespace baudgate {
 

@@ -10,8 +10,8 @@
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/modbus/server/modbus_server.h"
-#include "gateway/reload/modbus_difference.h"
+#include "gateway/daemon/reload/modbus_difference.h"
+#include "gateway/outputs/modbus/server/modbus_server.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {

@@ -1,14 +1,15 @@
 // How news of lines and devices is recorded: the one table from what a line tells to the code of
 // the event and the trouble of the alarm. The words of an event are in
-// gateway/events/own_records.cpp, the name of an alarm in gateway/events/trouble.cpp.
+// gateway/records/events/own_records.cpp, the name of an alarm in
+// gateway/records/events/trouble.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 
-#include "gateway/events/own_codes.h"
-#include "gateway/events/trouble.h"
-#include "gateway/poll/poller_listener.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/records/events/own_codes.h"
+#include "gateway/records/events/trouble.h"
 
 namespace baudgate {
 

@@ -16,15 +16,15 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_command.h"
 #include "gateway/daemon/event_path.h"
 #include "gateway/daemon/events_place.h"
 #include "gateway/daemon/file_troubles.h"
 #include "gateway/daemon/write_path.h"
-#include "gateway/history/history_log.h"
-#include "gateway/requests/write_command.h"
-#include "gateway/state/device_memory.h"
-#include "gateway/state/state_folder.h"
-#include "gateway/store/point_store.h"
+#include "gateway/records/disk/device_memory.h"
+#include "gateway/records/disk/state_folder.h"
+#include "gateway/records/history/history_log.h"
 
 namespace baudgate {
 

@@ -11,7 +11,7 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
-#include "gateway/status/reload_state.h"
+#include "gateway/outputs/status/reload_state.h"
 
 namespace baudgate {
 

@@ -11,8 +11,8 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/reload/kept_configs.h"
-#include "gateway/reload/trial.h"
+#include "gateway/daemon/reload/kept_configs.h"
+#include "gateway/daemon/reload/trial.h"
 
 namespace baudgate {
 

@@ -13,13 +13,13 @@
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
-#include "gateway/control/reload_requests.h"
 #include "gateway/daemon/config_copies.h"
 #include "gateway/daemon/config_file.h"
+#include "gateway/daemon/reload/difference.h"
+#include "gateway/daemon/reload/trial.h"
 #include "gateway/daemon/reload_display.h"
 #include "gateway/daemon/reload_options.h"
-#include "gateway/reload/difference.h"
-#include "gateway/reload/trial.h"
+#include "gateway/outputs/control/reload_requests.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {

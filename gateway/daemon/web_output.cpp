@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/web/token_file.h"
+#include "gateway/outputs/web/token_file.h"
 
 namespace baudgate {
 

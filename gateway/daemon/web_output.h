@@ -9,7 +9,7 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
-#include "gateway/web/web_server.h"
+#include "gateway/outputs/web/web_server.h"
 
 namespace baudgate {
 

@@ -9,12 +9,12 @@
 #include <string>
 
 #include "config/model/config.h"
-#include "gateway/audit/audit_log.h"
-#include "gateway/audit/audited_writes.h"
 #include "gateway/base/guarded.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_command.h"
 #include "gateway/daemon/events_place.h"
-#include "gateway/requests/write_command.h"
-#include "gateway/store/point_store.h"
+#include "gateway/records/audit/audit_log.h"
+#include "gateway/records/audit/audited_writes.h"
 
 namespace baudgate {
 

@@ -7,7 +7,7 @@ import pathlib
 from common import busy, note
 
 HERE = pathlib.Path(__file__).resolve().parent
-PAGE = HERE.parents[1] / "gateway/web/page"
+PAGE = HERE.parents[1] / "gateway/outputs/web/page"
 DYGRAPHS = pathlib.Path("/usr/share/javascript/dygraphs")
 SIZE_LIMIT = 90 * 1024
 FIRST_VALUE_MS = 500

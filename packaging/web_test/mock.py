@@ -21,7 +21,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from mock_gateway import Gateway
 
-PAGE = pathlib.Path(__file__).resolve().parents[2] / "gateway/web/page"
+PAGE = pathlib.Path(__file__).resolve().parents[2] / "gateway/outputs/web/page"
 DYGRAPHS = pathlib.Path("/usr/share/javascript/dygraphs")
 TYPES = {".html": "text/html; charset=utf-8", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 HEADERS = {

@@ -9,7 +9,7 @@
 //       - { name: clock_drift, … }      seconds, positive where the device is ahead
 //       - { name: clock_correction, … } true: by the way back of the drift
 //
-// gateway/clocks/clock_corrector.h does it.
+// gateway/daemon/clocks/clock_corrector.h does it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // A DCON module that is not there: answers requests as the real one does, from the points of its
-// profile. Requests come from gateway/simulate/simulator.h, replies go back to it.
+// profile. Requests come from gateway/tools/simulate/simulator.h, replies go back to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

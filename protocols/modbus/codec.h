@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "config/model/modbus_addresses.h"
+#include "config/model/modbus_framing.h"
 #include "gateway/base/bytes.h"
-#include "gateway/base/modbus_framing.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::protocols::modbus {

@@ -1,5 +1,5 @@
 // What a Modbus device is asked and what its answers mean, in every framing. Points come from the
-// configuration, readings go to gateway/poll/poller.h.
+// configuration, readings go to gateway/bus/poller/poller.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // Builders of Modbus requests, function code and data, the same in both framings. Codes, lengths
-// and checks: gateway/base/modbus_pdu.h.
+// and checks: protocols/modbus/pdu/modbus_pdu.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/base/bytes.h"
-#include "gateway/base/modbus_pdu.h"
+#include "protocols/modbus/pdu/modbus_pdu.h"
 
 namespace baudgate::protocols::modbus {
 

@@ -1,5 +1,5 @@
 // A Modbus slave that is not there: answers requests from the points of its device. Requests come
-// from gateway/simulate/simulator.h, replies go back to it.
+// from gateway/tools/simulate/simulator.h, replies go back to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

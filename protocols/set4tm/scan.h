@@ -1,6 +1,6 @@
 // What a scan asks on a bus that may be one of SET-4TM meters: the link test, whose reply looks
 // like its echo, and the serial number, which proves that somebody has answered; a meter says it
-// only where its channel is open. Nothing else. Goes to gateway/scan through the descriptor.
+// only where its channel is open. Nothing else. Goes to gateway/tools/scan through the descriptor.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -9,7 +9,7 @@
 
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate::bench {
 

@@ -8,8 +8,8 @@
 #include <ctime>
 #include <thread>
 
-#include "gateway/dds/publisher.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/outputs/dds/publisher.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

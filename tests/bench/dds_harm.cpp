@@ -24,7 +24,7 @@
 #include <thread>
 
 #include "tests/bench/bench.h"
-#include "tests/gateway/dds/datagrams.h"
+#include "tests/gateway/outputs/dds/datagrams.h"
 
 namespace baudgate::bench {
 namespace {

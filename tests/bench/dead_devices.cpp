@@ -11,8 +11,8 @@
 #include <memory>
 #include <thread>
 
-#include "gateway/daemon/line_runner.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/lines/line_runner.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "tests/bench/bench.h"
 #include "transports/loop_thread.h"
 

@@ -14,7 +14,7 @@
 
 #include "config/model/device.h"
 #include "config/model/serial.h"
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::bench {

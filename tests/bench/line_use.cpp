@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

@@ -19,7 +19,7 @@
 #include <cstring>
 #include <thread>
 
-#include "gateway/modbus/server/modbus_server.h"
+#include "gateway/outputs/modbus/server/modbus_server.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

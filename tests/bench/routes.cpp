@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "tests/bench/bare_gateway.h"
 #include "tests/bench/bench.h"
 #include "tests/support/raw_client.h"

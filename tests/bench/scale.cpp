@@ -16,8 +16,8 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/dds/fast/subscriber.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

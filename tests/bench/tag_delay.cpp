@@ -12,8 +12,8 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/dds/fast/subscriber.h"
-#include "gateway/simulate/pty.h"
+#include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/tools/simulate/pty.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

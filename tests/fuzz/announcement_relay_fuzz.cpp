@@ -1,7 +1,7 @@
 // The discovery server: any bytes as datagrams, one relay for all of an input.
 // Input: datagrams: a length (2, big-endian), the last byte of the sender's address 127.0.0.x, a
 // byte of the time that has passed in 50 ms, and as many bytes.
-#include "gateway/dds/discovery/announcement_relay.h"
+#include "gateway/outputs/dds/discovery/announcement_relay.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

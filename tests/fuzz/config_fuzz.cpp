@@ -5,7 +5,7 @@
 #include <string>
 
 #include "config/loader.h"
-#include "gateway/modbus/registers/register_map.h"
+#include "gateway/outputs/modbus/registers/register_map.h"
 #include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"

@@ -1,7 +1,7 @@
 // What the DDS library is shielded from: any bytes as datagrams, one check for all of an input.
 // Input: a byte of options, then datagrams: a length (2, big-endian), a byte of the sender's
 // address and of the time that has passed, and as many bytes.
-#include "gateway/dds/fast/datagram_check.h"
+#include "gateway/outputs/dds/fast/datagram_check.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "gateway/cli/offline/decode.h"
+#include "gateway/tools/cli/offline/decode.h"
 #include "protocols/all_protocols.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"

@@ -7,8 +7,8 @@
 #include <bit>
 #include <cmath>
 
-#include "gateway/history/chunk.h"
-#include "gateway/history/columns.h"
+#include "gateway/records/history/chunk.h"
+#include "gateway/records/history/columns.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

@@ -4,8 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "gateway/modbus/service/write_exception.h"
-#include "gateway/modbus/wire/mbap.h"
+#include "gateway/outputs/modbus/service/write_exception.h"
+#include "gateway/outputs/modbus/wire/mbap.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
 #include "tests/fuzz/target.h"

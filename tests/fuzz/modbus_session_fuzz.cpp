@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "gateway/modbus/server/client_session.h"
+#include "gateway/outputs/modbus/server/client_session.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"

@@ -8,10 +8,10 @@
 #include <map>
 
 #include "config/model/config.h"
-#include "gateway/modbus/service/server_shared.h"
-#include "gateway/requests/routed.h"
-#include "gateway/requests/write_command.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/outputs/modbus/service/server_shared.h"
 
 namespace baudgate::fuzz {
 

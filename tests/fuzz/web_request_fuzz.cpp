@@ -8,15 +8,15 @@
 #include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
-#include "gateway/web/assets.h"
-#include "gateway/web/front_door.h"
-#include "gateway/web/live_api.h"
-#include "gateway/web/logins.h"
-#include "gateway/web/past_api.h"
+#include "gateway/outputs/web/assets.h"
+#include "gateway/outputs/web/front_door.h"
+#include "gateway/outputs/web/live_api.h"
+#include "gateway/outputs/web/logins.h"
+#include "gateway/outputs/web/past_api.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
-#include "tests/gateway/control/fixture.h"
-#include "tests/gateway/web/fakes.h"
+#include "tests/gateway/outputs/control/fixture.h"
+#include "tests/gateway/outputs/web/fakes.h"
 
 namespace baudgate::fuzz {
 namespace {

@@ -7,10 +7,10 @@
 #include <set>
 #include <utility>
 
-#include "gateway/dds/cdr.h"
-#include "gateway/dds/link/link_message.h"
-#include "gateway/dds/writes/request_value.h"
-#include "gateway/writes/request_book.h"
+#include "gateway/bus/writes/request_book.h"
+#include "gateway/outputs/dds/cdr.h"
+#include "gateway/outputs/dds/link/link_message.h"
+#include "gateway/outputs/dds/writes/request_value.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

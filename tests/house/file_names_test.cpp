@@ -20,7 +20,7 @@ using testing::IsEmpty;
 
 using Exists = std::function<bool(const std::string& path)>;
 
-/// "gateway/poll/job.h:3: there is no gateway/poll/jobs.cpp".
+/// "gateway/bus/jobs/job.h:3: there is no gateway/poll/jobs.cpp".
 std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
                                       const Exists& exists) {
   static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
@@ -58,13 +58,14 @@ TEST(FileNames, WhatACommentNamesIsThere) {
 
 TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
   std::istringstream source(
-      "// from session.cpp, by way of gateway/line/line.h\n"
+      "// from session.cpp, by way of gateway/bus/exchange/line.h\n"
       "#include \"gateway/line/gone.h\"\n"
       "int x;  // see rooms.h\n");
-  EXPECT_THAT(MissingFiles("gateway/poll/job.cpp", source,
-                           [](const std::string& path) { return path == "gateway/line/line.h"; }),
-              ElementsAre("gateway/poll/job.cpp:1: there is no gateway/poll/session.cpp",
-                          "gateway/poll/job.cpp:3: there is no gateway/poll/rooms.h"));
+  EXPECT_THAT(
+      MissingFiles("gateway/bus/jobs/job.cpp", source,
+                   [](const std::string& path) { return path == "gateway/bus/exchange/line.h"; }),
+      ElementsAre("gateway/bus/jobs/job.cpp:1: there is no gateway/poll/session.cpp",
+                  "gateway/bus/jobs/job.cpp:3: there is no gateway/poll/rooms.h"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// gateway/status decides nothing by the name of a protocol: what is particular to one is told by
-// its plugin (config/model/traits.h), so that a new protocol needs no change there.
+// gateway/outputs/status and gateway/diagnosis decide nothing by the name of a protocol: what is
+// particular to one is told by its plugin (config/model/traits.h), so that a new protocol needs no
+// change there.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -45,8 +46,10 @@ std::vector<std::string> NamedIn(const std::string& source, const std::string& n
 TEST(ProtocolNames, StandInNoSourceOfTheStatus) {
   const std::string names = NamesIn(ReadAll("protocols/CMakeLists.txt"));
   EXPECT_THAT(names, testing::HasSubstr("|modbus_tcp|"));
-  for (const auto& entry : fs::directory_iterator("gateway/status")) {
-    EXPECT_THAT(NamedIn(ReadAll(entry.path()), names), IsEmpty()) << entry.path();
+  for (const char* folder : {"gateway/outputs/status", "gateway/diagnosis/causes"}) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      EXPECT_THAT(NamedIn(ReadAll(entry.path()), names), IsEmpty()) << entry.path();
+    }
   }
 }
 

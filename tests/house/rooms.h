@@ -19,19 +19,19 @@ struct Room {
 std::vector<Room> ReadRooms(std::string_view table);
 inline constexpr std::string_view kGroundFloor = "gateway/base";
 
-/// An include of one of our own headers: `#include "gateway/line/line.h"` in line 12.
+/// An include of one of our own headers: `#include "gateway/bus/exchange/line.h"` in line 12.
 struct Include {
   int line = 0;
   std::string header;
 };
 std::vector<Include> IncludesOf(std::string_view source);
 
-/// "gateway/line" of "gateway/line/line.h".
+/// "gateway/line" of "gateway/bus/exchange/line.h".
 std::string RoomOf(std::string_view path);
 
 /// One sentence for each include of `path` that its room may not have:
-/// "gateway/line/line.cpp:12: gateway/line may not enter gateway/poll (gateway/poll/poller.h)".
-/// What `path` uses of the table is added to `used`: room → entry.
+/// "gateway/bus/exchange/line.cpp:12: gateway/line may not enter gateway/poll
+/// (gateway/bus/poller/poller.h)". What `path` uses of the table is added to `used`: room → entry.
 std::vector<std::string> WrongIncludes(
     const std::vector<Room>& rooms, const std::string& path, std::string_view source,
     std::map<std::string, std::set<std::string>>* used = nullptr);

@@ -92,11 +92,13 @@ TEST(HouseTest, ATurnedArrowIsNamedWithItsLine) {
       "// a line that wants the poller\n"
       "#include <string>\n"
       "#include \"gateway/base/text.h\"\n"
-      "#include \"gateway/poll/poller.h\"\n";
-  EXPECT_THAT(WrongIncludes(rooms, "gateway/line/line.cpp", source),
-              ElementsAre("gateway/line/line.cpp:4: gateway/line may not enter gateway/poll "
-                          "(gateway/poll/poller.h)"));
-  EXPECT_THAT(WrongIncludes(rooms, "gateway/poll/poller.cpp", "#include \"gateway/line/line.h\"\n"),
+      "#include \"gateway/bus/poller/poller.h\"\n";
+  EXPECT_THAT(
+      WrongIncludes(rooms, "gateway/bus/exchange/line.cpp", source),
+      ElementsAre("gateway/bus/exchange/line.cpp:4: gateway/line may not enter gateway/poll "
+                  "(gateway/bus/poller/poller.h)"));
+  EXPECT_THAT(WrongIncludes(rooms, "gateway/bus/poller/poller.cpp",
+                            "#include \"gateway/bus/exchange/line.h\"\n"),
               IsEmpty());
 }
 

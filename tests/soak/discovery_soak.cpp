@@ -17,8 +17,8 @@
 #include <thread>
 #include <vector>
 
-#include "gateway/dds/fast/fast_writer.h"
-#include "gateway/dds/fast/subscriber.h"
+#include "gateway/outputs/dds/fast/fast_writer.h"
+#include "gateway/outputs/dds/fast/subscriber.h"
 #include "tests/soak/role.h"
 
 namespace baudgate::dds {

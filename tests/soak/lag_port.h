@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/simulate/pty.h"
-#include "gateway/simulate/twin_faults.h"
+#include "gateway/tools/simulate/pty.h"
+#include "gateway/tools/simulate/twin_faults.h"
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/daemon/line_runner.h"
+#include "gateway/lines/line_runner.h"
 #include "tests/protocols/runs/lag_stage.h"
 #include "tests/soak/lag_port.h"
 #include "transports/loop_thread.h"

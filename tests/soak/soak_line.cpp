@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "gateway/base/checksum.h"
-#include "gateway/simulate/fault_text.h"
+#include "gateway/tools/simulate/fault_text.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {

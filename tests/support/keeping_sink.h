@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/requests/write_command.h"
+#include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {
 

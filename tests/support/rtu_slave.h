@@ -14,7 +14,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate {
 

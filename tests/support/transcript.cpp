@@ -10,8 +10,8 @@
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include "gateway/line/unasked_receiver.h"
-#include "gateway/store/conversion.h"
+#include "gateway/bus/exchange/unasked_receiver.h"
+#include "gateway/bus/points/conversion.h"
 #include "protocols/assembler.h"
 #include "tests/support/transcript_script.h"
 

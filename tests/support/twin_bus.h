@@ -13,7 +13,7 @@
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/simulate/simulator.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {

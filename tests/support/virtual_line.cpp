@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 
 namespace baudgate {
 namespace {

@@ -18,11 +18,11 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/poll/poller_listener.h"
-#include "gateway/requests/routed.h"
-#include "gateway/requests/write_command.h"
-#include "gateway/simulate/twin_faults.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/tools/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {
@@ -44,7 +44,7 @@ struct Manner {
   std::function<std::optional<Bytes>(View request)> instead;
   /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about
   /// every request on the line; `reply` is empty where the twin has none. See
-  /// gateway/simulate/twin_faults.h.
+  /// gateway/tools/simulate/twin_faults.h.
   std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> deliver;
 };
 

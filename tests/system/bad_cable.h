@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "gateway/base/bytes.h"
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate::system_test {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gateway/base/time.h"
-#include "gateway/pki/demo_pki.h"
+#include "gateway/outputs/pki/demo_pki.h"
 #include "tests/system/three_devices.h"
 
 namespace baudgate::system_test {

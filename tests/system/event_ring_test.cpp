@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "gateway/events/event_table.h"
-#include "gateway/state/events_file.h"
+#include "gateway/records/disk/events_file.h"
+#include "gateway/records/events/event_table.h"
 #include "tests/system/event_station.h"
 
 namespace baudgate::system_test {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "gateway/state/database.h"
+#include "gateway/records/disk/database.h"
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {

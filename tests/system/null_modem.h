@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate::system_test {
 

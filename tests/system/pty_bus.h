@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 #include "tests/support/twin_bus.h"
 
 namespace baudgate::system_test {

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate::system_test {
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "tests/gateway/web/http_client.h"
+#include "tests/gateway/outputs/web/http_client.h"
 #include "tests/system/reload_fixture.h"
 
 namespace baudgate::system_test {

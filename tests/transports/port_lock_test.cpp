@@ -11,7 +11,7 @@
 
 #include <cerrno>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate {
 namespace {

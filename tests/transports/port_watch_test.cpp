@@ -9,7 +9,7 @@
 #include <fstream>
 #include <optional>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 #include "tests/transports/far_end.h"
 #include "transports/serial_port.h"
 

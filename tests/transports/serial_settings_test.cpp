@@ -7,7 +7,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "gateway/simulate/pty.h"
+#include "gateway/tools/simulate/pty.h"
 
 namespace baudgate {
 namespace {

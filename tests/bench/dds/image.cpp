@@ -15,10 +15,10 @@
 #include <thread>
 
 #include "config/model/config.h"
-#include "gateway/dds/fast/fast_writer.h"
-#include "gateway/dds/fast/subscriber.h"
-#include "gateway/dds/publisher.h"
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/outputs/dds/fast/fast_writer.h"
+#include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/outputs/dds/publisher.h"
 #include "tests/bench/dds/bench.h"
 
 namespace baudgate::bench {

@@ -22,8 +22,8 @@
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/dds/fast/types.h"
-#include "gateway/dds/samples.h"
+#include "gateway/outputs/dds/fast/types.h"
+#include "gateway/outputs/dds/samples.h"
 #include "tests/bench/dds/bench.h"
 
 namespace baudgate::bench {

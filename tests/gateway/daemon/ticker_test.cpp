@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

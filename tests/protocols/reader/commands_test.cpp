@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/conversation.h"
 #include "tests/protocols/reader/support.h"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "gateway/store/ageing.h"
+#include "gateway/bus/points/ageing.h"
 #include "tests/protocols/reader/support.h"
 #include "tests/support/toy_protocol.h"
 

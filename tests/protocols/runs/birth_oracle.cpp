@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "gateway/store/ageing.h"
+#include "gateway/bus/points/ageing.h"
 
 namespace baudgate {
 namespace {

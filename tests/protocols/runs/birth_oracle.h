@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/store/point_store.h"
+#include "gateway/bus/points/point_store.h"
 #include "tests/protocols/runs/birth_values.h"
 
 namespace baudgate {

@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

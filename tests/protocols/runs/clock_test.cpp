@@ -5,7 +5,7 @@
 
 #include <charconv>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

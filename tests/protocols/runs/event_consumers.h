@@ -11,9 +11,9 @@
 #include <random>
 
 #include "gateway/daemon/event_samples.h"
-#include "gateway/dds/event_sender.h"
-#include "gateway/events/cursors.h"
-#include "gateway/events/event_feed.h"
+#include "gateway/outputs/dds/event_sender.h"
+#include "gateway/records/events/cursors.h"
+#include "gateway/records/events/event_feed.h"
 #include "tests/protocols/runs/event_keeper.h"
 
 namespace baudgate {

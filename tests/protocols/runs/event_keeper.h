@@ -1,5 +1,5 @@
-// The store of events in a run under virtual time: book and file as gateway/events/event_log.cpp
-// uses them, on a disk whose power may be cut.
+// The store of events in a run under virtual time: book and file as
+// gateway/records/events/event_log.cpp uses them, on a disk whose power may be cut.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/events/event_feed.h"
-#include "gateway/events/event_file.h"
-#include "gateway/events/event_page.h"
-#include "gateway/events/record_page.h"
-#include "gateway/poll/poller_listener.h"
-#include "tests/gateway/audit/faulty_disk.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/records/events/event_feed.h"
+#include "gateway/records/events/event_file.h"
+#include "gateway/records/events/event_page.h"
+#include "gateway/records/events/record_page.h"
+#include "tests/gateway/records/audit/faulty_disk.h"
 
 namespace baudgate {
 

@@ -1,6 +1,6 @@
 // What came in place of a reply, on every protocol: the symptom, and the words of the protocol.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/line/examine.h"
+#include "gateway/diagnosis/damage/examine.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "gateway/requests/write_command.h"
+#include "gateway/bus/writes/write_command.h"
 #include "tests/protocols/runs/birth_oracle.h"
 #include "tests/protocols/runs/lag_line.h"
 #include "tests/protocols/runs/lag_troubles.h"

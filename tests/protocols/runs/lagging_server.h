@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/simulate/twin_faults.h"
+#include "gateway/tools/simulate/twin_faults.h"
 
 namespace baudgate {
 

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "gateway/simulate/fault_text.h"
-#include "gateway/simulate/simulator.h"
-#include "gateway/simulate/twin_faults.h"
+#include "gateway/tools/simulate/fault_text.h"
+#include "gateway/tools/simulate/simulator.h"
+#include "gateway/tools/simulate/twin_faults.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

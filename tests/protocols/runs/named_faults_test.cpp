@@ -13,7 +13,7 @@
 
 #include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
-#include "gateway/status/diagnose.h"
+#include "gateway/diagnosis/causes/diagnose.h"
 #include "tests/protocols/runs/rig.h"
 
 namespace baudgate {

@@ -9,7 +9,7 @@
 #include <random>
 #include <utility>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/protocols/runs/lag_rig.h"
 #include "tests/support/long_run.h"
 

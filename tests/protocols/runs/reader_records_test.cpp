@@ -9,7 +9,7 @@
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include "gateway/events/records/record_service.h"
+#include "gateway/records/events/record_service.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/protocol.h"
 #include "tests/protocols/runs/event_keeper.h"

@@ -6,7 +6,7 @@
 
 #include <map>
 
-#include "gateway/events/records/record_service.h"
+#include "gateway/records/events/record_service.h"
 #include "tests/protocols/runs/event_keeper.h"
 #include "tests/protocols/runs/mishaps.h"
 #include "tests/protocols/runs/rig.h"

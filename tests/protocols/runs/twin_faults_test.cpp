@@ -1,14 +1,14 @@
 // Every fault of `baudgate simulate --fault` on the line of every protocol: what the gateway makes
 // of it, what it calls it, that the neighbour is served meanwhile, and that all is well afterwards.
-// tests/gateway/simulate/twin_faults_test.cpp has the faults by themselves.
+// tests/gateway/tools/simulate/twin_faults_test.cpp has the faults by themselves.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/simulate/twin_faults.h"
+#include "gateway/tools/simulate/twin_faults.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/protocols/runs/misbehaving_twin.h"
 
 namespace baudgate {

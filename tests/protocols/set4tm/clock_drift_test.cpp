@@ -6,7 +6,7 @@
 
 #include <functional>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "protocols/common/clock_care.h"
 #include "tests/protocols/set4tm/support.h"
 #include "tests/support/virtual_line.h"

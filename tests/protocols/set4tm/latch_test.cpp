@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/protocols/set4tm/support.h"
 #include "tests/support/virtual_line.h"
 

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <tuple>
 
-#include "gateway/line/examine.h"
+#include "gateway/diagnosis/damage/examine.h"
 #include "tests/protocols/telegram/support.h"
 
 namespace baudgate::protocols::telegram {

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <deque>
 
-#include "gateway/poll/poller.h"
+#include "gateway/bus/poller/poller.h"
 #include "protocols/dcon/protocol.h"
 #include "tests/protocols/telegram/support.h"
 #include "tests/support/virtual_line.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "gateway/line/examine.h"
+#include "gateway/diagnosis/damage/examine.h"
 #include "tests/protocols/telegram/support.h"
 
 namespace baudgate::protocols::telegram {

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/outputs/dds/fixture.h"
 
 namespace baudgate::dds {
 namespace {

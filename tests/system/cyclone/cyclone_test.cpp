@@ -10,9 +10,9 @@
 #include <sstream>
 #include <string>
 
-#include "gateway/dds/publisher.h"
-#include "tests/gateway/dds/fixture.h"
-#include "tests/gateway/dds/write_client.h"
+#include "gateway/outputs/dds/publisher.h"
+#include "tests/gateway/outputs/dds/fixture.h"
+#include "tests/gateway/outputs/dds/write_client.h"
 
 namespace baudgate::dds {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/gateway/dds/fixture.h"
+#include "tests/gateway/outputs/dds/fixture.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,0 +1,104 @@
+// The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
+// much line time they took. Shown in the point store. Driven by gateway/bus/poller/poller.cpp and
+// its parts.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/devices/by_member.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/points/device_status.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/schedule/schedule.h"
+
+namespace baudgate {
+
+class DeviceAccounts {
+ public:
+  /// All references outlive it.
+  DeviceAccounts(const Roster& roster, const Schedule& schedule, PointStore& store,
+                 PollerListener& listener)
+      : roster_(roster), schedule_(schedule), store_(store), listener_(listener) {}
+
+  /// Time has passed. The line was busy for `took` of it, with `member` if that is known; `drains`:
+  /// it kept silence after an exchange of that member.
+  void OnTime(Now now, const Member* member, Duration took, bool drains);
+  /// The port has opened.
+  void OnOpened();
+
+  /// What the end of an exchange says about the member.
+  struct About {
+    bool broadcast = false;  ///< nothing answers
+    bool probe = false;      ///< it finds out whether an offline member is back
+    bool routed = false;     ///< of a client: a refusal says nothing about the member
+  };
+  void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
+                  About about);
+  /// More has come after its last exchange, or after the one `back` before it, and that exchange
+  /// now looks different.
+  void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
+  /// The conversation refused to make a request.
+  void OnUnsupported(const Member& member, const std::string& reason);
+  void OnRetry(const Member& member);
+  /// A reading counts only when a second one agrees.
+  void OnRecheck(const Member& member);
+  void OnUnconfirmed(const Member& member);
+  void OnLate(const Member& member, Duration lateness);
+  /// The line waits this much longer for it.
+  void OnPatience(const Member& member, Duration more);
+  /// Whether its replies come one or more requests late.
+  void OnLags(const Member& member, bool lags);
+  void OnSecondReply(const Member& member);
+
+  /// A task has ended, all its repeats included.
+  void OnTask(const Member& member, bool answered);
+  /// A poll has ended; `missed`: an exchange of it has failed, as before a repeat.
+  void OnPoll(const Device& device, std::size_t query, bool answered, bool missed);
+  /// Its queries have changed.
+  void OnPlan(const Device& device);
+  /// A command has ended; `read_back`: the device shows what was written.
+  void OnWrite(const Member& member, WriteEnd end, bool read_back);
+  void OnOffline(const Member& member);
+
+  /// The device speaks unasked.
+  void OnSpeaks(const Member& member);
+  /// It has sent something, with this outcome.
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                 const Finding& finding);
+  void OnLostEvents(const Member& member, std::size_t events);
+
+ private:
+  struct State {
+    Duration busy{};                   // line time that it has taken
+    Duration counted{};                // of that, in the status
+    Duration drained{};                // line time of the silence after its last exchange
+    Instant heard{};                   // end of its last exchange, or when the port was opened
+    bool out = false;                  // its last task has failed
+    Symptom symptom = Symptom::clean;  // of its last exchange
+    std::uint8_t asked = 0;            // the special bytes of its request
+    std::uint32_t missed = 0;          // of its periods
+    Duration patience{};               // as the status has it
+    std::uint32_t behind = 0;          // as the status has it
+    bool told_second = false;          // the user has been warned of a second, different reply
+  };
+
+  void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
+  void CountMissed();
+  void Count(const Member& member, bool answered, DeviceStatus& status);
+
+  const Roster& roster_;
+  const Schedule& schedule_;
+  PointStore& store_;
+  PollerListener& listener_;
+  ByMember<State> states_;
+  Now now_{};
+};
+
+}  // namespace baudgate

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/counters/line_account.h"
+
+#include <utility>
+
+namespace baudgate {
+
+Duration LineAccount::OnTime(Now now, bool busy, bool drains) {
+  const Duration took = open_ && busy ? now.instant - now_.instant : Duration::zero();
+  counters_.busy += took;
+  drains ? minute_.OnDrained(took) : minute_.OnExchangeTime(took);
+  now_ = now;
+  if (others_.EndsAt(now.instant)) listener_.OnNews({News::What::collisions, true}, now_);
+  minute_.OnTime(now.instant);
+  return took;
+}
+
+void LineAccount::OnOpened() {
+  open_ = true;
+  minute_.OnOpened(now_.instant);
+  OnAnswer();
+}
+
+/// The line works, or is looked at anew.
+void LineAccount::OnAnswer() {
+  silent_from_.reset();
+  counters_.babble = 0;
+  counters_.babble_since = now_.instant;
+}
+
+void LineAccount::OnClosed() {
+  open_ = false;
+  minute_.OnClosed();
+}
+
+void LineAccount::OnSent(const Member& member, const Request& request) {
+  counters_.bytes_out += request.bytes.size();
+  if (tap_ != nullptr) tap_->OnSent(member.index, request, now_);
+}
+
+void LineAccount::OnHeard(const EchoWatch::Received& heard, const Member* member) {
+  if (heard.echo) {
+    ++counters_.echoes;
+    echoes_ = true;
+  }
+  if (heard.warning != nullptr && member != nullptr) Warn(*member, heard.warning);
+  if (heard.collision) OnCollision();
+  if (heard.bytes.empty()) return;
+  counters_.bytes_in += heard.bytes.size();
+  if (tap_ != nullptr) tap_->OnReceived(heard.bytes, now_);
+}
+
+void LineAccount::Count(Outcome outcome) {
+  ++counters_.exchanges;
+  ++counters_.outcomes[static_cast<std::size_t>(outcome)];
+}
+
+void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast,
+                             LineUse use) {
+  const bool life = ProvesLife(end.outcome);
+  minute_.OnEnd(life ? use : LineUse::silence);
+  Count(end.outcome);
+  counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
+  if (life && !broadcast) {
+    counters_.round_trips.Add(end.round_trip);
+    OnAnswer();
+  } else if (!life && end.outcome != Outcome::line_down) {
+    if (!silent_from_) silent_from_ = now_.instant;
+    last_failure_ = now_.instant;
+  }
+  if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
+}
+
+/// An echo came and differed from what was sent: another master has sent.
+void LineAccount::OnCollision() {
+  ++counters_.collisions;
+  if (!others_.Add(now_.instant)) return;
+  listener_.OnNews({.what = News::What::collisions,
+                    .text = "echoes differ from what was sent: another master speaks on the line"},
+                   now_);
+}
+
+void LineAccount::OnRing(const Member& member, bool cut) {
+  if (cut == cut_since_.has_value()) return;
+  cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
+  listener_.OnNews({News::What::ring_open, !cut}, now_);
+  listener_.OnWarning(member.index,
+                      cut ? "the line does not echo any more: its ring is open, or a device on it "
+                            "has no power; until it is mended no device of the line can answer"
+                          : "the line echoes again: its ring is closed");
+}
+
+void LineAccount::Show(Duration notice_bound) const {
+  const LineMinute::Use use = minute_.use(now_.instant);
+  store_.UpdateLine(line_, [&](LineStatus& status) {
+    static_cast<LineCounters&>(status) = counters_;
+    status.spent = minute_.spent();
+    status.use = use.busy;
+    status.minute = use.shares;
+    status.notice_bound = notice_bound;
+    status.cut_since = cut_since_;
+  });
+}
+
+std::uint64_t LineAccount::Answers() const {
+  std::uint64_t answers = 0;
+  for (std::size_t i = 0; i < counters_.outcomes.size(); ++i) {
+    if (ProvesLife(static_cast<Outcome>(i))) answers += counters_.outcomes[i];
+  }
+  return answers;
+}
+
+}  // namespace baudgate

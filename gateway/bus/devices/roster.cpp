@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/devices/roster.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// Slaves need time to carry out what none of them answers. MODBUS over Serial Line 1.02, 2.4.1:
+/// 100 to 200 ms.
+constexpr Duration kTurnaround = 100ms;
+
+LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& serial) {
+  return {.quiet = *timing.quiet,
+          .reply = *timing.reply,
+          .gap = *timing.gap,
+          .ceiling = *timing.ceiling,
+          .drain = *timing.drain,
+          .settle = {},
+          .character = serial.CharacterTime()};
+}
+
+}  // namespace
+
+std::string Member::Name() const {
+  return device == nullptr ? "slave " + std::to_string(slave) : device->config->name;
+}
+
+bool Device::LearnTimes() {
+  const config::Timing learned = Lengthen(configured, conversation->LeastTimes(times.character));
+  if (learned == timing) return false;
+  timing = learned;
+  times = TimesOf(timing, serial);
+  return true;
+}
+
+Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find)
+    : line_(line), first_device_(first_device) {
+  const Protocol& own = find(line.protocol);
+  if (own.carrier != nullptr) carrier_ = &own;
+  std::vector<std::pair<const Protocol*, Bus*>> made;
+  for (const config::Device& config : line.devices) {
+    const Protocol& protocol = find(config.protocol);
+    auto known = std::ranges::find(made, &protocol, [](const auto& pair) { return pair.first; });
+    if (known == made.end()) {
+      buses_.push_back(MakeBus(protocol));
+      known = made.insert(made.end(), {&protocol, buses_.back().get()});
+    }
+    AddDevice(config, protocol, known->second);
+  }
+}
+
+void Roster::AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus) {
+  auto device = std::make_unique<Device>(config);
+  device->place = devices_.size();
+  device->index = first_device_ + static_cast<std::uint32_t>(device->place);
+  device->protocol = &protocol;
+  device->options = ParseOptions(protocol, config.options);
+  device->serial = config.serial.value_or(line_.serial);
+  device->timing = Resolve(Merge(config.timing, line_.timing), protocol.timing(device->serial));
+  device->configured = device->timing;
+  device->times = TimesOf(device->timing, device->serial);
+  device->retries = config.retries.value_or(line_.retries);
+  device->in_use = config.enabled;
+  device->conversation = protocol.make_conversation(config, device->options, bus);
+  if (carrier_ == &protocol) {
+    // A device that routes reach beside its polls: one member for both.
+    if (const auto slave = carrier_->carrier->slave_of(config.address)) {
+      device->slave = *slave;
+      by_slave_.emplace(*slave, device.get());
+    }
+  }
+  everyone_.push_back(device.get());
+  devices_.push_back(std::move(device));
+}
+
+Member* Roster::FindSlave(std::uint8_t slave) const {
+  const auto found = by_slave_.find(slave);
+  return found == by_slave_.end() ? nullptr : found->second;
+}
+
+Member& Roster::SlaveAt(std::uint8_t address) {
+  if (Member* known = FindSlave(address)) return *known;
+  auto slave = std::make_unique<Slave>();
+  slave->place = everyone_.size();
+  slave->index = kFirstSlave + address;
+  slave->slave = address;
+  slave->protocol = carrier_;
+  slave->options = ParseOptions(*carrier_, line_.options);
+  slave->serial = line_.serial;
+  slave->times = TimesOf(Resolve(line_.timing, carrier_->timing(line_.serial)), line_.serial);
+  slave->times.settle = kTurnaround;
+  slave->retries = line_.retries;
+  by_slave_[address] = slave.get();
+  everyone_.push_back(slave.get());
+  slaves_.push_back(std::move(slave));
+  return *everyone_.back();
+}
+
+}  // namespace baudgate

@@ -1,0 +1,382 @@
+// The state table. "reply" counts from the computed end of transmission; so does "ceiling".
+//
+// clang-format off
+//   state        event                         next
+//   closed       opened                        idle
+//   idle         Start                         quiet, or sending when it has been quiet long enough
+//   idle         bytes of a standing           receiving (see unasked_receiver.h), until the message is whole, damaged
+//                expectation                   or over; then idle. No exchange begins meanwhile
+//   any but      a whole message of a standing kept for the client, and no part of the exchange under way,
+//   closed       expectation                   whose reply it is only where its request says so
+//   idle         bytes                         idle; stray, and quiet counts anew. In idle, quiet and
+//                                              drain stray bytes may be a second, different reply
+//   quiet        bytes                         quiet anew, but never longer than the ceiling
+//   quiet        timer                         sending
+//   sending      bytes, on a pty or a network  kept: an echo, or an early reply
+//   sending      bytes, on a port that keeps   kept apart; stray as soon as more bytes come after the
+//                its bit rate                  request is out
+//   sending      whole frame, on a pty or a    idle: it may answer before the computed end
+//                network
+//   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
+//   settle       bytes                         stray: nobody was asked to answer
+//   settle       timer                         idle, ok
+//   await_first  bytes                         receiving
+//   await_first  timer (reply)                 drain, no_reply or the worst discard
+//   receiving    two different whole frames    drain, unexpected
+//   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
+//                                              and when bytes follow it
+//   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
+//                                              await_first when only harmless noise or whole replies of
+//                                              others came and the reply time is not over, else drain
+//                                              with the worst discard
+//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
+//   sending, await_first, receiving: ended    drain, no_reply
+//   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
+//   drain        bytes                         drain anew, but never longer than the ceiling
+//   drain        timer                         idle
+//   quiet        closed                        closed; the exchange does not take place
+//   any          closed                        closed; an exchange under way ends as line_down
+// clang-format on
+//
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/exchange/line.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/deadline.h"
+
+namespace baudgate {
+namespace {
+
+/// Bytes that come this long after their deadline have waited while this program did not run, for
+/// an unknown time: the deadline counts first.
+constexpr Duration kHeldUp = 100ms;
+
+/// From its first character to its end.
+bool IsUnderWay(Line::State state) {
+  return state == Line::State::sending || state == Line::State::settle ||
+         state == Line::State::await_first || state == Line::State::receiving;
+}
+
+/// A reply may come.
+bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
+
+/// The line waits for bytes, in silence or behind noise.
+bool IsListening(Line::State state) {
+  return state == Line::State::await_first || state == Line::State::receiving;
+}
+
+/// The state ends by itself at its deadline.
+bool HasTimer(Line::State state) {
+  return state != Line::State::closed && state != Line::State::idle;
+}
+
+/// The program was stopped while it waited: the silence before these bytes counts.
+bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
+
+/// The silence that the line keeps behind an exchange that ended like this.
+Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
+  if (!NeedsDrain(outcome)) return exchange.aftermath;
+  const Duration drain = exchange.times.drain;
+  // A reply that names its device is not taken for another device's.
+  const bool named = !exchange.request.expect.address.empty();
+  return outcome == Outcome::no_reply || named ? drain : std::max(drain, exchange.aftermath);
+}
+
+}  // namespace
+
+void Line::OnOpened(Instant now, bool keeps_bit_rate) {
+  transmission_.OnOpened(keeps_bit_rate);
+  state_ = State::idle;
+  last_activity_ = now;
+  ended_ = now;
+  if (unasked_) unasked_->Begin(now);
+}
+
+LineNews Line::OnClosed() {
+  const State was = std::exchange(state_, State::closed);
+  if (IsUnderWay(was)) news_.end = {Outcome::line_down, "the port was lost", {}, 0};
+  if (unasked_) unasked_->Begin(last_activity_);
+  return TakeNews();
+}
+
+std::optional<Instant> Line::Deadline() const {
+  if (state_ == State::closed) return std::nullopt;
+  const auto heard = unasked_ ? unasked_->Deadline() : std::nullopt;
+  return HasTimer(state_) ? Soonest({deadline_, heard}) : heard;
+}
+
+LineNews Line::Start(Exchange exchange, Instant now) {
+  exchange_ = std::move(exchange);
+  assembler_.Begin(exchange_.reply_rule, exchange_.request.expect);
+  state_ = State::quiet;
+  deadline_ = last_activity_ + exchange_.times.quiet;
+  limit_ = now + exchange_.times.ceiling;
+  if (deadline_ <= now) BeginSending(now);
+  return TakeNews();
+}
+
+void Line::Cancel() {
+  if (state_ == State::quiet) state_ = State::idle;
+}
+
+LineNews Line::OnBytes(View bytes, Instant now) {
+  if (bytes.empty()) return TakeNews();
+  if (!unasked_ || state_ == State::closed) {
+    TakeBytes(bytes, now);
+  } else {
+    if (IsListening(state_) && IsHeldUp(deadline_, now)) TakeTimer(now);
+    last_activity_ = now;
+    if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
+    if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
+    Hear(unasked_->OnBytes(bytes, now), now);
+  }
+  return TakeNews();
+}
+
+LineNews Line::OnTimer(Instant now) {
+  if (unasked_ && state_ != State::closed) Hear(unasked_->OnTimer(now), now);
+  TakeTimer(now);
+  return TakeNews();
+}
+
+/// What belongs to no message may be the reply. A pty or a network hands the request over at once,
+/// so that the answer may be there before the time that its characters would take is over.
+void Line::Hear(UnaskedInput heard, Instant now) {
+  // The timer is late.
+  if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
+  const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
+  const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
+                       (early || IsListening(state_));
+  if (awaited && !heard.messages.empty()) {
+    Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
+  }
+  // Bytes in idle belong to the device that speaks unasked. They count as no late reply.
+  if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
+  heard.rest.clear();
+  news_.unasked = std::move(heard);
+}
+
+void Line::TakeBytes(View bytes, Instant now) {
+  last_activity_ = now;
+  switch (state_) {
+    case State::closed:
+      break;
+    case State::idle:
+      TakeStray(bytes, now);
+      break;
+    case State::quiet:
+      TakeStray(bytes, now);
+      deadline_ = std::min(now + exchange_.times.quiet, limit_);
+      break;
+    case State::drain:
+      TakeStray(bytes, now);
+      deadline_ = std::max(deadline_, std::min(now + exchange_.times.drain, limit_));
+      break;
+    case State::settle:
+      TellStray(bytes.size(), now - ended_);
+      break;
+    case State::sending:
+      if (now >= transmission_.until()) {  // the timer is late
+        EndSending(now);
+        TakeBytes(bytes, now);
+      } else if (!transmission_.Keeps(bytes) && assembler_.held() < Transmission::kMostKept) {
+        assembler_.Feed(bytes);
+        TakeAhead(now);
+      }
+      break;
+    case State::await_first:
+    case State::receiving:
+      if (IsHeldUp(deadline_, now)) {
+        TakeTimer(now);
+        TakeBytes(bytes, now);
+      } else {
+        Receive(bytes, now);
+      }
+      break;
+  }
+}
+
+LineNews Line::OnCollision(Instant now) {
+  if (!IsAwaited(state_)) return {};
+  Finish(Outcome::corrupt, "the echo differs from what was sent: a collision", now);
+  deadline_ = std::max(deadline_, transmission_.until() + exchange_.times.drain);
+  return TakeNews();
+}
+
+LineNews Line::OnEnded(Instant now) {
+  if (IsAwaited(state_)) {
+    Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
+    news_.end->ended = true;
+  }
+  return TakeNews();
+}
+
+void Line::TakeTimer(Instant now) {
+  if (!HasTimer(state_) || now < deadline_) return;
+  switch (state_) {
+    case State::closed:
+    case State::idle:
+      break;
+    case State::quiet:
+      BeginSending(now);
+      break;
+    case State::sending:
+      EndSending(now);
+      break;
+    case State::settle:
+      Finish(Outcome::ok, {}, now);
+      break;
+    case State::await_first:
+      if (TakeEarly(now)) break;
+      // Noise alone counts as silence; whole replies of others make it unexpected.
+      if (assembler_.blame() == Outcome::unexpected) {
+        Finish(Outcome::unexpected, std::string(assembler_.why()), now);
+      } else {
+        Finish(Outcome::no_reply, {}, now);
+      }
+      break;
+    case State::receiving:
+      OnGap(now);
+      break;
+    case State::drain:
+      state_ = State::idle;
+      break;
+  }
+}
+
+void Line::BeginSending(Instant now) {
+  state_ = State::sending;
+  second_.Begin();
+  transmission_.Begin(now, TransmissionTime(exchange_.request, exchange_.times.character));
+  deadline_ = transmission_.until();
+  last_activity_ = transmission_.until();
+  news_.send = true;
+}
+
+void Line::EndSending(Instant now) {
+  if (exchange_.request.expect.reply == Expectation::Reply::none) {
+    state_ = State::settle;
+    deadline_ = now + std::max(exchange_.times.quiet, exchange_.times.settle);
+    return;
+  }
+  state_ = State::await_first;
+  deadline_ = transmission_.until() + exchange_.times.reply;
+  limit_ = transmission_.until() + exchange_.times.ceiling;
+  if (assembler_.fed() > 0) Receive({}, now);
+}
+
+void Line::Receive(View bytes, Instant now) {
+  DropEarly();
+  assembler_.Feed(bytes);
+  state_ = State::receiving;
+  deadline_ = std::min(now + exchange_.times.gap, limit_);
+  TakeFrame(false, now);
+}
+
+void Line::TakeFrame(bool idle, Instant now) {
+  const auto frame = assembler_.Next(idle);
+  if (!frame) return;
+  const std::size_t behind = assembler_.held();
+  if (!second_.IsAlone(*frame, assembler_)) {
+    Finish(Outcome::unexpected, "two different replies came at once", now);
+    news_.second_reply = true;
+  } else {
+    // The line still counts as receiving: what the client decides now may not start anything.
+    const Outcome outcome = client_.Judge(*frame, now);
+    if (!NeedsDrain(outcome)) second_.Take(*frame);
+    Finish(outcome, {}, now);
+  }
+  if (behind == 0) return;
+  TellStray(behind, Duration::zero());
+  const Request& request = exchange_.request;
+  const bool harmless = (request.any_order || request.numbered) && second_.only_copies();
+  if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
+}
+
+void Line::TellStray(std::size_t count, Duration since_end) {
+  StrayBytes& stray = IsUnderWay(state_) ? news_.stray_before : news_.stray;
+  stray.count += count;
+  stray.since_end = since_end;
+}
+
+void Line::TakeStray(View bytes, Instant now) {
+  TellStray(bytes.size(), now - ended_);
+  if (second_.OnBytes(bytes)) news_.second_reply = true;
+}
+
+/// Only early bytes have come, so they are the reply: this port does not keep its bit rate.
+bool Line::TakeEarly(Instant now) {
+  // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
+  const bool held_up = IsHeldUp(deadline_, now);
+  if (!transmission_.has_early() || held_up || exchange_.request.expect.mirrors) return false;
+  assembler_.Feed(transmission_.TakeEarly());
+  state_ = State::receiving;
+  TakeFrame(true, now);
+  if (state_ == State::receiving) return false;
+  transmission_.OnEarlyReply();
+  return true;
+}
+
+/// Nothing between here and the device keeps to the bit rate, so its whole answer need not wait for
+/// the computed end of the request. What might be an echo has to.
+void Line::TakeAhead(Instant now) {
+  const Expectation& expect = exchange_.request.expect;
+  if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
+  TakeFrame(false, now);
+  if (state_ != State::drain) return;
+  const bool bad = NeedsDrain(news_.end->outcome);
+  const Duration silence = bad ? exchange_.times.drain : exchange_.aftermath;
+  deadline_ = std::max(deadline_, transmission_.until() + silence);
+}
+
+void Line::DropEarly() {
+  if (!transmission_.has_early()) return;
+  TellStray(transmission_.TakeEarly().size(), transmission_.from() - ended_);
+}
+
+void Line::OnGap(Instant now) {
+  if (now >= limit_) {
+    Finish(Outcome::corrupt, "the device kept sending beyond the ceiling of an exchange", now);
+    return;
+  }
+  TakeFrame(true, now);
+  if (state_ != State::receiving) return;
+  // Noise and other devices' replies do not keep the awaited one from coming.
+  const Outcome blame = assembler_.blame();
+  const bool harmless = blame == Outcome::none || (blame == Outcome::unexpected && !exchange_.lags);
+  const Instant due = transmission_.until() + exchange_.times.reply;
+  if (harmless && now < due) {
+    state_ = State::await_first;
+    deadline_ = due;
+  } else if (blame == Outcome::none) {
+    Finish(Outcome::no_reply, {}, now);
+  } else {
+    Finish(blame, std::string(assembler_.why()), now);
+  }
+}
+
+void Line::Finish(Outcome outcome, std::string reason, Instant now) {
+  const bool answered =
+      state_ != State::settle && (!NeedsDrain(outcome) || outcome == Outcome::unexpected);
+  ended_ = now;
+  const Duration silence = SilenceAfter(outcome, exchange_);
+  if (NeedsDrain(outcome) || silence > Duration::zero()) {
+    Drain(silence, now);
+  } else {
+    state_ = State::idle;
+  }
+  news_.end = {outcome, std::move(reason), {}, assembler_.fed()};
+  if (!answered) return;
+  news_.end->round_trip = last_activity_ - transmission_.from();
+  news_.end->since_reply = now - last_activity_;
+}
+
+void Line::Drain(Duration silence, Instant now) {
+  state_ = State::drain;
+  deadline_ = now + silence;
+  limit_ = now + std::max(exchange_.times.ceiling, silence);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/job_end.h"
+
+#include <span>
+#include <utility>
+#include <variant>
+
+#include "gateway/bus/jobs/write_end.h"
+#include "protocols/modbus/pdu/modbus_pdu.h"
+
+namespace baudgate {
+namespace {
+
+/// Many devices are silent to requests that they do not know.
+bool IsUnread(const Job& job, const JobEnd& end) {
+  return job.unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
+}
+
+void EndOfPoll(const Job& job, const Job::Poll& poll, const JobEnd& end, EndEffects& effects) {
+  const bool answered = ProvesLife(end.outcome);
+  if (poll.group == config::Group::fast) {
+    effects.fast_poll = EndEffects::FastPoll{job.wire, answered, poll.last_of_round};
+  }
+  if (job.judges_member) effects.poll = EndEffects::Poll{job.task.query, answered};
+  // The query was not sent, or its reply may belong to another request.
+  const bool soon = !job.judges_member || end.outcome == Outcome::unexpected;
+  if (soon || (IsUnread(job, end) && IsSeldom(poll.group))) {
+    effects.repeat = EndEffects::Repeat{poll.group, soon};
+  }
+}
+
+void EndOfReadBack(const Job& job, const JobEnd& end, EndEffects& effects) {
+  if (job.points.empty()) return;
+  if (job.unplanned) effects.read_again = job.points;
+  const config::Group group = job.member->device->config->points[job.points.front()].group;
+  if (IsUnread(job, end) && IsSeldom(group)) effects.repeat = EndEffects::Repeat{group};
+  // Other points of the same register may have changed, too.
+  if (!ProvesLife(end.outcome)) effects.doubt = job.points;
+}
+
+void EndOfBackground(const Job& job, const JobEnd& end, EndEffects& effects) {
+  const Duration took = ProvesLife(end.outcome) ? job.wire : Duration::zero();
+  effects.background = EndEffects::Background{job.was_sent, took, job.proved};
+}
+
+/// The end of a write whose request, or its repetition, was not sent.
+WriteEnd EndWithheld(const Job::Write& write) {
+  return write.sent() ? EndUnheard(true) : write.withheld->end;
+}
+
+/// How the points of a write that are under way have ended.
+struct PointsEnd {
+  WriteEnd how = WriteEnd::not_sent;
+  Outcome outcome = Outcome::none;
+  bool keeps_told = false;  ///< it is the outcome that it had before the latest request
+  bool open = false;        ///< what was opened for it may still be open
+};
+
+/// If the closing request is not answered, the write keeps the outcome that it had. If a step after
+/// a request that may have written cannot be asked, only a refusal remains known.
+PointsEnd EndOfPoints(const Job& job, const Job::Write& write, const JobEnd& end) {
+  const bool cut_short = job.unasked && write.sent();
+  const bool refused = write.told && write.told->outcome != Outcome::ok;
+  const bool closing = job.step.request.closes && !ProvesLife(end.outcome);
+  PointsEnd points;
+  points.keeps_told = cut_short ? refused : closing && write.told;
+  const Outcome last = cut_short ? Outcome::no_reply : end.outcome;
+  points.outcome = points.keeps_told ? write.told->outcome : last;
+  points.how = write.withheld ? EndWithheld(write)
+                              : WriteEndOf(points.outcome, write.sent(), write.may_have_acted);
+  // Requests that prepare the write went out, and then the conversation refused to send the write.
+  const bool withheld = points.outcome == Outcome::unsupported && job.was_sent && !write.sent();
+  if (withheld) points.how = WriteEnd::not_sent;
+  points.open = closing || cut_short;
+  return points;
+}
+
+EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobEnd& end,
+                             Instant now) {
+  using Next = EndEffects::Write::Next;
+  const PointsEnd points = EndOfPoints(job, write, end);
+  const bool ok = points.how == WriteEnd::ok;
+  const auto all = std::span(write.command.writes());
+  EndEffects::Write effects;
+  for (const PointWrite& one : all.subspan(write.first, write.next - write.first)) {
+    if (ok || write.sent()) effects.unknown.push_back(one.point);
+    if (ok) effects.confirmed.push_back(one);
+  }
+  // Nothing of it was sent: what the conversation knows of the device says why.
+  const DeviceTrouble& trouble = job.member->device->conversation->trouble();
+  const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
+  const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
+  const auto answer = [&](WriteEnd what, const std::string& why) {
+    effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
+                      ok ? write.next : write.first, write.next};
+    // The conversation could not encode the first point, so nothing was sent for it.
+    effects.result.unfit =
+        points.outcome == Outcome::unsupported && !job.was_sent && write.first == 0;
+  };
+  const bool closed = end.outcome == Outcome::line_down;
+  const char* const open = points.open ? "; what was opened for it may still be open" : "";
+  if (write.withheld) {
+    answer(points.how, write.withheld->why + open);
+    if (!write.sent()) effects.result.tried = write.first;
+  } else if (!ok && points.keeps_told) {
+    const std::string& why = write.told->reason;
+    answer(points.how, (why.empty() ? name : why) + open);
+  } else if (!ok) {
+    answer(points.how, end.reason);
+  } else if (write.next == all.size()) {
+    effects.next = closed ? Next::answer : Next::confirm;
+    answer(WriteEnd::ok, {});
+  } else if (closed) {
+    answer(WriteEnd::not_sent, end.reason);
+  } else if (!job.member->in_use) {
+    answer(WriteEnd::not_sent, "the device was disabled before all points were written");
+  } else if (write.command.deadline <= now) {
+    answer(WriteEnd::not_sent, "the deadline passed before all points were written");
+  } else {
+    effects.next = Next::go_on;
+  }
+  return effects;
+}
+
+/// The slave has said that it has not even begun: with 01, 02 or 03.
+bool IsDeclined(const Job::Routed& routed, const JobEnd& end) {
+  return end.outcome == Outcome::refused && routed.reply.size() == 2 &&
+         routed.reply[1] <= modbus::kIllegalValue;
+}
+
+void EndOfRouted(const Job& job, Job::Routed& routed, const JobEnd& end, EndEffects& effects) {
+  // The probe before it was refused, not this request.
+  const bool of_probe = !job.was_sent && ProvesLife(end.outcome);
+  const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
+  bool shared = false;
+  for (RoutedRequest& request : routed.batch) {
+    RoutedReply reply{
+        outcome, {}, end.reason.empty() ? std::string(Name(end.outcome)) : end.reason};
+    if (outcome == Outcome::ok || outcome == Outcome::refused) reply.pdu = routed.reply;
+    reply.sent = job.was_sent;
+    reply.shared = std::exchange(shared, true);
+    if (job.was_sent) reply.waited = job.attempt.sent_at - request.arrived;
+    effects.replies.emplace_back(std::move(request), std::move(reply));
+  }
+}
+
+}  // namespace
+
+EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
+  EndEffects effects;
+  // A device that answers in an odd form is there.
+  effects.judges_member = job.judges_member && !job.attempt.verdict.odd;
+  const bool in_vain = !ProvesLife(end.outcome);
+  if (const auto* poll = job.As<Job::Poll>()) {
+    EndOfPoll(job, *poll, end, effects);
+  } else if (job.As<Job::ReadBack>() != nullptr) {
+    EndOfReadBack(job, end, effects);
+  } else if (job.As<Job::Background>() != nullptr) {
+    EndOfBackground(job, end, effects);
+  } else if (const auto* write = job.As<Job::Write>()) {
+    effects.polls_first = in_vain;
+    effects.write = EndOfWrite(job, *write, end, now);
+    effects.wrote = !effects.write->unknown.empty();
+  } else if (auto* routed = job.As<Job::Routed>()) {
+    effects.polls_first = in_vain && !routed->is_read;
+    effects.wrote = !routed->is_read && job.was_sent && !IsDeclined(*routed, end);
+    EndOfRouted(job, *routed, end, effects);
+  }
+  return effects;
+}
+
+}  // namespace baudgate

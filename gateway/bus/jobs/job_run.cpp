@@ -1,0 +1,160 @@
+// A job from its first request to its end, as the table below. The decisions of each row are in the
+// parts that job_run.h lists; this file carries out the next step that they return.
+//
+// clang-format off
+//   the job               what happens                        next
+//   chosen, or parked     it asks, or its request is ready    waiting
+//   chosen                the conversation will not ask       ended: unsupported
+//   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
+//   read-back, events or                                      MayPark
+//   background
+//   waiting, another kind the same, or replies name nobody    the line waits: Turn::wait
+//   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
+//                         request could pass for its own
+//   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
+//   waiting, quiet        its deadline came, its client left, broken off: what it has begun is closed,
+//                         its device was disabled, or an      then ended: not_sent or denied; unknown
+//                         interlock holds no more             if it may have written
+//   quiet, a routed read  a short write came                  back in its queue
+//   under way             a good reply, a step remains        waiting, for the next request
+//   under way             a good reply, nothing remains       ended: its outcome
+//   under way             a good reply with events or         postponed behind a probe of its device,
+//                         readings, to a repetition or        if that has a name: OnAnswered
+//                         after a miss
+//   under way             a broadcast out, a step remains     waiting, for the next request
+//   under way, a poll or  busy                                parked, as often as there are retries,
+//   a read-back                                               unless one like it is: ParkedJobs
+//   under way, a read     a good reply that may answer a      waiting, to be repeated, also a routed
+//                         much older request                  one
+//   under way, a probe    a good reply that may answer the    waiting, to be repeated, before it goes
+//                         probe of an earlier task            on with what is postponed
+//   under way, no route   silence, damage, another's reply    waiting, to be repeated: Chooser::MayRepeat
+//   under way, a routed   damage                              back in its queue, as often as there are
+//   read                                                      retries
+//   under way, routed     silence, damage, another's reply    ended: its client judges
+//   under way, no route   the same, no retry left             a step that closes what is open, or ended
+//   under way             the port is lost                    ended: line_down
+//   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
+//                                                             its reply is here and waits for that
+//   postponed             its probe was answered in order     waiting
+//   postponed             it was not                          ended: as the probe, or not sent if that
+//                                                             was refused
+//   a write, ended ok     points of its command remain        chosen, with the next point
+//   a write, ended ok     none remains                        confirmed: answered after the read-back
+// clang-format on
+//
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/job_run.h"
+
+#include <utility>
+#include <vector>
+
+namespace baudgate {
+
+void JobRun::OnClosed(const std::string& reason) {
+  if (job_) Do(NextStep::Finish(Outcome::line_down, reason));
+}
+
+void JobRun::Abandon(std::uint64_t client, bool unsent) {
+  for (Job* job = job_.get(); job != nullptr; job = job->postponed.get()) {
+    auto* routed = job->As<Job::Routed>();
+    if (routed == nullptr) continue;
+    const bool out = unsent && job == job_.get() ? job->attempt.job_was_sent : job->was_sent;
+    std::erase_if(routed->batch, [client, out](const RoutedRequest& request) {
+      if (request.client == client) request.done(Abandoned(out));
+      return request.client == client;
+    });
+  }
+}
+
+// ---------------------------------------------------------------- the steps
+
+/// One step after the other, until the job waits or is over.
+void JobRun::Do(NextStep step) {
+  using What = NextStep::What;
+  while (true) {
+    switch (step.what) {
+      case What::wait:
+      case What::send:
+      case What::hold:
+        return;
+      case What::ask:
+        step = phases_.asking.Ask(*job_, step.retries, now_.instant);
+        break;
+      case What::probe_first:
+        step = AskProbe();
+        break;
+      case What::go_unproved:
+        step = Continue(phases_.finish.GoUnproved(std::move(job_), step.end.reason, now_.instant));
+        break;
+      case What::take_answer:
+        step = phases_.answer.Take(*job_, now_.instant);
+        break;
+      case What::park:
+        return phases_.departure.Park(std::move(job_), step.until);
+      case What::back_in_queue:
+        phases_.departure.PutBack(*job_);
+        job_.reset();
+        return;
+      case What::finish:
+        step = Continue(phases_.finish.Finish(std::move(job_), step.end, now_.instant));
+        break;
+    }
+  }
+}
+
+NextStep JobRun::AskProbe() {
+  auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
+                                     now_.instant);
+  probe->postponed = std::move(job_);
+  job_ = std::move(probe);
+  return NextStep::Ask();
+}
+
+NextStep JobRun::Continue(JobFinish::After after) {
+  job_ = std::move(after.job);
+  return std::move(after.next);
+}
+
+void JobRun::Begin(std::unique_ptr<Job> job) {
+  job_ = std::move(job);
+  if (job_->As<Job::Write>() != nullptr) BeginNextPoints(*job_);
+  if (job_->As<Job::Routed>() == nullptr) Do(NextStep::Ask());
+}
+
+JobRun::Turn JobRun::TakeTurn() {
+  if (job_->postponed && WhyNotSend(*job_->postponed, now_.instant)) {
+    std::unique_ptr<Job> postponed = std::move(job_->postponed);
+    job_ = std::move(postponed);
+  }
+  NextStep step = phases_.departure.Decide(*job_, now_.instant);
+  if (step.what == NextStep::What::send) return Turn::send;
+  if (step.what == NextStep::What::hold) return Turn::wait;
+  Do(std::move(step));
+  return Turn::next;
+}
+
+bool JobRun::Withdraw() {
+  if (!job_ || job_->attempt.end) return false;
+  std::optional<NextStep> step = phases_.departure.Withdraw(*job_, now_.instant);
+  if (step) Do(std::move(*step));
+  return step.has_value();
+}
+
+// ---------------------------------------------------------------- its exchange
+
+void JobRun::OnEnd(ExchangeEnd end) {
+  last_ = job_->member;
+  phases_.sending.OnEnd(*job_, end.outcome, now_.instant);
+  job_->attempt.end = std::move(end);
+}
+
+std::optional<ExchangeEnd> JobRun::TakeEnd() {
+  return job_ ? std::exchange(job_->attempt.end, std::nullopt) : std::nullopt;
+}
+
+void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
+  Do(phases_.answer.Conclude(*job_, std::move(end), finding, now_));
+}
+
+}  // namespace baudgate

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/points/point_store.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace baudgate {
+PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
+    : line(&its_line), device(&its_device) {
+  record.line = &its_line;
+  record.device = &its_device;
+  record.points.resize(its_device.points.size());
+  record.age_limits = LimitsOf(its_device, Duration::zero());
+  announced.assign(its_device.points.size(), Quality::bad_waiting);
+  if (its_device.enabled) return;
+  record.override_quality = Quality::bad_out_of_service;
+  record.status.state = DeviceState::disabled;
+}
+
+PointStore::PointStore(const config::Config& config) {
+  for (const config::Line& line : config.lines) Append(line);
+}
+
+void PointStore::Append(const config::Line& line) {
+  lines_.Append(line, device_count());
+  for (const config::Device& device : line.devices) {
+    // In one step: a feed that begins now counts the device once.
+    const MutexLock lock(feeds_mutex_);
+    for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
+    devices_.Append(line, device);
+  }
+}
+
+void PointStore::Reconfigure(std::uint32_t line, const config::Line& as) {
+  const std::uint32_t first = lines_[line].first_device;
+  for (std::size_t i = 0; i < as.devices.size(); ++i) {
+    const auto device = first + static_cast<std::uint32_t>(i);
+    Entry& entry = devices_[device];
+    {
+      const MutexLock lock(entry.mutex);
+      entry.line = entry.record.line = &as;
+      entry.device = entry.record.device = &as.devices[i];
+      entry.record.age_limits = LimitsOf(as.devices[i], entry.record.line_cycle);
+      entry.next_ageing = Instant::min();  // some may age sooner now
+      ++entry.record.version;
+    }
+    std::vector<std::uint32_t> all(as.devices[i].points.size());
+    std::iota(all.begin(), all.end(), 0U);
+    Announce(device, all);
+  }
+}
+
+void PointStore::Retire(std::uint32_t line) {
+  lines_[line].line = nullptr;
+  const std::size_t end =
+      line + 1 < lines_.size() ? lines_[line + 1].first_device : devices_.size();
+  for (std::size_t device = lines_[line].first_device; device < end; ++device) {
+    devices_[device].gone = true;
+  }
+}
+
+std::uint32_t PointStore::present_count() const {
+  std::uint32_t present = 0;
+  for (std::size_t device = 0; device < devices_.size(); ++device) {
+    present += devices_[device].gone ? 0 : 1;
+  }
+  return present;
+}
+
+void PointStore::Read(std::uint32_t device,
+                      const std::function<void(const DeviceRecord&)>& look) const {
+  const Entry& entry = devices_[device];
+  const MutexLock lock(entry.mutex);
+  look(entry.record);
+}
+
+void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, Now at,
+                        Duration round_trip) {
+  Entry& entry = devices_[device];
+  std::vector<std::uint32_t> changed;
+  changed.reserve(samples.size());
+  {
+    const MutexLock lock(entry.mutex);
+    ++entry.record.version;
+    for (const Sample& sample : samples) {
+      PointRecord& held = entry.record.points[sample.point];
+      // Under a bad quality the value is not one: the last good one stays.
+      if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
+      held.reported = sample.quality;
+      held.at_best = Quality::good;
+      held.read_at = at.instant;
+      held.source_time = at.wall;
+      held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
+      ++held.seq;
+      changed.push_back(sample.point);
+      // The quality as it was `at` that time. A late reply may be too old by now: the next Age
+      // announces that.
+      entry.announced[sample.point] = QualityAt(entry.record, sample.point, at.instant);
+      ScheduleAgeing(entry, sample.point, at.instant);
+    }
+  }
+  Announce(device, changed);
+}
+
+void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now) {
+  Entry& entry = devices_[device];
+  std::vector<std::uint32_t> changed;
+  {
+    const MutexLock lock(entry.mutex);
+    ++entry.record.version;
+    for (const std::size_t point : points) {
+      PointRecord& held = entry.record.points[point];
+      if (!IsGood(held.reported)) continue;
+      held.at_best = std::min(held.at_best, Quality(Quality::uncertain));
+      changed.push_back(static_cast<std::uint32_t>(point));
+      entry.announced[point] = QualityAt(entry.record, point, now);
+      ScheduleAgeing(entry, point, now);
+    }
+  }
+  Announce(device, changed);
+}
+
+void PointStore::SetOverride(std::uint32_t device, Override why) {
+  Entry& entry = devices_[device];
+  {
+    const MutexLock lock(entry.mutex);
+    if (entry.record.override_quality == why) return;
+    entry.record.override_quality = why;
+    ++entry.record.version;
+    // An override has one quality at any age; when it ends, age decides again: the next Age looks.
+    if (why) {
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        entry.announced[point] = QualityAt(entry.record, point, Instant());
+      }
+    }
+    entry.next_ageing = Instant::min();
+  }
+  std::vector<std::uint32_t> all(entry.device.load()->points.size());
+  std::iota(all.begin(), all.end(), 0U);
+  Announce(device, all);
+}
+
+void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
+  Entry& entry = devices_[device];
+  const MutexLock lock(entry.mutex);
+  entry.record.line_cycle = cycle;
+  const auto after = LimitsOf(*entry.device, cycle);
+  if (after == entry.record.age_limits) return;
+  // What was too old stays so until it is read again.
+  for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
+    PointRecord& held = entry.record.points[point];
+    if (!held.read_at) continue;
+    const Quality aged = AgedQuality(entry.record, point, now);
+    if (aged < std::min(held.reported, held.at_best)) held.at_best = aged;
+  }
+  entry.record.age_limits = after;
+  ++entry.record.version;
+  entry.next_ageing = Instant::min();  // some may age sooner now
+}
+
+void PointStore::UpdateStatus(std::uint32_t device,
+                              const std::function<void(DeviceStatus&)>& change) {
+  Entry& entry = devices_[device];
+  {
+    const MutexLock lock(entry.mutex);
+    change(entry.record.status);
+  }
+  const MutexLock lock(feeds_mutex_);
+  for (const auto& feed : feeds_) feed->MarkDevice(device);
+}
+
+std::uint32_t PointStore::LineIndex(const config::Line& line) const {
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (lines_[i].line == &line) return static_cast<std::uint32_t>(i);
+  }
+  return static_cast<std::uint32_t>(lines_.size());
+}
+
+LineStatus PointStore::ReadLine(std::uint32_t line) const {
+  const LineEntry& entry = lines_[line];
+  const MutexLock lock(entry.mutex);
+  return entry.status;
+}
+
+void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
+  LineEntry& entry = lines_[line];
+  const MutexLock lock(entry.mutex);
+  change(entry.status);
+}
+
+std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
+  const MutexLock lock(feeds_mutex_);
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    counts.push_back(devices_[i].device.load()->points.size());
+  }
+  auto feed = std::make_shared<ChangeFeed>(counts);
+  feeds_.push_back(feed);
+  return feed;
+}
+
+void PointStore::Unsubscribe(const std::shared_ptr<ChangeFeed>& feed) {
+  const MutexLock lock(feeds_mutex_);
+  std::erase(feeds_, feed);
+}
+
+void PointStore::Age(Instant now) {
+  for (std::uint32_t device = 0; device < devices_.size(); ++device) {
+    Entry& entry = devices_[device];
+    if (entry.gone) continue;
+    std::vector<std::uint32_t> aged;
+    {
+      const MutexLock lock(entry.mutex);
+      if (now < entry.next_ageing) continue;
+      entry.next_ageing = Instant::max();
+      for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
+        const Quality quality = QualityAt(entry.record, point, now);
+        if (quality != entry.announced[point]) aged.push_back(point);
+        entry.announced[point] = quality;
+        ScheduleAgeing(entry, point, now);
+      }
+    }
+    Announce(device, aged);
+  }
+}
+
+void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> points) {
+  if (points.empty()) return;
+  const MutexLock lock(feeds_mutex_);
+  for (const auto& feed : feeds_) feed->MarkPoints(device, points);
+}
+
+void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
+  const auto due = NextAgeing(entry.record, point, now);
+  if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
+}
+
+}  // namespace baudgate

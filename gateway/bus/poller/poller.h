@@ -1,0 +1,129 @@
+// Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
+// idle (gateway/bus/jobs/turn_taker.h), and has those answered who wait
+// (gateway/bus/jobs/waiting_clients.h). The composition root of this room. Sans-I/O like
+// gateway/bus/exchange/line.h: bytes and time come in as arguments. One thread at a time.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config/model/line.h"
+#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/job_phases.h"
+#include "gateway/bus/jobs/job_run.h"
+#include "gateway/bus/jobs/line_knowledge.h"
+#include "gateway/bus/jobs/turn_taker.h"
+#include "gateway/bus/jobs/waiting_clients.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/poller/device_side.h"
+#include "gateway/bus/poller/line_inputs.h"
+#include "gateway/bus/poller/line_side.h"
+#include "gateway/bus/poller/reception.h"
+#include "gateway/bus/poller/taken_in.h"
+#include "gateway/bus/poller/telegram_exchange.h"
+#include "gateway/bus/schedule/idle_time.h"
+#include "gateway/bus/schedule/write_queue.h"
+#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/write_command.h"
+
+namespace baudgate {
+
+class Poller {
+ public:
+  using FindProtocol = Roster::FindProtocol;
+  /// `first_device`: the index of line.devices[0] in the store. `find` names the descriptor of a
+  /// protocol that the configuration has checked to exist. All references outlive the poller;
+  /// `port` and `listener` may be made later than it.
+  Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
+         PointStore& store, RequestPort& port, PollerListener& listener);
+
+  /// Before anything else; `tap` outlives the poller. `foreign`: of all protocols.
+  void Attach(Tap& tap, std::vector<ForeignRule> foreign = {}) {
+    devices_.Attach(tap, std::move(foreign));
+  }
+  /// Before the port opens: what OnMemory said last before a restart.
+  void Recall(std::uint32_t device, std::string memory, Now now);
+
+  /// `keeps_bit_rate`: see Line::OnOpened.
+  void OnOpened(Now now, bool keeps_bit_rate = false);
+  /// `why` is shown with all points: out_of_service when the port has been lent to another program.
+  void OnClosed(Now now, Override why = Quality::bad_not_connected);
+  /// `device` is an index in the point store. Not in use: not asked, its points out of service.
+  void SetInUse(std::uint32_t device, bool in_use, Now now);
+  void OnBytes(View bytes, Now now);
+  /// The server has ended the connection, and the next request opens another.
+  void OnEnded(Now now);
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+
+  /// Takes the command, or says no when kQueueLimit are waiting. Commands for an offline device, or
+  /// on a closed line, are answered at once: nothing is sent late.
+  bool Submit(WriteCommand command, Now now);
+  static constexpr std::size_t kQueueLimit = WriteQueue::kLimit;
+  /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed
+  /// line, and for a slave that does not answer, it may be answered at once.
+  void Submit(RoutedRequest request, Now now);
+  /// What OnEvents has reported of the device is on the disk: it may forget it. `said`: see
+  /// Conversation.
+  void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
+  /// See Conversation.
+  void OnHostClock(bool right);
+  void OnUnsettledWrite(std::uint32_t device);
+  /// The client has left: its routed requests are answered, and what is not on the wire is not
+  /// sent.
+  void Abandon(std::uint64_t client, Now now);
+
+  /// Nothing is begun any more until the port opens again: the write under way may end.
+  void WindUp() { turn_taker_.WindUp(); }
+  /// The port stays open after all.
+  void CallOffWindUp(Now now);
+  bool IsWriting() const;
+
+  /// Nothing is begun any more until GoOn: the line is wanted for a telegram by hand. True: what
+  /// was under way has ended, the line is silent, and no late reply can come, or was waited for
+  /// long enough.
+  bool Pause(Now now);
+  /// The request that it has sent may still go out: it has waited for a connection until now.
+  bool MayGoOut(Now now) const;
+  /// Before GoOn: the telegram was sent, and got no reply.
+  void OnUnansweredTelegram(Now now);
+  /// Before GoOn: the telegram to this device was sent, and may have written.
+  void OnWritingTelegram(std::uint32_t device, View telegram, Now now);
+  /// Without a Pause: nothing.
+  void GoOn(Now now);
+  /// The protocol and the settings with which a telegram by hand to this device is sent.
+  Speaking SpeakingAs(std::uint32_t device) const;
+
+  const Ledger& ledger() const { return knows_.ledger; }
+
+ private:
+  void Advance(Now now);
+  void SettleIfOpen();
+  void Settle();
+  void TakeTurns();
+
+  LineKnowledge knows_;
+  TakenIn taken_in_;
+  Chooser chooser_;
+  JobPhases phases_;
+  JobRun run_;
+  Reception reception_;
+  LineSide line_side_;
+  // The parts above are joined here, and used by these alone:
+  IdleTime time_;
+  DeviceSide devices_;
+  WaitingClients clients_;
+  TurnTaker turn_taker_;
+  LineInputs line_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,139 @@
+// Until when a reply may still come to a request that was given up. Until then nothing but
+// repetitions goes to its device; where replies carry no address, to no other device either.
+// Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
+// come. For each exchange, in this order:
+//
+//   OnEnd      at once, by gateway/bus/jobs/job_sending.h
+//   OnStray    for whatever comes after it, by gateway/bus/jobs/upkeep.cpp
+//   SetWait    when the input that ended it is done, by gateway/bus/jobs/upkeep.cpp
+//
+// OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to
+// it (LineNews::stray_before): they are counted for the exchange before.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/devices/by_member.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/exchange/line.h"
+#include "gateway/bus/replies/asked.h"
+#include "gateway/bus/replies/patience.h"
+
+namespace baudgate {
+
+class LateAnswers {
+ public:
+  explicit LateAnswers(const Roster& roster) : roster_(roster) {}
+
+  /// The exchange has ended. Before OnStray for what came after its end.
+  void OnEnd(const Asked& asked, Outcome outcome, Instant now);
+
+  struct Stray {
+    bool counts = true;              ///< among the line's stray bytes
+    const Member* late = nullptr;    ///< whose late reply it is, once for each exchange
+    Duration lateness{};             ///< of that reply, since it was due
+    const Member* warned = nullptr;  ///< the device that `warning` is about
+    std::string warning;
+  };
+  Stray OnStray(const StrayBytes& stray, Instant now);
+
+  /// Decides how long the next requests wait. `nothing_to_wait_for`: waiting is useless, because
+  /// the device owes no reply, or always lags by a number of replies.
+  void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
+  /// The port closed with an exchange under way. Its reply may come after the port has opened
+  /// again: from the device within its reply time; from a serial server, which keeps what it
+  /// receives, until the end of the ceiling.
+  void OnClosed(const Member& member, Instant now);
+  /// A request that the poller does not know got no reply: one may come until its ceiling.
+  void OnUnknownRequest(const Member& member, Instant now) {
+    SetLate(member, now + member.times.ceiling);
+  }
+  /// A second, different reply of it came, and not for the first time: two devices may have its
+  /// address. Its good replies are followed by a silence of its drain time for a while.
+  void OnSecondReply(const Member& member) {
+    State& state = states_[member];
+    if (!std::exchange(state.had_second, true)) return;
+    state.trail = std::max(state.trail, member.times.drain);
+  }
+  /// How much later than its reply time the first byte of its reply came; not above zero: in time.
+  static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
+  /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
+  void OnOffline(const Member& member) {
+    states_[member].more_drain = {};
+    patience_.OnOffline(member);
+  }
+
+  Instant LateUntil(const Member& member) const;
+  bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
+  /// From then on no late reply of any member can come.
+  Instant AllClearAt() const;
+  /// The earliest moment at which this request can be sent without a late reply to another one
+  /// being taken for its reply. A reply that carries its sender's address is taken for no other
+  /// device's.
+  Instant ClearAt(const Asked& asked) const;
+  /// The extra reply time that its late replies have earned.
+  Duration PatienceFor(const Member& member) const { return patience_.More(member); }
+  /// The same for this request, but zero for a probe of an absent device.
+  Duration MoreReply(const Asked& asked) const {
+    return asked.lone_probe ? Duration() : patience_.More(*asked.member);
+  }
+  /// How much longer than its drain time the silence after one of its failed exchanges has to be.
+  Duration ExtraDrain(const Member& member) const;
+  /// The silence that has to follow even a good reply.
+  Duration Aftermath(const Asked& asked, Instant now) const;
+  /// The longest reply time of all members: after such a rest of the line, no reply comes.
+  Duration LongestReply() const;
+  /// How long an exchange of it takes the line at most when it does not answer.
+  Duration WorstCase(const Member& member) const;
+  /// The member whose exchange ended last.
+  const Member* last() const { return last_; }
+
+ private:
+  enum class End : std::uint8_t {
+    silent,     // or unexpected, or there was no exchange
+    answered,   // bytes after it are a second copy, or noise
+    corrupt,    // bytes after it are the rest of the damaged reply
+    cut_short,  // bytes after it are the rest of a reply that was cut short
+  };
+  struct State {
+    Instant late_until{};                     // until then a reply to a failed request may come
+    std::optional<Instant> unanswered_since;  // start of the first exchange since its last reply
+    std::optional<Instant> late_from;  // bytes from here on are the late reply to its last request
+    // When the reply to the first try of its last request was due, if that met silence. After a
+    // damaged reply nothing is due.
+    std::optional<Instant> due;
+    Duration retried{};  // if its last reply came to a repetition: the time from `due` until then
+    Duration more_drain{};  // how much longer than its drain time its bytes kept coming after a
+                            // failed exchange
+    // Silence that follows its good replies, because more bytes came after one. The silence after
+    // failures is `more_drain`. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    Duration trail{};
+    std::size_t after = 0;    // bytes since its last exchange
+    std::size_t least = 0;    // bytes of the shortest reply to that
+    End end = End::silent;    // of its last exchange
+    bool absent = false;      // that was a probe of it while it was offline
+    bool told_late = false;   // the user has been warned
+    bool had_second = false;  // a second, different reply came
+  };
+
+  static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,
+                           Stray& told);
+  bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
+  bool OthersMayAnswer(const Member& member, Instant at) const;
+  void SetLate(const Member& member, Instant until);
+
+  const Roster& roster_;
+  Patience patience_;
+  ByMember<State> states_;
+  const Member* last_ = nullptr;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,297 @@
+// Whose a reply is, from what may be owed before it. "?A1", "UA1" are polls of device A, "PA0" asks
+// for its name, which is "!A0"; "!A1=5" says what it answers, "!=1" answers any U. In Modbus RTU
+// "!=1" is a reply of two registers: it does not say which two.
+//
+// clang-format off
+//    may be owed                  asked     comes      it is                            follows
+//  1 nothing                      UA1       !=1        its own                          proven: it counts
+//  2 nothing                      UA1       !A0        nothing's: a reply before it     shifted: the latest readings
+//                                                      came twice                       are read again
+//  3 a reply to UA1               UA2       !=1        to UA1 or to UA2                 not proven: asked again
+//  4 a reply to UA1               UA1       !=1        to either of the two             proven; older by the time between
+//  5 a reply to UA1, which was    ?A1       !A1=5      its own: UA1 is not answered so  proven; nothing is owed
+//    answered before
+//  6 a reply to UA1               PA0       !=1        to UA1                           elsewhere: A lags by one
+//  7 a reply to UA1               PA0       !A0        its own                          proven; nothing is owed
+//  8 a reply to PA0               UA1       !A0        to PA0                           elsewhere; one is owed as before
+//  9 nothing; the name is known   PA0       !A0=2      the name of another device, or   shifted; the second time in a row:
+//                                                      damage                           replaced, everything is read anew
+// 10 nothing; the name is known   UA1 as    !=1        the eighth in a row that tells   replaced, by a device without
+//                                 a probe              no name                          a name
+// 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed (to a
+//                                 times                                                 name; to a read see Learn)
+// 12 a reply to B, nameless       UA1       !=1        A's or B's                       not proven: asked again
+// 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
+// 14 nothing; PA0 was answered    UA1       !A9        its own, in a form that was not  a probe goes first from now on;
+//    directly before                                   asked for                        others are not read again
+// 15 a reply to UA1, which was    ?A1       !A1=5      to either of the two: in which   not proven: asked again, until no
+//    never answered                                    form UA1 is answered is unknown  UA1 is among the last four
+// 16 a reply to ?A0; the name     PA0       !A0=7      to either of the two             not proven: asked again
+//    is "!A0=7"
+// 17 nothing                      ?A1,      !=1        nothing's, as in row 2: the      any earlier request may be
+//                                 then UA1             order is lost                    answered next: only a proof ends it
+// clang-format on
+//
+// A refusal answers any request (!A0~refused): it proves whose it is only where the name itself is
+// refused. Each row is a test of the same number in tests/gateway/bus/replies/whose_reply_test.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/replies/whose_reply.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// "No", "not now": the device is there, but any request may be answered so.
+bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
+
+}  // namespace
+
+bool WhoseReply::IsSafe(const Asked& asked) const {
+  if (asked.request->is_proof()) return true;
+  return orders_.IsSafe(asked);
+}
+
+bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
+  const Member& member = *asked.member;
+  const bool answered = asked.request->expect.reply == Expectation::Reply::one;
+  if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
+  if (asked.unprovable) return false;
+  const State& state = states_[member];
+  const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
+  if (!state.answered_probe || now - state.proven_at > holds) return true;
+  if (IsUnprovable(member)) return false;
+  const bool odd = std::ranges::find(state.odd, asked.question()) != state.odd.end();
+  if (odd && !asked.proved && state.proofless == 0) return true;  // row 14
+  if (IsSafe(asked)) return false;
+  // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
+  // end: a round of 22 requests looks like a lag of 22.
+  return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
+}
+
+bool WhoseReply::IsProbedByWrites(const Device& device) const {
+  return device.conversation->Queries().empty() && states_[device].proof_reply.empty();
+}
+
+bool WhoseReply::IsOwedAlone(const Asked& asked) const {
+  if (asked.member->device != nullptr) return orders_.Owed(asked) == 1;
+  return !lost_.MayCome(*asked.member, asked.sent);
+}
+
+void WhoseReply::OnSent(const Asked& asked, Instant now) {
+  if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
+  const Request& request = *asked.request;
+  const SentRequest sent{asked.member->place, asked.question(), now, request.is_proof(),
+                         request.context};
+  orders_.OnSent(*asked.member, sent);
+}
+
+/// The conversation has taken the reply for one to this request. An identification has to be the
+/// one that is known.
+bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
+  if (!ProvesLife(outcome)) return false;
+  const Identity& identity = states_[*asked.member].identity;
+  return !identity.IsAskedBy(asked.question()) || identity.Is(frame) ||
+         (identity.names() && IsRefusal(outcome));
+}
+
+/// Example: "<1D:SPAJ 140C:5E" answers ">1RF:CC", if that is what relay 1 is, and no request for a
+/// number. "<1D:140:…" answers both, so as a name it proves nothing. Two Modbus registers answer
+/// every read of two registers.
+bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
+  if (sent.place == SentRequest::kNobody) return false;
+  const Member& asked = *roster_.everyone()[sent.place];
+  const Identity& identity = states_[asked].identity;
+  if (identity.IsAskedBy(sent.bytes)) {
+    return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
+  }
+  // The form of replies to clients of routes is not known here.
+  const Device* const device = asked.device;
+  return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
+}
+
+/// Row 15: the device has not answered this request since the port opened, so its reply may have
+/// any form. At most kMostOfStrangers replies of unknown form are expected, and none to a request
+/// that the device does not know.
+bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
+                           View frame) const {
+  const auto& everyone = roster_.everyone();
+  if (before > AnswerOrder::kMostOfStrangers || sent.place >= everyone.size()) return false;
+  const Member& asked = *everyone[sent.place];
+  const State& state = states_[asked];
+  if (!asked.IsSame(sender) || state.identity.Is(frame)) return false;
+  const auto silences = state.silences.find(sent.bytes);
+  if (silences != state.silences.end() && silences->second >= kUnknown) return false;
+  return !state.identity.IsAskedBy(sent.bytes) && !state.shown.contains(sent.bytes);
+}
+
+/// Rows 9 and 10. True: another device answers in its place.
+bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
+                              const AnswerOrder::MayAnswer& may_answer) {
+  const Request& request = *asked.request;
+  State& state = states_[*asked.member];
+  if (asked.probe && ProvesLife(outcome)) {
+    state.proofless = request.is_proof() ? 0 : state.proofless + 1;
+  }
+  if (request.steady && ProvesLife(outcome)) {
+    if (Fits(asked, frame, outcome)) {
+      state.identity.OnSame();
+    } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
+               state.identity.OnOther(frame)) {
+      // A name that came once, before any reading, may have been damage.
+      const bool was_there = state.identity.certain() || state.read;
+      state.identity.Learn(asked.question(), frame, outcome);
+      return was_there;
+    }
+  }
+  if (!state.identity.known() || state.proofless < kProbesWithoutProof) return false;
+  state.identity = {};
+  return true;
+}
+
+/// Rows 3 to 8, 12 and 13: which requests the reply may answer, of its device and of the line.
+void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
+                       const AnswerOrder::MayAnswer& may_answer) {
+  // Without a proof, replies to strangers cannot be told from its own.
+  const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
+  if (nameless) orders_.Of(*asked.member).ForgetStrangers();
+  orders_.OnAnswer(*asked.member, fits, may_answer);
+}
+
+/// The first reply that can only be an identification is the name. Row 11: nothing is owed to
+/// strangers any more.
+void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
+  const Request& request = *asked.request;
+  State& state = states_[*asked.member];
+  AnswerOrder& order = orders_.Of(*asked.member);
+  const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
+  if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
+    state.identity.Learn(asked.question(), frame, outcome);
+  }
+  // The port was opened, so up to three replies may be owed to its previous user. The probe was
+  // sent four times, so the fourth reply answers one of these probes. If it asks for the name,
+  // nothing else is owed now. If it is only a read of an unusual length, a rare poll may have the
+  // same form: then the replies to the other three probes stay among those that are owed.
+  if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
+    if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
+      order.Reset();
+    }
+    state.strangers = false;
+  }
+}
+
+/// A request whose reply has not fitted is asked behind a proof the next time. Only that shows
+/// whether the form is the device's own, or an earlier reply has come twice.
+void WhoseReply::NoteForm(const Asked& asked, bool fits) {
+  std::vector<Bytes>& odd = states_[*asked.member].odd;
+  const Bytes question = asked.question();
+  const auto known = std::ranges::find(odd, question);
+  if (fits && known != odd.end()) odd.erase(known);
+  if (fits || asked.probe || known != odd.end()) return;
+  if (odd.size() == kMostOdd) odd.erase(odd.begin());
+  odd.push_back(question);
+}
+
+/// The device has answered in the form that was asked for, or has refused: it knows this request.
+void WhoseReply::NoteShown(const Asked& asked, Outcome outcome) {
+  State& state = states_[*asked.member];
+  const bool identifies = state.identity.IsAskedBy(asked.question());
+  if (asked.request->is_proof() && (identifies || outcome == Outcome::ok)) state.proves = true;
+  if (outcome == Outcome::busy) return;
+  state.silences.erase(asked.question());
+  if (state.shown.size() >= kMostShown) state.shown.clear();
+  state.shown.insert(asked.question());
+}
+
+WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome outcome) {
+  const bool proof = asked.request->is_proof();
+  const Bytes frame = WithoutNumber(*asked.member->protocol, reply);
+  const auto has_form = [&](const SentRequest& sent, std::size_t) {
+    return MayAnswer(sent, frame, outcome);
+  };
+  const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
+    // The answer to a write repeats or acknowledges it: no reading looks so by chance.
+    return has_form(sent, before) ||
+           (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
+  };
+  State& state = states_[*asked.member];
+  Verdict verdict;
+  verdict.replaced = NoteIdentity(asked, frame, outcome, has_form);
+  const bool fits = Fits(asked, frame, outcome);
+  const bool copied = std::ranges::equal(frame, state.proof_reply);
+  verdict.odd = !fits && !asked.probe && !copied && orders_.IsBehindProof(asked);  // row 14
+  verdict.shifted = !fits && !verdict.odd && orders_.Owed(asked) == 1;             // row 2
+  if (fits || verdict.odd || verdict.shifted) NoteForm(asked, fits);
+  if (fits && proof) state.proof_reply.assign(frame.begin(), frame.end());
+  if (verdict.odd) {
+    orders_.OnOddForm(*asked.member);
+  } else {
+    // If no proof would restore the order, and another master is owed nothing, an odd reply counts
+    // as the own reply.
+    const SentRequest latest{asked.member->place, asked.question(), {}, proof};
+    const bool odd =
+        !state.proves && !state.strangers && MayLookSo(latest, 0, *asked.member, frame);
+    Count(asked, fits || odd, outcome, may_answer);
+  }
+  const bool strangers = state.strangers;
+  Learn(asked, frame, outcome);
+  verdict.elsewhere = !orders_.MayBeInStep(asked);
+  verdict.proven = orders_.IsAnswerTo(asked);
+  const int owed = orders_.Owed(asked);
+  if (verdict.proven) state.lag = proof ? owed : std::min(state.lag, owed);
+  if (strangers && !state.strangers) state.lag = 0;  // what other tries may be owed is no lag
+  if (verdict.replaced) state.shown.clear();
+  if (verdict.proven && fits) NoteShown(asked, outcome);
+  if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) state.read = true;
+  // A device that has a name is identified before its readings are accepted.
+  if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
+  verdict.older = orders_.Older(asked);
+  return verdict;
+}
+
+void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
+  // After damage, and after others' replies, an answer may still come.
+  State& state = states_[*asked.member];
+  if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
+    lost_.OnLost(*asked.member, asked.request->bytes, now);
+  }
+  if (silent && outcome == Outcome::no_reply) {
+    state.answered_probe = false;  // another may come now
+    const Bytes question = asked.question();
+    if (state.silences.size() >= kMostShown) state.silences.clear();
+    const bool counts = !asked.retry && !asked.writes && !state.shown.contains(question);
+    if (counts) ++state.silences[question];
+  }
+  if (!asked.probe || !ProvesLife(outcome)) return;
+  state.proven_at = now;
+  state.answered_probe = asked.request->is_proof() || !state.identity.known();
+}
+
+void WhoseReply::OnOpened(const Member& member, Instant now) {
+  orders_.Of(member).OnStranger(now);
+  State& state = states_[member];
+  state.strangers = true;
+  state.shown.clear();
+  state.proves = false;
+}
+
+void WhoseReply::OnReconnect(const Member& member) {
+  State& state = states_[member];
+  state.answered_probe = false;
+  state.proofless = 0;
+  state.lag = 0;
+  state.read = false;
+  state.odd.clear();
+  state.silences.clear();
+}
+
+void WhoseReply::OnNoProof(const Device& device, Instant now) {
+  if (!device.conversation->Queries().empty()) return;
+  orders_.Of(device).ForgetStrangers();
+  orders_.ForgetBefore(device, now - std::max<Duration>(kOwedFor, 2 * device.times.ceiling));
+}
+
+void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }
+
+}  // namespace baudgate

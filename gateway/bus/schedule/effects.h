@@ -1,0 +1,81 @@
+// What follows from a reply or from the end of a job, as plain values. Made by
+// gateway/bus/jobs/intake.cpp (replies) and gateway/bus/jobs/job_end.cpp (ends); applied by
+// gateway/bus/jobs/effect_applier.cpp alone, in the order in which the fields stand. At the end of
+// each job, behind `background`, it also plans the next background read and tells the probes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "config/model/point.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/devices/latest_readings.h"
+#include "gateway/bus/schedule/schedule.h"
+#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/write_command.h"
+
+namespace baudgate {
+
+/// What follows from a reply whose readings and events were taken over.
+struct ReplyEffects {
+  bool rechecked = false;           ///< a reading counts only when a second one agrees
+  bool unconfirmed = false;         ///< a reading that jumped has not come again
+  std::vector<QueryRef> read_soon;  ///< queries to read again for that
+  std::vector<config::Group>
+      repeat;  ///< seldom groups with a point that was not read, or is doubtful
+  std::optional<LatestReadings::Points> stored;  ///< these points of a poll are in the store
+  bool hold_events = false;                      ///< until the events of the reply are on the disk
+  Duration peace{};  ///< the device wants to be left in peace for this long
+};
+
+/// What follows from the end of a job.
+struct EndEffects {
+  struct Background {
+    bool sent = false;
+    Duration took{};  ///< line time with its proof; zero: it was not answered
+    bool proved = false;
+  };
+  struct FastPoll {
+    Duration wire{};
+    bool answered = false;
+    bool last_of_round = false;
+  };
+  struct Poll {
+    std::size_t query = 0;
+    bool answered = false;
+  };
+  /// What follows for the points of a command that were under way.
+  struct Write {
+    enum class Next : std::uint8_t {
+      answer,   ///< its client, with `result`
+      confirm,  ///< the device has confirmed it; its client is answered after the read-back
+      go_on,    ///< with the points that remain
+    };
+    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
+    std::vector<PointWrite> confirmed;  ///< a reading that agrees with one of these counts
+    Next next = Next::answer;
+    WriteResult result{};
+  };
+
+  /// The group is to be polled again, because a part of it was not read.
+  struct Repeat {
+    config::Group group{};
+    bool soon = false;  ///< Schedule::RepeatSoon; the rule is in gateway/bus/jobs/job_end.cpp
+  };
+
+  std::optional<Background> background;
+  std::optional<FastPoll> fast_poll;
+  std::optional<Poll> poll;
+  std::optional<Repeat> repeat;
+  std::vector<std::size_t> read_again;  ///< points of a read-back whose query was gone
+  std::vector<std::size_t> doubt;       ///< these points are uncertain
+  bool polls_first = false;             ///< go before the next write to the device
+  bool judges_member = true;            ///< the end says whether the member answers
+  bool wrote = false;                   ///< its request may have changed the device
+  std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
+  std::optional<Write> write;
+};
+
+}  // namespace baudgate

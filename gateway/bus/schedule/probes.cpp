@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/schedule/probes.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/deadline.h"
+
+namespace baudgate {
+namespace {
+
+/// So long after its last look a device does not wait for a rest of the line any more.
+constexpr Duration kLongestWait = 2s;
+
+}  // namespace
+
+void Probes::OnOpened() {
+  first_looks_ = ProbeBudget(kFirstShare);
+  looks_ = ProbeBudget();
+  writes_ = ProbeBudget(kWriteShare);
+}
+
+bool Probes::HasFirstLook(const Member& member, Instant now) const {
+  const State& state = states_[member];
+  return state.first_looks > 0 && now < state.first_until;
+}
+
+Instant Probes::ReadyAt(const Member& member) const {
+  return std::max(late_.LateUntil(member), states_[member].ask_again.value_or(Instant{}));
+}
+
+ProbeBudget& Probes::BudgetOf(Kind kind) {
+  if (kind == Kind::short_write) return writes_;
+  return kind == Kind::first_look ? first_looks_ : looks_;
+}
+
+Member* Probes::Next(const Facts& facts) const {
+  const auto& everyone = roster_.everyone();
+  Member* next = nullptr;
+  for (std::size_t i = 0; i < everyone.size(); ++i) {
+    Member* member = everyone[(turn_ + i) % everyone.size()];
+    const bool can = member->health.absent() && ReadyAt(*member) <= facts.now;
+    if (!can || !facts.is_looked_for(*member)) continue;
+    if (HasFirstLook(*member, facts.now)) return member;
+    if (next == nullptr) next = member;
+  }
+  return next;
+}
+
+std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& facts) const {
+  const Duration worst = late_.WorstCase(member);
+  const bool first = HasFirstLook(member, facts.now);
+  const ProbeBudget& budget = first ? first_looks_ : looks_;
+  const Kind kind = first ? Kind::first_look : Kind::look;
+  const auto next = [&](Instant from, Duration cost) {
+    return budget.NextProbe(from, facts.next_wanted, facts.idle_since, cost);
+  };
+  const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
+                    states_[member].hasty_looks >= kHastyLooks;
+  if (rest) {
+    // Writes and readings in the background may leave no such rest although no poll is due.
+    const State& state = states_[member];
+    const bool long_ago = state.probed_at && facts.now - *state.probed_at >= kLongestWait;
+    const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
+    if (rested && (!long_ago || *rested <= facts.now)) return Look{*rested, kind};
+    const auto waits = next(facts.now, kRest + worst);
+    if (waits) return Look{*waits, Kind::rested_look};
+  }
+  if (const auto when = next(facts.now, worst)) return Look{*when, kind};
+  // A client is waiting for this member now, and may have given up by the next exchange, so as soon
+  // as the share is earned this probe may delay others.
+  if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
+  return std::nullopt;
+}
+
+std::optional<Instant> Probes::NextAt(const Facts& facts) const {
+  const Member* next = Next(facts);
+  if (next == nullptr) {
+    // When the first may be probed that may not yet.
+    std::optional<Instant> soonest;
+    for (const Member* member : roster_.everyone()) {
+      if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
+      const Instant ready = ReadyAt(*member);
+      if (ready > facts.now) soonest = Soonest({soonest, ready});
+    }
+    return soonest;
+  }
+  if (const auto look = LookAt(*next, facts)) return look->at;
+  // When the clients have stayed away for this long, the line counts as free.
+  return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
+}
+
+Instant Probes::NextWriteAt(const Member& member, const Facts& facts) const {
+  const auto free =
+      writes_.NextProbe(facts.now, facts.next_wanted, facts.idle_since, late_.WorstCase(member));
+  return free.value_or(std::max(facts.now, writes_.earned_at()));
+}
+
+Probes::Kind Probes::OnTaken(const Member& member, const Facts& facts) {
+  const auto look = LookAt(member, facts);
+  const Kind kind = look ? look->kind : Kind::look;
+  turn_ = member.place + 1;
+  State& state = states_[member];
+  if (kind == Kind::first_look) --state.first_looks;
+  const bool rested = kind == Kind::rested_look || facts.now - facts.idle_since >= kRest;
+  state.hasty_looks = rested ? 0 : state.hasty_looks + 1;
+  return kind;
+}
+
+std::optional<Instant> Probes::began() const {
+  return ended_.member == nullptr ? std::nullopt : std::optional(ended_.began);
+}
+
+void Probes::OnIdle(Duration waited, Instant now) {
+  const Ended ended = std::exchange(ended_, {});
+  State& state = states_[*ended.member];
+  BudgetOf(ended.kind).OnProbe(ended.began, now, waited);
+  state.waited = ended.kind == Kind::rested_look ? std::max<Duration>(waited - kRest, {}) : waited;
+  if (state.probed_at) state.gap = ended.began - *state.probed_at;
+  state.probed_at = ended.began;
+}
+
+Duration Probes::NoticeBound(Instant now) const {
+  Duration turn{};
+  Duration period{};
+  Duration seen{};
+  Duration first{};
+  Instant first_until = now;
+  std::optional<Duration> known;  // the longest wait for any of them
+  for (const Member* member : roster_.everyone()) {
+    if (member->in_use && member->health.absent()) known = std::max(known, states_[*member].waited);
+  }
+  for (const Member* member : roster_.everyone()) {
+    if (!member->in_use || CannotProbe(*member)) continue;
+    if (member->health.absent()) {
+      const State& state = states_[*member];
+      const Duration worst = late_.WorstCase(*member);
+      const Duration waited = state.waited.value_or(known.value_or(worst));
+      const bool rests = member->device != nullptr && !member->protocol->tcp;
+      const Duration rest = rests ? kRest : Duration();
+      turn += ProbeBudget::Interval(worst + rest, waited > Duration() ? waited + rest : waited);
+      seen = std::max(seen, state.gap + worst);
+      if (!HasFirstLook(*member, now)) continue;
+      first += state.first_looks *
+               ProbeBudget::Interval(worst, state.waited.value_or(worst), kFirstShare);
+      first_until = std::max(first_until, state.first_until);
+    } else if (const Device* device = member->device) {
+      period = std::max(period, device->config->poll);
+    }
+  }
+  if (turn == Duration::zero()) return turn;
+  const Duration blocked = std::max<Duration>(looks_.earned_at() - now, {});
+  return std::max(std::min(first, first_until - now) + blocked + turn + period, seen);
+}
+
+}  // namespace baudgate

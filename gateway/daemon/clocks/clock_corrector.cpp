@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/clocks/clock_corrector.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "gateway/bus/points/ageing.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Duration kLookInterval = 1s;
+constexpr Duration kAnswerPatience = 30s;
+/// A reading that was asked for is no older.
+constexpr Duration kFresh = 10s;
+/// Two readings of a clock that runs differ by less.
+constexpr double kAlike = 2;
+
+const Writer kWriter{"gateway", 0};
+constexpr std::string_view kTried = "tried ";
+
+std::chrono::seconds UnixTime(WallTime at) {
+  return std::chrono::floor<std::chrono::seconds>(at).time_since_epoch();
+}
+
+/// "tried 1790000000".
+std::optional<std::chrono::seconds> TriedAt(const std::string& memory) {
+  if (!memory.starts_with(kTried)) return std::nullopt;
+  const auto at = ParseInteger<std::int64_t>(std::string_view(memory).substr(kTried.size()));
+  return at ? std::optional(std::chrono::seconds(*at)) : std::nullopt;
+}
+
+double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+std::string Shown(double drift) {
+  return fmt::format("{:.1f} s {}", std::abs(drift), drift > 0 ? "ahead" : "behind");
+}
+
+bool WantsCare(const config::Config& config) {
+  return std::ranges::any_of(config.lines, [](const config::Line& line) {
+    return std::ranges::any_of(
+        line.devices, [](const config::Device& device) { return ClockCareOf(device).has_value(); });
+  });
+}
+
+std::uint32_t DevicesOf(const config::Config& config) {
+  std::size_t devices = 0;
+  for (const config::Line& line : config.lines) devices += line.devices.size();
+  return static_cast<std::uint32_t>(devices);
+}
+
+}  // namespace
+
+ClockCorrector::ClockCorrector(Links links)
+    : links_(std::move(links)), gate_(links_.store, links_.commands) {}
+
+void ClockCorrector::OnReload(const config::Config& config) {
+  const MutexLock lock(mutex_);
+  devices_ = DevicesOf(config);
+  if (tries_) {
+    tries_->OnReload(config);
+  } else if (WantsCare(config)) {
+    if (links_.open) {
+      tries_ = links_.open(config);
+    } else {
+      links_.warn("no clock is corrected: there is no state folder to keep when it was tried");
+    }
+  }
+}
+
+void ClockCorrector::OnHostClock(bool right) {
+  const MutexLock lock(mutex_);
+  right_ = right;
+}
+
+void ClockCorrector::Stop() {
+  const MutexLock lock(mutex_);
+  stopped_ = true;
+}
+
+void ClockCorrector::Tick(Now now) {
+  const MutexLock lock(mutex_);
+  if (stopped_ || !tries_ || (looked_ && now.instant - *looked_ < kLookInterval)) return;
+  looked_ = now.instant;
+  for (std::uint32_t device = 0; device < devices_; ++device) {
+    // The end of a correction is told even where a reload has removed its device.
+    if (links_.store.gone(device) && !under_way_.contains(device)) continue;
+    const auto care = ClockCareOf(links_.store.device(device));
+    if (care) Look(device, *care, now);
+  }
+}
+
+void ClockCorrector::Look(std::uint32_t device, const ClockCare& care, Now now) {
+  if (under_way_.contains(device)) {
+    GoOn(device, care, now);
+  } else if (MayTry(device, care, now)) {
+    Begin(device, care, now);
+  }
+}
+
+bool ClockCorrector::MayTry(std::uint32_t device, const ClockCare& care, Now now) const {
+  if (!right_ || !MayCorrectAt(now.wall, care.zone)) return false;
+  const auto tried = TriedAt(tries_->Of(device));
+  if (tried && UnixTime(now.wall) - *tried < kBetweenTries) return false;
+  const auto wait = not_before_.find(device);
+  return wait == not_before_.end() || now.instant >= wait->second;
+}
+
+std::optional<double> ClockCorrector::DriftOf(std::uint32_t device, const ClockCare& care,
+                                              Instant now) const {
+  std::optional<double> drift;
+  links_.store.Read(device, [&](const DeviceRecord& record) {
+    if (!IsGood(QualityAt(record, care.drift, now))) return;
+    drift = ToDouble(record.points[care.drift].value);
+  });
+  return drift && std::isfinite(*drift) ? drift : std::nullopt;
+}
+
+void ClockCorrector::Begin(std::uint32_t device, const ClockCare& care, Now now) {
+  const auto drift = DriftOf(device, care, now.instant);
+  if (!drift || std::abs(*drift) < Seconds(care.least)) return;
+  UnderWay& begun = under_way_[device];
+  begun.drift = *drift;
+  WriteCommand command;
+  command.device = device;
+  command.client = kWriter.name;
+  command.kind = Reads{{care.drift}};
+  command.deadline = now.instant + kAnswerPatience;
+  command.done = [answered = begun.answered](const WriteResult& result) {
+    const MutexLock lock(answered->mutex);
+    answered->result = result;
+  };
+  if (links_.commands.Submit(std::move(command))) return;
+  under_way_.erase(device);
+  not_before_[device] = now.instant + kBetweenReads;
+}
+
+void ClockCorrector::GoOn(std::uint32_t device, const ClockCare& care, Now now) {
+  using Step = UnderWay::Step;
+  const UnderWay was = under_way_.at(device);
+  const bool gone = links_.store.gone(device);
+  if (was.step == Step::keeps) {
+    const auto kept = tries_->kept();
+    if (kept == DeviceMemory::Kept::waits) return;
+    under_way_.erase(device);
+    const char* why = nullptr;
+    if (gone) why = "a reload has ended its line";
+    if (!right_) why = "this machine's clock is no longer synchronised";
+    if (kept == DeviceMemory::Kept::no) why = "the attempt cannot be recorded: the disk fails";
+    if (why == nullptr) return Correct(device, care, was.drift, now);
+    return links_.tell(device, false, "it is " + Shown(was.drift) + "; " + why, now);
+  }
+  std::optional<WriteResult> result;
+  {
+    const MutexLock lock(was.answered->mutex);
+    result = was.answered->result;
+  }
+  if (!result) return;
+  under_way_.erase(device);
+  if (was.step == Step::writes) return TellEnd(device, was.drift, *result, now);
+  not_before_[device] = now.instant + kBetweenReads;
+  if (result->read_back && !gone) Keep(device, care, was.drift, now);
+}
+
+void ClockCorrector::TellEnd(std::uint32_t device, double drift, const WriteResult& result,
+                             Now now) const {
+  const bool done = result.end == WriteEnd::ok;
+  std::string text = "it was " + Shown(drift);
+  if (result.end == WriteEnd::unknown) text += "; nobody knows whether it is corrected";
+  if (!done) text += "; " + result.reason;
+  links_.tell(device, done, text, now);
+}
+
+void ClockCorrector::Keep(std::uint32_t device, const ClockCare& care, double before, Now now) {
+  not_before_.erase(device);
+  if (!MayTry(device, care, now)) return;
+  not_before_[device] = now.instant + kBetweenReads;
+  Duration age = Duration::max();
+  links_.store.Read(device, [&](const DeviceRecord& record) {
+    const auto& read = record.points[care.drift].read_at;
+    if (read) age = now.instant - *read;
+  });
+  const auto drift = DriftOf(device, care, now.instant);
+  if (!drift || age > kFresh || std::abs(*drift - before) > kAlike) return;
+  if (std::abs(*drift) < Seconds(care.least)) return;
+  tries_->Set(device, std::string(kTried) + std::to_string(UnixTime(now.wall).count()));
+  if (std::abs(*drift) > Seconds(care.most)) {
+    links_.tell(device, false,
+                "it is " + Shown(*drift) + ", more than " + kCorrectClockMost + ": " +
+                    FormatDuration(care.most) + "; set it by hand",
+                now);
+    return;
+  }
+  under_way_[device] = {.step = UnderWay::Step::keeps, .drift = *drift};
+}
+
+void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double drift, Now now) {
+  UnderWay& begun = under_way_[device];
+  begun.step = UnderWay::Step::writes;
+  begun.drift = drift;
+  WriteAsk ask;
+  ask.device = device;
+  ask.parts.push_back({care.correction, Value(true)});
+  ask.deadline = now.instant + kAnswerPatience;
+  ask.done = [answered = begun.answered](const WriteResult& result) {
+    const MutexLock lock(answered->mutex);
+    answered->result = result;
+  };
+  if (const auto refusal = gate_.Submit(kWriter, std::move(ask), now.instant)) {
+    under_way_.erase(device);
+    links_.tell(device, false, "it is " + Shown(drift) + "; " + refusal->text, now);
+  }
+}
+
+}  // namespace baudgate

@@ -1,0 +1,43 @@
+// What a new configuration changes of the one that runs, in the same words for the answer, in the
+// log and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name;
+// their order in the file does not count.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/daemon/reload/action.h"
+#include "gateway/daemon/reload/modbus_difference.h"
+
+namespace baudgate::reload {
+
+struct LineChange {
+  std::string line;
+  Action action = Action::same;
+  std::string what;  ///< "port; poll of feeder-1"; of `in_place` and `restarted`
+};
+
+struct Difference {
+  std::vector<LineChange> lines;  ///< all of the new one in its order, then those removed
+  ModbusDifference modbus;
+  std::vector<std::string> settings;  ///< beside these, that are applied: "history.points"
+  std::vector<std::string> restart;   ///< that only a restart can change: "dds.domain"
+
+  /// Nothing changes but the text.
+  bool empty() const;
+};
+
+/// In `running` a line without a name is one that is gone.
+Difference Compare(const config::Config& running, const config::Config& next);
+
+/// One for each change: "line bay-1: begins anew: port".
+std::vector<std::string> Sentences(const Difference& difference);
+/// "1 line new, 1 line begun anew; 12 lines untouched".
+std::string Summary(const Difference& difference);
+/// "only a restart can change dds.domain, gateway.name", if anything needs one.
+std::optional<std::string> WhyNot(const Difference& difference);
+
+}  // namespace baudgate::reload

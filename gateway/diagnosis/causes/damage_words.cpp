@@ -1,0 +1,194 @@
+// The sentences about damaged replies: bytes lost, added or changed, and check values.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "gateway/diagnosis/causes/hypotheses.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using enum Symptom;
+
+/// A driver that lets go too early costs no more.
+constexpr std::size_t kFewLost = 4;
+/// The cause of a finding about a text whose check value may be computed in any way.
+constexpr std::string_view kText = "a text";
+constexpr const char* kSetRaw =
+    "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
+
+bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
+  return 10 * count >= 9 * evidence.seen;
+}
+
+/// "11 and 13".
+std::string NamesOf(unsigned specials) {
+  std::string names;
+  for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
+    if ((specials & (1U << i)) == 0) continue;
+    names += (names.empty() ? "" : " and ") + fmt::format("{:02X}", kSpecialBytes[i]);
+  }
+  return names;
+}
+
+}  // namespace
+
+bool IsComputedOtherwise(const Evidence& evidence) {
+  const Finding* const check = evidence.first().status.findings.Check();
+  const bool fits = check != nullptr && check->cause != kText;
+  return fits && 2 * evidence.Count(bad_check) > evidence.seen;
+}
+
+/// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
+unsigned Suspects(const Evidence& evidence) {
+  const unsigned all = evidence.device->status.findings.specials().Suspects();
+  constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
+  return evidence.line->is_network() ? all : all & ~kTelnet;
+}
+
+std::string SayHeadLost(const Evidence& evidence) {
+  const std::string& how = evidence.Last(head_lost).cause;
+  const bool one = how.empty() && evidence.Count({noise, damaged}) == 0;
+  const bool steals = !one && how != kGarbled && evidence.answered && !evidence.alike.empty() &&
+                      !evidence.line->is_network();
+  return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
+                     : one           ? "the first byte of its replies is missing"
+                                     : "the first bytes of its replies are missing") +
+         ": a converter switches too late: use automatic direction, or raise the device's answer "
+         "delay" +
+         (steals ? "; or " + OtherReader(evidence) : "");
+}
+
+std::string SayEndLost(const Evidence& evidence) {
+  if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
+    return "the last byte of its replies comes garbled: a driver lets go of the bus too early (use "
+           "one with automatic direction), or its replies come damaged: noise, a bad wire";
+  }
+  if (evidence.Last(end_lost).cause == kGarbled) {
+    return "the last byte of its replies comes garbled: it computes another check value, or a "
+           "driver lets go of the bus too early (use a converter with automatic direction)";
+  }
+  if (evidence.line->is_network() && evidence.healthy.empty()) {
+    return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
+           "set its port to raw, without delimiters";
+  }
+  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
+         "converter with automatic direction";
+}
+
+std::string SayTailLost(const Evidence& evidence) {
+  const Finding& finding = evidence.Last(tail_lost);
+  if (!finding.cause.empty() && !finding.remedy.empty()) {
+    const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
+    return never ? "its replies carry no check value: " + finding.remedy
+                 : "its replies break off before their check value: a driver lets go of the bus "
+                   "too early; use a converter with automatic direction";
+  }
+  if (!finding.cause.empty()) {
+    return "its replies break off before their line end, the last byte or two: a converter takes "
+           "it out (set it to raw), or a driver lets go of the bus too early";
+  }
+  const std::string of =
+      finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
+  const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
+                   finding.expected <= finding.bytes + kFewLost;
+  // What others share with it is not the cause.
+  if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
+    return fmt::format(
+        "its replies break off ({}{} bytes came): its driver lets go of the bus too "
+        "early, or {}",
+        finding.bytes, of, TwoDevices(*evidence.first().device));
+  }
+  // Of a text nobody knows how long it should be.
+  const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
+  return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
+                     end ? "a driver lets go of the bus too early, or the buffer of a converter is "
+                           "too small"
+                         : "the buffer of a serial server or converter is too small, or a wire is "
+                           "bad");
+}
+
+std::string SayBytesLost(const Evidence& evidence) {
+  const Finding& finding = evidence.Last(bytes_lost);
+  if (evidence.first().status.unasked) {
+    // Such a length may be wrong in the configuration, where none was ever right.
+    if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
+    return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
+           "over, or flow control at one end alone";
+  }
+  if (!evidence.healthy.empty()) {
+    return "bytes are missing inside its replies: a bad wire, plug or fibre at its end, or a "
+           "converter there loses them (set it to raw)";
+  }
+  return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+         "overrun (replace it)";
+}
+
+std::string SayBytesAdded(const Evidence& evidence) {
+  const Finding& finding = evidence.Last(bytes_added);
+  const bool known = finding.expected > 0 && finding.bytes > finding.expected;
+  return "its replies have bytes too many" +
+         (known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string()) +
+         (evidence.healthy.empty() ? ": "
+                                   : ": two devices have its address and answer at once; or ") +
+         kSetRaw;
+}
+
+std::string SaySpecials(const Evidence& evidence) {
+  return "replies fail that contain " + NamesOf(Suspects(evidence)) + ", and no others: " + kSetRaw;
+}
+
+std::string SayEatenRequests(const Evidence& evidence) {
+  return "requests fail that contain " + NamesOf(evidence.eaten) +
+         ", and no others: switch XON/XOFF off at the converter or serial server";
+}
+
+std::string SayBadCheck(const Evidence& evidence) {
+  if (const Finding* const check = evidence.first().status.findings.Check()) {
+    const bool fits = check->cause != kText;
+    return fits ? WithRemedy(*check) : "its check value is computed otherwise: " + check->remedy;
+  }
+  if (evidence.first().status.unasked) {
+    return "its messages have a wrong check value: something in between changes them, as a "
+           "multiplexer, or noise";
+  }
+  const std::string cause = "its replies have a wrong check value";
+  // A converter would lose bytes of its neighbours as well.
+  if (!evidence.healthy.empty() && !evidence.answered &&
+      IsNearlyAll(evidence.Count(bad_check), evidence)) {
+    const std::string check = CheckOf(evidence.first());
+    return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
+           ": it computes another one (see its manual and options), or two devices have its "
+           "address";
+  }
+  if (!evidence.Last(bad_check).cause.empty()) {
+    return cause +
+           ": two devices have its address, it computes another one, or a converter loses bytes "
+           "(use raw)";
+  }
+  const std::string check = CheckOf(evidence.first());
+  return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
+         ": two devices have its address, or it computes another one";
+}
+
+std::string SayTooLong(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  return fmt::format(
+      "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
+      "once (block, max_items)",
+      findings.lengths().silent().shortest, findings.lengths().longest_good());
+}
+
+std::string SayLongDamaged(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  return fmt::format(
+      "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
+      "max_items): a buffer is small",
+      findings.lengths().damaged().shortest, findings.lengths().longest_good());
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/causes/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/evidence.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// So many readings that were not confirmed, and one of so many exchanges, are no chance.
+constexpr std::uint32_t kUnconfirmed = 4;
+constexpr std::uint32_t kUnconfirmedShare = 25;
+/// So many in a row are no outage of the port.
+constexpr std::size_t kManyFailures = 8;
+/// An outage of the last hour that was shorter than that part is not worth a word.
+constexpr double kNotableOutage = 0.01;
+/// So many exchanges in a row are no disturbance that is just over.
+constexpr std::uint32_t kManyBehind = 16;
+/// One that begins so soon behind the start may be its end.
+constexpr Duration kStart = 5min;
+
+std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
+  if (status.unasked) return "its next message is waited for";
+  if (line.notice_bound <= Duration::zero()) return "it is asked again and again";
+  return "its return is noticed within " + FormatAge(line.notice_bound);
+}
+
+/// "3 outages in the last hour": what a look at the present does not show. Empty: none, or one that
+/// is not worth a word.
+std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
+  const MinuteCounts hour = record.status.hour.Sum(now.instant);
+  if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
+  if (hour.outages < from || 1 - Availability(hour) < kNotableOutage) return {};
+  const Duration since = std::min<Duration>(now.instant - started, 1h);
+  return fmt::format("{} in the last {}", Plural(hour.outages, "outage"),
+                     since < 1h ? FormatAge(since) : "hour");
+}
+
+std::string AnsweredShare(const DeviceRecord& record, Now now) {
+  return fmt::format("answered {} of the time",
+                     Percent(Availability(record.status.hour.Sum(now.instant))));
+}
+
+Sentences Absence(const LineStatus& line, const DeviceRecord& record,
+                  std::span<const DeviceRecord> all, Now now, Instant started) {
+  const DeviceStatus& status = record.status;
+  std::string since = status.last_ok ? "offline for " + FormatAge(now.instant - *status.last_ok)
+                                     : "has never answered";
+  const Evidence evidence = Gather(line, record, all, now);
+  if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
+  if (AbsentTogether(all)) {
+    return {since + ", as no device of line '" + record.line->name + "' answers"};
+  }
+  const std::string often = status.last_ok ? Outages(record, 2, now, started) : std::string();
+  const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
+  if (!often.empty() && silent) since += " (" + often + ")";
+  Sentences said = Said(since + ": ", evidence);
+  if (!often.empty()) {
+    said.push_back((silent ? "" : often + ", and it ") + AnsweredShare(record, now));
+  }
+  if (silent && status.last_ok) said.push_back(Noticed(line, status));
+  return said;
+}
+
+/// It is waited for longer than configured, and so answers in time. Once may be chance.
+Sentences Patience(const DeviceStatus& status) {
+  if (status.patience <= Duration() || status.late < 2) return {};
+  const Duration reply = status.timing.reply.value_or(Duration{});
+  const Duration seen = status.findings.Count(Symptom::late) > 0
+                            ? std::max(reply, status.findings.Last(Symptom::late).time)
+                            : reply + std::min(status.patience, status.lateness);
+  return {
+      fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
+                  "ms: set timing: "
+                  "{{ reply: {}ms }} in the configuration",
+                  Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
+}
+
+/// There are neighbours that are asked as often, and beside their replies nothing stands.
+bool IsCleanElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
+  bool asked = false;
+  for (const DeviceRecord& one : all) {
+    if (one.device == device.device || !Answers(one.status.state)) continue;
+    const Findings& findings = one.status.findings;
+    if (findings.Count(Symptom::noise_before) + findings.Count(Symptom::noise_behind) > 1)
+      return false;
+    asked = asked || findings.size() == Findings::kKept;
+  }
+  return asked;
+}
+
+/// The rest of a neighbour's replies may come beside its own.
+bool ComesLateElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
+  return std::ranges::any_of(all, [&](const DeviceRecord& one) {
+    return one.device != device.device &&
+           one.status.findings.Count(Symptom::split) >= kNotableFailures;
+  });
+}
+
+/// Before its port was opened anew as well.
+bool FailsAlways(const DeviceStatus& status) {
+  const Findings& findings = status.findings;
+  const std::size_t run = findings.LongestRun();
+  return (findings.size() >= kNotableFailures && run == findings.size()) ||
+         (IsAbsent(status) && run >= kManyFailures);
+}
+
+/// Why the device is not judged at present, as when it was not asked yet. Empty: it is judged.
+std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& device,
+                                   const Evidence& evidence, Now now) {
+  const DeviceStatus& status = device.status;
+  if (status.unasked && status.exchanges == 0) return Silence(device, now);
+  if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
+  if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
+  if (status.exchanges == 0 && status.findings.size() == 0) return Sentences{"not asked yet"};
+  // A server that ends the connection may have said what it is.
+  const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
+                    status.findings.Count(Symptom::text) > 0;
+  if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
+    return Sentences{status.unasked
+                         ? "has not spoken since the port was opened: normal where nothing has "
+                           "happened"
+                         : "not asked since the port was opened"};
+  }
+  if (line.cut_since && IsAbsent(status)) {
+    return Sentences{"cannot be reached: the ring of line '" + device.line->name +
+                     "' is open; this says nothing about the device"};
+  }
+  return std::nullopt;
+}
+
+/// Sentences about failed exchanges and about bytes beside replies; the cause comes first.
+Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
+                    std::span<const DeviceRecord> all) {
+  Sentences found;
+  if (IsForeign(device)) {
+    const auto other = std::ranges::find_if(all, [&](const DeviceRecord& one) {
+      return one.device != device.device && IsForeign(one);
+    });
+    // Where both answer, they damage each other.
+    const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
+                                     Symptom::bytes_added}) > 0.5;
+    found.push_back("no value is good: " + device.status.trouble +
+                    (other != all.end() ? "; or are it and " + other->device->name + " swapped?"
+                     : two              ? "; or both answer: " + TwoDevices(*device.device)
+                                        : ""));
+  } else if (!FailsByEchoes(evidence)) {
+    found = Failures(device, evidence);
+  }
+  const bool late = ComesLateElsewhere(device, all);
+  const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
+  // If such bytes are frequent and failures are few, the bytes are the cause.
+  const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
+                        evidence.Count(Symptom::silence) < evidence.seen;
+  const bool first = AreTwo(device.status.findings) || explains;
+  found.insert(first ? found.begin() : found.end(), beside.begin(), beside.end());
+  return found;
+}
+
+/// A second read did not confirm a jump. Empty: that is rare, or most jumps are real.
+Sentences Unconfirmed(const DeviceStatus& status) {
+  if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
+  if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
+  return {fmt::format(
+      "{} of its readings changed when they were read again: replies come damaged, and no check "
+      "value shows it: switch its checksum on, here too, and look for noise",
+      status.unconfirmed)};
+}
+
+/// Its replies belong to the requests before. Empty: they do not.
+Sentences Behind(const DeviceRecord& device, Now now) {
+  const DeviceStatus& status = device.status;
+  if (status.behind < kManyBehind) return {};
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (!IsGood(QualityAt(device, i, now.instant))) continue;
+    return {
+        "its replies answer the request before, so that each request is sent twice: restart the "
+        "serial server or radio in between, and switch its cache off"};
+  }
+  const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
+  return {"its replies do not fit (" + Shortened(status.last_reason) +
+          "): " + (remedy.empty() ? "does the profile fit the device and its options?" : remedy)};
+}
+
+/// Second replies that came now and then.
+Sentences Doubled(const DeviceRecord& device, const Evidence& evidence) {
+  const DeviceStatus& status = device.status;
+  const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
+  const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
+  if (!again || told || FailsByEchoes(evidence)) return {};
+  return {fmt::format(
+      "doubled: a second, different reply came behind one {}: look at the serial server, radio or "
+      "repeater in between, which sends twice or one request late",
+      Times(status.doubled))};
+}
+
+}  // namespace
+
+std::string ClockText(WallTime time) { return FormatWallTime(time).substr(11, 8) + " UTC"; }
+
+Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
+                         std::span<const DeviceRecord> all, Now now, Instant started) {
+  const DeviceStatus& status = device.status;
+  if (status.state == DeviceState::disabled) {
+    if (!device.device->enabled) return {"disabled in the configuration (enabled: false)"};
+    return {"taken out of use at run time; 'baudgate enable " + NameOf(device) +
+            "' brings it back"};
+  }
+  if (line.port != LineStatus::Port::open) return {};
+  const Evidence evidence = Gather(line, device, all, now);
+  if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
+  // The line's sentence is about it.
+  const bool echoes = FailsByEchoes(evidence);
+  if (IsAbsent(status)) {
+    return echoes ? Sentences() : Absence(line, device, all, now, started);
+  }
+
+  Sentences found = Exchanges(device, evidence, all);
+  const auto add = [&found](Sentences more) {
+    for (std::string& sentence : more) found.push_back(std::move(sentence));
+  };
+  if (status.unasked) add(Silence(device, now));
+  if (found.empty()) add(Patience(status));
+  if (found.empty()) add(Unconfirmed(status));
+  if (found.empty()) add(Behind(device, now));
+  add(Doubled(device, evidence));
+  if (status.lacks_time) {
+    found.push_back(
+        "its clock is not set, as this machine's clock is not known to be "
+        "synchronised: set up NTP (chrony) here");
+  }
+  const double missed = MissedShare(device, now, started);
+  const std::string why = missed > 0 ? WhyNoTime(line, all, &device, now, started) : std::string();
+  if (!why.empty()) {
+    found.push_back(
+        fmt::format("missed {} of its polls in the last minutes: {}", Percent(missed), why));
+  }
+  if (!echoes) add(DiagnosePoints(line, device, now));
+  if (found.empty() && !echoes) add(DiagnoseWaiting(device, now, started));
+  const std::string outages = Outages(device, 1, now, started);
+  if (found.empty() && !outages.empty() && !Echoes(line)) {
+    found.push_back(outages + ", and it " + AnsweredShare(device, now) +
+                    ": look at its power and its wire");
+  }
+  if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
+  if (found.empty() && status.state == DeviceState::degraded && !Echoes(line)) {
+    found.push_back("degraded: several of its last 32 exchanges failed" +
+                    (status.last_reason.empty() ? "" : "; last: " + status.last_reason));
+  }
+  if (!echoes) add(NoteAbsent(line, device, now));
+  return found;
+}
+
+}  // namespace baudgate::control

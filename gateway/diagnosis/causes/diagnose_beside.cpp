@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/evidence.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// So many second replies were like the first, and another one was not.
+constexpr std::size_t kMostlyAlike = 8;
+/// Bytes around a reply that were the same so often are no noise.
+constexpr std::size_t kConstant = 4;
+/// So often they are no matter of the line, where no neighbour has them.
+constexpr std::size_t kOfItsOwn = 16;
+
+bool IsNearlyAlways(std::size_t count, const Findings& findings) {
+  return 10 * count >= 9 * findings.size();
+}
+
+/// Noise comes now and then; equipment in between, or a bus at rest, with each reply.
+const char* WhyStray(const DeviceRecord& record, bool always) {
+  if (!SerialOf(record).on_wire()) {
+    return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
+                    "without RTU, or update its firmware; values are right"
+                  : "the server sends unasked; let one client use it, or update its firmware";
+  }
+  if (record.line->is_network()) {
+    return always
+               ? "the modem, radio or serial server adds them: set it to raw"
+               : "noise behind the serial server, or packets of its own (heartbeat): switch them "
+                 "off";
+  }
+  return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias"
+                : "noise while nobody drives the bus; check bias, termination and ground";
+}
+
+/// The same bytes around its replies, which something in between puts there.
+std::string Wrapped(const DeviceRecord& record) {
+  if (!IsWrapped(record)) return {};
+  const Findings& findings = record.status.findings;
+  const std::string& around = findings.Around();
+  if (around == kOwnRequest) return kHearsItself;
+  const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
+  const bool network = record.line->is_network();
+  const bool same = findings.SameAround() >= kConstant;
+  const bool text = findings.Count(Symptom::text_beside) > 0;
+  // "... '> '".
+  const bool prompt = same && around.starts_with("... '");
+  if (prompt && network) {
+    return "the same text stands behind its replies (" + around.substr(4) +
+           "): the prompt of a console or terminal server: set it to raw";
+  }
+  const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
+  return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
+         " around its replies (" + shown + "): " +
+         (network         ? "set the modem, radio or serial server in between to raw"
+          : text && !same ? "switch its automatic output off, or that of a modem in between"
+          : idle          ? "noise while nobody drives the bus; fit bias resistors and termination"
+                 : "set the modem, radio or serial server in between to raw, or terminate the bus");
+}
+
+}  // namespace
+
+bool IsWrapped(const DeviceRecord& record) {
+  const Findings& findings = record.status.findings;
+  const std::size_t beside =
+      findings.Count(Symptom::few_beside) + findings.Count(Symptom::noise_before) +
+      findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
+  const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
+  if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
+  // Words may differ from one reply to the next, as a length or a field strength.
+  if (findings.Count(Symptom::text_beside) == beside) return true;
+  if (findings.SameAround() < kConstant) return false;
+  // 00 and FF are of a line that nobody drives, as are the remains of a character.
+  const std::string& around = findings.Around();
+  return around.find_first_not_of("0F .") != std::string::npos;
+}
+
+bool AreTwo(const Findings& findings) {
+  const std::size_t others = findings.Count(Symptom::others_beside);
+  return others >= kNotableNoise || (others > 0 && findings.Count(Symptom::copies) >= kMostlyAlike);
+}
+
+Sentences Beside(const DeviceRecord& record, bool alone) {
+  const Findings& findings = record.status.findings;
+  Sentences found;
+  const auto say = [&](std::size_t count, const char* what, const std::string& remedy) {
+    found.push_back(
+        fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
+  };
+  const std::size_t copies = findings.Count(Symptom::copies);
+  if (AreTwo(findings)) {
+    say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
+        TwoDevices(*record.device) + ", or " + AnotherAsksIt(record.line->is_network()));
+  } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
+    say(copies, "its replies come twice, and differ",
+        TwoDevices(*record.device) + ", or a serial server, radio or repeater repeats");
+  } else if (copies >= kNotableNoise) {
+    say(copies, "its replies come twice",
+        "a serial server, radio or repeater sends twice (switch that off), or two devices have its "
+        "address");
+  }
+  if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
+    found.push_back(std::move(wrapped));
+    return found;
+  }
+  const std::size_t before = findings.Count(Symptom::noise_before);
+  const std::size_t behind = findings.Count(Symptom::noise_behind);
+  const char* const where = before == 0   ? "stray bytes follow its replies"
+                            : behind == 0 ? "stray bytes stand before its replies"
+                                          : "stray bytes stand before and behind its replies";
+  const bool always = IsNearlyAlways(before + behind, findings);
+  if (before + behind >= kNotableNoise) {
+    say(before + behind, where,
+        alone && !record.line->is_network() && before + behind >= kOfItsOwn
+            ? "look at the device and its converter, as no neighbour has them"
+            : WhyStray(record, always));
+  }
+  return found;
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "gateway/base/shown.h"
+#include "gateway/diagnosis/causes/absences.h"
+#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/hypotheses.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// Failures between answers, of the last minutes, and their share of all exchanges.
+constexpr double kManyRuns = 5;
+constexpr double kNotableLosses = 0.03;
+/// Refused so often in a row, without one answer between, it is no moment of work.
+constexpr std::size_t kAlways = 8;
+
+/// "3 damaged, 2 late": what its failures looked like.
+std::string Looks(const Evidence& evidence) {
+  std::string text;
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    if (IsAnswered(symptom) || evidence.Count(symptom) == 0) continue;
+    std::string word(Name(symptom));
+    std::ranges::replace(word, '_', ' ');
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", evidence.Count(symptom), word);
+  }
+  return text;
+}
+
+/// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
+/// or all are, where `all` does not want these as well.
+template <typename IsMeant>
+std::string NamesOf(const DeviceRecord& record, IsMeant is_meant, bool all = false) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  std::string first;
+  std::size_t points = 0;
+  std::size_t meant = 0;
+  for (const QueryCount& query : queries) {
+    if (!is_meant(query)) continue;
+    ++meant;
+    points += query.points;
+    if (!first.empty() || query.first_point >= record.device->points.size()) continue;
+    first = record.device->points[query.first_point].name;
+  }
+  if ((meant == queries.size() && !all) || first.empty()) return {};
+  return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
+}
+
+/// The same of its points for which `is_meant` holds, with the place of the first.
+template <typename IsMeant>
+std::string PointsOf(const DeviceRecord& record, IsMeant is_meant) {
+  const config::Point* first = nullptr;
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    if (!is_meant(i)) continue;
+    if (first == nullptr) first = &record.device->points[i];
+    ++points;
+  }
+  if (first == nullptr || points == record.points.size()) return {};
+  const std::string more = points > 1 ? fmt::format(" and {} more", points - 1) : std::string();
+  return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
+}
+
+/// Whenever a request fails, all its repeats do: no matter of chance.
+bool FailsWithRepeats(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  const std::size_t longest = findings.LongestRun();
+  const std::size_t runs = findings.Runs();
+  return longest > 1 && runs >= kNeverAnswered && evidence.failed == longest * runs;
+}
+
+const char* TakeThemOut(const DeviceRecord& record) {
+  return record.device->traits->has_modes
+             ? "is it in the mode for it (remote)? Else take them out of the profile"
+             : "take these points out of the profile";
+}
+
+/// Silence, or an end of the connection in its place.
+std::string NotAnswered(const Evidence& evidence) {
+  return evidence.Last(Symptom::silence).ended ? "ends the connection at the request for "
+                                               : "does not answer the request for ";
+}
+
+/// What is only asked seldom any more, because the device was silent to it beside answers to
+/// others.
+Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
+  if (record.status.unasked) return {};
+  const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
+  // What is answered in another way is no silence.
+  const auto was = [&](Symptom symptom) {
+    return record.status.findings.Last(symptom).symptom == symptom;
+  };
+  const bool answered = !was(Symptom::silence) || was(Symptom::odd) || was(Symptom::other_reply) ||
+                        was(Symptom::other_form);
+  if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
+      IsAbsent(record.status))
+    return {};
+  const bool tried = evidence.looked == Findings::kKept || FailsWithRepeats(evidence);
+  const std::string points = PointsOf(record, [&](std::size_t point) {
+    const Quality& said = record.points[point].reported;
+    const config::Point& its = record.device->points[point];
+    const bool polled = its.group >= config::Group::fast && its.access != config::Access::write;
+    return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
+  });
+  if (points.empty()) return {};
+  return {NotAnswered(evidence) + points + ", and answers the others: " + TakeThemOut(record)};
+}
+
+/// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
+/// while none that fails has ever had a value.
+bool HasOthers(const DeviceRecord& record, const Evidence& evidence) {
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const auto is_good = [](const QueryCount& query) {
+    return query.points > 0 && query.in_vain == 0;
+  };
+  if (std::ranges::any_of(queries, is_good)) return true;
+  const auto has_value = [&](std::size_t point) {
+    return point < record.points.size() && HasValue(record.points[point].value);
+  };
+  const bool never = std::ranges::none_of(queries, [&](const QueryCount& query) {
+    return query.points > 0 && has_value(query.first_point);
+  });
+  return never && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
+}
+
+/// Requests that are never answered well, beside others that are.
+Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
+  const DeviceStatus& status = record.status;
+  const auto fails = [](const QueryCount& query) { return query.in_vain >= kNeverAnswered; };
+  const bool others = HasOthers(record, evidence);
+  // Where others fail now and then as well, it is no matter of the request.
+  const bool shaky = std::ranges::any_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) && std::popcount(query.failures) > 1;
+  });
+  if (!others || shaky || status.findings.Count(Symptom::late) > 0) return {};
+  const std::string points = NamesOf(record, fails, true);
+  if (points.empty()) return {};
+  const bool silent = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || query.symptom == Symptom::silence;
+  });
+  if (silent) {
+    const auto first = std::ranges::find_if(status.queries, fails);
+    const std::string& place = record.device->points[first->first_point].read;
+    return {NotAnswered(evidence) + points + " (" + place + ")" +
+            ", and answers the others: " + TakeThemOut(record)};
+  }
+  const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || IsDamage(query.symptom);
+  });
+  const auto judged = Judge(evidence);
+  const bool pieces = damaged && evidence.Count(Symptom::split) > 0;
+  if (!judged.empty() && (judged.front()->whole || pieces)) return Said("", evidence);
+  const bool broken = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+    return !fails(query) || query.symptom == Symptom::tail_lost;
+  });
+  if (damaged && status.findings.specials().Suspects() == 0 && (!broken || judged.empty())) {
+    return {"the replies for " + points +
+            " come damaged, and no others: take these points out of the profile, or set the "
+            "converter in between to raw"};
+  }
+  const bool shifted = evidence.Count(Symptom::one_behind) > 0;  // and that would shift all
+  const std::string before = "only the request for " + points + " fails: ";
+  if (!shifted && !judged.empty()) return Said(before, evidence);
+  return {before + "its reply does not fit (" + Shortened(status.last_reason) +
+          "): does the profile fit the device?"};
+}
+
+/// How often it fails; empty: not often enough for a word. Failures may be too seldom to be among
+/// the latest exchanges at each look.
+std::string HowOften(const DeviceRecord& record, const Evidence& evidence) {
+  if (evidence.failed >= kNotableFailures) {
+    return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
+  }
+  const FailureTally tally = TallyOf(record.status.spoilt);
+  const double all = tally.failed + tally.answered;
+  const bool often = tally.runs >= kManyRuns && Share(tally.failed, all) >= kNotableLosses;
+  if (!often || evidence.seen == 0 || record.status.unasked) return {};
+  return fmt::format("{:.0f} of {:.0f} exchanges failed: ", tally.failed, all);
+}
+
+/// Its polls were answered for a while.
+bool HasWorked(const DeviceRecord& record) {
+  return record.status.Count(Outcome::ok) >= kAlways &&
+         std::ranges::any_of(record.points,
+                             [](const PointRecord& point) { return HasValue(point.value); });
+}
+
+/// What it says in place of values: one reason for all that it refuses.
+std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
+  const std::size_t count = evidence.Count(Symptom::refusal);
+  if (count < kNotableFailures || LacksOptions(record)) return {};
+  const Finding& last = evidence.Last(Symptom::refusal);
+  const std::string reason =
+      last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
+  const std::string points =
+      NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
+  const auto is_refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted;
+  };
+  const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
+  // Other requests than polls may be answered all the same.
+  const auto& queries = record.status.queries;
+  const bool all = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.refused >= kNeverAnswered;
+  });
+  const bool always = none || all || (count == evidence.looked && count >= kAlways);
+  const bool mostly = evidence.looked == Findings::kKept && 2 * count >= evidence.looked;
+  std::string remedy = RemedyOf(last);
+  if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
+    remedy = always ? "end its programming, local or test mode, or restart it"
+                    : "end its programming, local or test mode, or raise its poll";
+  } else if (remedy.starts_with(kProfileFits) &&
+             ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
+    remedy = kHasWorked;
+  }
+  if (record.status.unasked) {
+    // Most of its messages are good.
+    const bool seldom = 2 * count < evidence.looked;
+    return fmt::format(
+        "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,
+        seldom ? "; or another device, or a header, stands between its messages: switch it off"
+               : "");
+  }
+  return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
+                     points.empty() || always ? "" : " (" + points + ")", remedy);
+}
+
+}  // namespace
+
+Sentences Said(const std::string& before, const Evidence& evidence) {
+  const auto judged = Judge(evidence);
+  if (judged.empty()) {
+    const std::string looks = Looks(evidence);
+    return {before + "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
+            ": look at 'baudgate trace " + evidence.line->name + "'"};
+  }
+  Sentences said = Besides(evidence, judged);
+  said.insert(said.begin(), before + judged.front()->say(evidence));
+  return said;
+}
+
+bool FailsByEchoes(const Evidence& evidence) {
+  using enum Symptom;
+  if (!Echoes(*evidence.status) || !HasAnsweredLately(evidence.device->status, evidence.now))
+    return false;
+  return evidence.Share({echo, odd, one_behind, other_reply, two_replies, other_master}) > 0.9;
+}
+
+Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
+  Sentences found = evidence.eaten != 0 && HasDeadQuery(record, kNeverAnswered)
+                        ? Said("", evidence)
+                        : SilentPoints(record, evidence);
+  if (found.empty()) found = DeadQueries(record, evidence);
+  const std::string often = HowOften(record, evidence);
+  if (!often.empty() && found.empty()) {
+    found = Said(often, evidence);
+  }
+  const std::vector<QueryCount>& queries = record.status.queries;
+  const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
+    return query.points == 0 || query.in_vain > 0;
+  });
+  // Probes may be answered well, and there are more of them.
+  if (found.empty() && none && evidence.failed > 0) {
+    found = Said("it answers, and its polls fail: ", evidence);
+  }
+  if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
+    const bool away = !found.empty() && FindAbsences(record.status.failures).has_value();
+    const bool more = evidence.Count(Symptom::refusal) > evidence.failed && !away;
+    found.insert(more ? found.begin() : found.end(), std::move(refusals));
+  }
+  return found;
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/decimal_comma.h"
+#include "gateway/base/shown.h"
+#include "gateway/base/text.h"
+#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// What to do where a value is not good for one reason.
+const char* RemedyFor(Reason reason) {
+  switch (reason) {
+    case Reason::over_range:
+    case Reason::under_range:
+      return "look at the sensor, its wire and its range (a balance: its load)";
+    case Reason::open_sensor:
+      return "look at the sensor and its wire";
+    case Reason::sentinel:
+      return "no measurement: look at what is connected to that input";
+    case Reason::no_permission:
+      return "its access level is too low for them: set the password of a higher one at the device";
+    case Reason::device_fault:
+      return "a fault of its own: look at it, restart or replace it";
+    case Reason::channel_disabled:
+      return "switch them on in the device, or take these points out of the profile";
+    case Reason::not_ready:
+      return "it has measured nothing there since its start, or not yet: wait, then look at it";
+    default:
+      return nullptr;
+  }
+}
+
+/// The limit of the configuration that a reading of this reason may be beyond, by its key: "max",
+/// 100. A device's own over-range has the same reason. Nothing where the configuration sets none.
+std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& point, Reason reason) {
+  if (point.access != config::Access::read) return std::nullopt;
+  const bool over = reason == Reason::over_range;
+  if (!over && reason != Reason::under_range) return std::nullopt;
+  const auto& limit = over ? point.writing.max : point.writing.min;
+  if (!limit) return std::nullopt;
+  return std::pair(over ? "max" : "min", *limit);
+}
+
+/// What stands where a number belongs.
+std::string NoNumber(const Finding& finding) {
+  if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
+  const std::string& text = finding.cause;
+  if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
+  if (text.find_first_not_of("*- ") == std::string::npos) {
+    return ": '" + Shortened(text) + "' stands for no measurement: look at its inputs and cards";
+  }
+  const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
+  return ": '" + Shortened(text) + "' is no number: " +
+         (comma ? "set a decimal point at the device, or type: string in its profile"
+                : "does the profile fit the device? type: string takes it");
+}
+
+/// Where values are read more seldom, their first period has ended for this.
+constexpr Duration kLongestStart = 1min;
+/// A point that is polled has a value by then.
+constexpr Duration kLongWait = 20s;
+/// By then a device that speaks by itself has said all that it has to say.
+constexpr std::size_t kManyMessages = 20;
+
+/// Points that are not good, by the reason.
+struct Doubts {
+  std::size_t stale = 0;     ///< too old
+  std::size_t doubted = 0;   ///< the gateway is not sure of them
+  std::size_t reported = 0;  ///< the device itself says so
+  // Reported without a reason:
+  std::size_t unreadable = 0;
+  std::size_t unsure = 0;
+  std::size_t jumping = 0;  ///< of these: readings are compared, and may not have agreed
+  std::size_t empty = 0;
+  std::map<Reason, std::size_t> reasons;
+  std::string first;         ///< of those that are reported
+  std::size_t limited = 0;   ///< of those that are reported: LimitOf has a limit
+  std::string limit_remedy;  ///< for the first of these
+
+  void AddReported(const Quality& quality, const config::Point& point) {
+    ++reported;
+    if (first.empty()) first = point.name;
+    if (const auto limit = LimitOf(point, quality.reason); limit && ++limited == 1) {
+      limit_remedy = fmt::format(
+          "beyond its range or the configured {0} ({1}): correct {0}, or look at the sensor",
+          limit->first, limit->second.ToText());
+    }
+    if (quality.reason != Reason::none) {
+      ++reasons[quality.reason];
+    } else if (quality == Quality::bad_sensor_failure) {
+      ++empty;
+    } else {
+      ++(IsUncertain(quality) ? unsure : unreadable);
+      if (quality == Quality::uncertain && point.recheck != config::Recheck::off) ++jumping;
+    }
+  }
+};
+
+/// Nothing is wrong: there is nothing to measure at present, or the device lacks an option.
+bool IsUsual(const DeviceRecord& record, Reason reason) {
+  if (reason == Reason::not_fitted) return LacksOptions(record);
+  const auto lacks = [](const PointRecord& point) { return IsBad(point.reported); };
+  return (reason == Reason::sentinel || reason == Reason::channel_disabled) &&
+         !std::ranges::all_of(record.points, lacks);
+}
+
+/// `usual`: what is no trouble, and nothing else; or the reverse.
+Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, bool usual) {
+  const Duration open = now.wall - line.port_since;
+  Doubts doubts;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const Quality quality = QualityAt(record, i, now.instant);
+    if (IsGood(quality) || quality == Quality::bad_waiting) continue;
+    const Duration period = PeriodOf(*record.device, record.device->points[i].group);
+    if (open < std::min(period, kLongestStart)) continue;
+    const bool reported = quality == record.points[i].reported;
+    if (usual != (reported && IsUsual(record, quality.reason))) continue;
+    // The device itself reported this quality; every other one comes of doubt or age.
+    if (reported) {
+      // A reader that has read nothing yet lacks nothing.
+      if (record.status.unasked && quality.reason == Reason::not_ready) continue;
+      doubts.AddReported(quality, record.device->points[i]);
+    } else if (quality == Quality::uncertain && quality == record.points[i].at_best) {
+      ++doubts.doubted;
+    } else {
+      const auto group = static_cast<std::size_t>(record.device->points[i].group);
+      const AgeLimits& limits = record.age_limits[group];
+      // The port is open for a shorter time than that: the polls have not had their chance.
+      const bool waits = limits.ages() && open < limits.uncertain_after;
+      if (!waits) ++doubts.stale;
+    }
+  }
+  return doubts;
+}
+
+std::string SayStale(const DeviceRecord& record, std::size_t stale, Now now) {
+  if (const auto every = ComesEvery(record, now.instant)) {
+    return "comes every " + FormatAge(*every) +
+           ", and its max_age is shorter: raise its poll (or max_age) above that, or let it send "
+           "more often";
+  }
+  if (record.status.unasked && record.status.last_ok) {
+    return "nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
+           ", and its max_age is shorter: check its power and its wire";
+  }
+  return fmt::format(
+      "{} of {} points are older than their max_age: its polls fail or come too seldom", stale,
+      record.points.size());
+}
+
+/// "2 over range, 1 open sensor; level, ...".
+std::string WhichAre(const Doubts& doubts) {
+  std::string text;
+  for (const auto& [reason, count] : doubts.reasons) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, Name(reason));
+  }
+  return text + (text.empty() ? "" : "; ") + doubts.first + (doubts.reported > 1 ? ", ..." : "");
+}
+
+/// Why a reading without a reason is not good. Empty: they are of several kinds.
+std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
+  if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
+    return ": each reading is far from the one before, also when it is read again at once: if it "
+           "really changes so fast, set recheck: off at it";
+  }
+  if (doubts.unsure == doubts.reported) {
+    return ": it says itself that they are not certain (not stable): look at what it measures";
+  }
+  const Findings& findings = record.status.findings;
+  const bool numbers = findings.Count(Symptom::no_number) > 0;
+  if (numbers && doubts.unreadable + doubts.empty == doubts.reported) {
+    return NoNumber(findings.Last(Symptom::no_number));
+  }
+  if (doubts.unreadable == doubts.reported) {
+    return ": it says that they are not valid, or sends another form: look at its sensors";
+  }
+  if (doubts.empty == doubts.reported) {
+    return ": it sends no number for them (NaN: look at what it measures; or a decimal comma: see "
+           "trace)";
+  }
+  return {};
+}
+
+/// The remedy, if all of these points have the same reason, or all may be beyond a limit of the
+/// configuration. Empty: they have several reasons.
+std::string RemedyForAll(const DeviceRecord& record, const Doubts& doubts) {
+  if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
+  if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
+  const Reason reason = doubts.reasons.begin()->first;
+  const char* const remedy = RemedyFor(reason);
+  if (remedy == nullptr) return {};
+  const bool inputs = reason != Reason::device_fault && reason != Reason::no_permission;
+  const bool all = inputs && doubts.reported == record.points.size() && doubts.reported > 1;
+  return all ? ": nothing measures: look at what is behind the device" : ": " + std::string(remedy);
+}
+
+/// ": ..."; empty: the reasons speak for themselves.
+std::string WhyReported(const DeviceRecord& record, const Doubts& doubts) {
+  std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
+  const auto refused = doubts.reasons.find(Reason::not_fitted);
+  if (refused == doubts.reasons.end()) return why;
+  const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
+  why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
+  const bool all = refused->second == record.points.size();
+  return why + "; " +
+         (RefusesWhatItGave(record) ? kHasWorked
+          : all                     ? "does the profile fit?"
+                                    : "correct them, or take them out of the profile");
+}
+
+}  // namespace
+
+std::string NameOf(const DeviceRecord& record) {
+  return record.line->name + "." + record.device->name;
+}
+
+bool RefusesWhatItGave(const DeviceRecord& record) {
+  const auto refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted;
+  };
+  const auto never_given = [&](const PointRecord& point) {
+    return refused(point) && !HasValue(point.value);
+  };
+  return std::ranges::any_of(record.points, refused) &&
+         std::ranges::none_of(record.points, never_given);
+}
+
+bool LacksOptions(const DeviceRecord& record) {
+  const auto is_refused = [](const PointRecord& point) {
+    return point.reported.reason == Reason::not_fitted && !HasValue(point.value);
+  };
+  const auto refused = std::ranges::count_if(record.points, is_refused);
+  return refused > 0 && 2 * refused <= std::ssize(record.points) && !RefusesWhatItGave(record);
+}
+
+bool IsForeign(const DeviceRecord& record) {
+  return record.override_quality && ConcernsDevice(record.override_quality->reason);
+}
+
+Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now now) {
+  if (IsForeign(record)) return {};  // that explains them all
+  const Doubts doubts = DoubtsOf(line, record, now, false);
+  const std::size_t points = record.points.size();
+  Sentences found;
+  if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
+  if (doubts.doubted > 0) {
+    found.push_back(
+        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
+                    "anew, the device was away, or a reply may have belonged to another request",
+                    doubts.doubted, points));
+  }
+  if (doubts.reported > 0) {
+    found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,
+                                points, WhichAre(doubts), WhyReported(record, doubts)));
+  }
+  if (now.wall - line.port_since < record.device->poll) return found;
+  if (std::string off = OffByOne(record); !off.empty()) found.push_back(std::move(off));
+  for (std::string& sentence : AbsurdNumbers(record, now)) found.push_back(std::move(sentence));
+  return found;
+}
+
+Sentences NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now) {
+  const Doubts doubts = DoubtsOf(line, record, now, true);
+  if (IsForeign(record) || doubts.reported == 0 || !OffByOne(record).empty()) return {};
+  const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
+  return {fmt::format(
+      "note: {} of {} points have no value ({}): usual {}", doubts.reported, record.points.size(),
+      WhichAre(doubts),
+      doubts.reasons.contains(Reason::not_fitted)
+          ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
+                ": take them out of the profile, or correct them"
+          : "where nothing is measured (a motor at rest, a direction that is not used)")};
+}
+
+Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) {
+  std::size_t waiting = 0;
+  std::string first;
+  const Findings& findings = record.status.findings;
+  const Finding& odd = findings.Last(Symptom::odd);
+  const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
+  // What is asked seldom has been asked by then as well, and it has said no.
+  const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const config::Point& point = record.device->points[i];
+    const bool polled = point.group >= least && point.access != config::Access::write;
+    if (!polled || QualityAt(record, i, now.instant) != Quality::bad_waiting) continue;
+    ++waiting;
+    if (first.empty()) first = point.name;
+  }
+  const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
+  if (waiting == 0 || now.instant - started < patience) return {};
+  if (record.status.unasked && said.cause.empty()) {
+    // Messages come one after another, and none of them has these values.
+    if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
+    const std::string& missing = record.status.missing;
+    return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
+                        record.points.size(), first, waiting > 1 ? ", ..." : "",
+                        missing.empty()
+                            ? "nothing that it sends has them: does the profile fit, and its "
+                              "parameters (unit)?"
+                            : missing)};
+  }
+  return {fmt::format(
+      "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,
+      waiting > 1 ? ", ..." : "",
+      said.cause.empty() ? "the device does not give them" : "it says '" + Brief(said) + "'",
+      RemedyOf(said))};
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/diagnosis/causes/diagnose.h"
+#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/evidence.h"
+#include "gateway/diagnosis/causes/hypotheses.h"
+#include "gateway/diagnosis/causes/words.h"
+
+namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// A server that ends so many connections in use does not do so by its settings alone.
+constexpr std::size_t kDrops = 3;
+constexpr Duration kRecently = 5min;
+constexpr int kLastMinutes = 4;
+/// Losses within this time count as one restart of the server.
+constexpr Duration kRestart = 10s;
+/// A connection is opened again so soon.
+constexpr Duration kMoment = 15s;
+
+/// The service that answers in place of a device; null: none is recognised.
+const Finding* OtherService(std::span<const DeviceRecord> devices) {
+  for (const DeviceRecord& one : devices) {
+    for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
+      if (one.status.findings.Count(symptom) > 0) return &one.status.findings.Last(symptom);
+    }
+  }
+  return nullptr;
+}
+
+/// Empty: none is there.
+std::string SayOtherService(const config::Line& line, std::span<const DeviceRecord> devices) {
+  const Finding* const other = OtherService(devices);
+  if (other == nullptr || !line.port.starts_with("tcp://")) return {};
+  const bool says = other->symptom == Symptom::text;
+  return (says ? line.port + " says " + other->cause + ": "
+               : "no device is behind " + line.port + " (" + other->cause + "): ") +
+         (other->remedy.empty() ? "check the port" : other->remedy);
+}
+
+/// No device has ever answered, and what came broke off with its connection. Empty: it is not so.
+std::string SayEndsInside(const config::Line& line, std::span<const DeviceRecord> devices) {
+  const auto breaks_off = [](const DeviceRecord& one) {
+    return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
+  };
+  if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
+  return "the server closes the connection inside replies: look at it and the device behind it "
+         "(firmware, limits)";
+}
+
+/// Why a port holds what is sent.
+const char* WhyNoData(const config::SerialSettings& serial) {
+  if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
+  if (serial.xonxoff) {
+    return "it takes no data: XOFF came, and no XON since: switch XON/XOFF off at both ends";
+  }
+  return "it takes no data: the adapter, or what is behind it, hangs: plug it in anew or restart "
+         "it";
+}
+
+std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
+                 std::span<const DeviceRecord> devices, Instant now) {
+  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
+  if (line.is_network()) {
+    return fmt::format("the connection was lost {} in the last hour: {}", Times(times),
+                       WhyEnded(status, now - 1h, false));
+  }
+  return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
+                     status.takes_no_data ? WhyNoData(line.serial)
+                                          : "loose plug, hub or power; the log has the times");
+}
+
+/// In the last hour. A server that restarts accepts and ends connections meanwhile.
+std::size_t LossesOf(const config::Line& line, const LineStatus& status, Now now) {
+  return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
+}
+
+/// An update of a server ends one or two connections. A server that goes away twice in two minutes
+/// has a fault.
+bool IsLostOften(const config::Line& line, const LineStatus& status, std::size_t lost, Now now) {
+  if (!line.is_network()) return lost > 0;
+  const auto twice = [&](const RecentTimes& what) {
+    return what.Since(now.instant - 2min, kRestart) >= kFacts;
+  };
+  return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
+}
+
+/// A server that ends connections which are in use.
+std::string Dropped(const LineStatus& status, Now now) {
+  const std::size_t times = status.drops.Since(now.instant - kRecently);
+  if (times < kDrops) return {};
+  return fmt::format(
+      "the server has ended the connection {} in the last minutes while it was in use: {}",
+      Times(times), WhyEnded(status, now.instant - kRecently, true));
+}
+
+}  // namespace
+
+std::string WhyEnded(const LineStatus& status, Instant since, bool in_use) {
+  constexpr std::size_t kTwice = 2;
+  constexpr std::size_t kThrice = 3;
+  const ConnectionEnds& ends = status.ends;
+  const std::size_t asked = ends.asked.Since(since);
+  const std::size_t all = asked + ends.idle.Since(since);
+  const auto mostly = [&](const RecentTimes& what) {
+    const std::size_t times = what.Since(since);
+    return times >= kTwice && 2 * times >= all;
+  };
+  if (mostly(ends.shut)) {
+    return "the next one was closed at once: another client takes it: take that away, or raise the "
+           "limit of connections";
+  }
+  if (mostly(ends.refused)) {
+    return "the next one was refused: the server, its program or modem restarts or has no link: "
+           "look at its power and its log";
+  }
+  if (mostly(ends.unreachable)) {
+    return "no host answered for a while: look at the power of the server and at the network "
+           "(cable, switch, radio)";
+  }
+  // By chance as many as there are requests under way.
+  if (all >= kThrice &&
+      static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
+    return "with a request under way: the server fails at requests: look at its load, its log and "
+           "its firmware";
+  }
+  if (ends.alike >= kThrice && ends.age > Duration()) {
+    return fmt::format(
+        "each after about {:.1f} s: the server limits the time of a connection, or another client "
+        "takes it: raise these limits",
+        Seconds(ends.age));
+  }
+  if (in_use) {
+    return "another client takes it (take that away, or raise the limit of connections), or a "
+           "router or firewall in between ends it";
+  }
+  return "look at the server's other clients and its limit of connections, its inactivity time, "
+         "restarts and the network";
+}
+
+std::string SayClosed(const config::Line& line, const LineStatus& status,
+                      std::span<const DeviceRecord> devices, Now now) {
+  if (status.port == LineStatus::Port::released && status.lent_to_client) {
+    return fmt::format(
+        "{} until {}, its points are out of service; 'baudgate release {} --end' takes it back",
+        status.port_text, ClockText(status.released_until), line.name);
+  }
+  if (status.port == LineStatus::Port::released) {
+    return fmt::format(
+        "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
+        ClockText(status.released_until), line.name);
+  }
+  if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
+  if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
+  // The gateway opens it again because no device answers, so that is the trouble to name.
+  const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
+  if (status.silent && std::ranges::any_of(devices, absent)) {
+    const Evidence evidence = GatherAbsent(status, devices, now);
+    const auto judged = Judge(evidence);
+    if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);
+  }
+  const Duration closed = now.wall - status.port_since;
+  const std::size_t lost = LossesOf(line, status, now);
+  const bool again = status.port_since != WallTime{} && closed < kMoment;
+  // A server that has never let a device answer is told by its own reason.
+  const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
+  const bool worked = std::ranges::any_of(devices, answered);
+  const bool often =
+      line.is_network() ? worked && IsLostOften(line, status, lost, now) : lost >= kFacts;
+  if (again && often) return Lost(line, status, lost, devices, now.instant);
+  const std::string since =
+      status.port_since == WallTime{} ? std::string() : " for " + FormatAge(closed);
+  return fmt::format("port closed{}: {}", since,
+                     status.port_text.empty() ? "not opened yet" : status.port_text);
+}
+
+Sentences AboutLosses(const config::Line& line, const LineStatus& status,
+                      std::span<const DeviceRecord> devices, Now now) {
+  Sentences found;
+  const std::size_t lost = LossesOf(line, status, now);
+  if (IsLostOften(line, status, lost, now)) {
+    found.push_back(Lost(line, status, lost, devices, now.instant));
+  }
+  // One unit that is closed for has a sentence of its own.
+  const bool told = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+    return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
+  });
+  if (std::string dropped = Dropped(status, now); lost < kDrops && !told && !dropped.empty()) {
+    found.push_back(std::move(dropped));
+  }
+  return found;
+}
+
+std::string SayEndsEach(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
+  constexpr std::uint64_t kMany = 8;
+  if (status.rests < kMany || 2 * status.rests < status.exchanges) return {};
+  MinuteCounts tally;
+  for (const DeviceRecord& one : devices) tally += one.status.hour.Sum(now.instant, kLastMinutes);
+  if (tally.missed + tally.failed < kDrops) return {};
+  return fmt::format(
+      "the server ends the connection behind each answer, and {} polls were missed or failed: set "
+      "it to keep the connection open (its inactivity time, its mode)",
+      tally.missed + tally.failed);
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,28 @@
+// What converters and serial servers do to the bytes of a reply: put some in, take some out, give
+// others in their place, turn every bit round. Undone, the reply is whole. Pure; used by
+// gateway/diagnosis/damage/nearly_reply.h.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/diagnosis/damage/examine.h"
+
+namespace baudgate {
+
+std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
+/// It is the reply to the same request a moment later, but for one or two bytes that are missing.
+bool LacksSome(View heard, View reply);
+/// A text that is whole with decimal points in place of its commas, or as it is.
+std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
+/// Each byte comes twice, whatever is in it.
+std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
+
+/// A whole reply is in it.
+bool IsWhole(const Hearing& hearing, View heard);
+/// A character for people, or the end of a line.
+bool IsPrintable(std::uint8_t byte);
+
+}  // namespace baudgate

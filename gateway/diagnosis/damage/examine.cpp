@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/damage/examine.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <functional>
+#include <initializer_list>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "gateway/bus/exchange/second_reply.h"
+#include "gateway/diagnosis/damage/beside.h"
+#include "gateway/diagnosis/damage/changed_bytes.h"
+#include "gateway/diagnosis/damage/nearly_reply.h"
+#include "gateway/diagnosis/damage/other_frame.h"
+#include "gateway/diagnosis/damage/other_service.h"
+#include "gateway/diagnosis/damage/words.h"
+#include "protocols/assembler.h"
+
+namespace baudgate {
+namespace {
+
+/// So many bytes without a pause are no message of any reader.
+constexpr std::size_t kEndless = 240;
+/// So many bytes of the request do not come back by chance: kWholeEcho if there is no reply,
+/// kPartOfEcho beside a good reply.
+constexpr std::size_t kWholeEcho = 4;
+constexpr std::size_t kPartOfEcho = 2;
+/// So many bytes are a few.
+constexpr std::size_t kAFew = 2;
+
+/// A whole reply in what came.
+struct Found {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  std::size_t frames = 0;  ///< this one and those behind it that are the same
+  bool others = false;     ///< a different one follows it
+};
+
+std::optional<Found> FindReply(const Hearing& hearing, View heard) {
+  Assembler assembler;
+  assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
+  assembler.Feed(heard);
+  std::optional<Found> found;
+  Bytes first;
+  while (const auto frame = assembler.Next(true)) {
+    const std::size_t end = heard.size() - assembler.held();
+    if (!found) {
+      first = *frame;
+      found = Found{end - frame->size(), end, 1, false};
+    } else if (*frame == first) {
+      ++found->frames;
+      found->end = end;
+    } else if (!IsEmptyLine(*frame)) {
+      found->others = true;
+    }
+  }
+  return found;
+}
+
+Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
+  Duration after{};
+  for (const Arrival& arrival : hearing.arrivals) {
+    if (arrival.at > byte) break;
+    after = arrival.after;
+  }
+  return after;
+}
+
+/// The longest between two pieces of heard[begin, end).
+Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end) {
+  Duration longest{};
+  for (std::size_t i = 1; i < hearing.arrivals.size(); ++i) {
+    const Arrival& arrival = hearing.arrivals[i];
+    if (arrival.at <= begin || arrival.at >= end) continue;
+    longest = std::max(longest, arrival.after - hearing.arrivals[i - 1].after);
+  }
+  return longest;
+}
+
+/// More was to come.
+bool IsBeginning(const Hearing& hearing, View heard) {
+  Assembler assembler;
+  assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
+  assembler.Feed(heard);
+  return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
+}
+
+/// The length of the longest reply that has only one length; 0: there is none.
+std::size_t OnlyLength(const Hearing& hearing) {
+  std::size_t length = 0;
+  for (const Shape& shape : hearing.expect->shapes) {
+    if (shape.min_length == shape.max_length) length = std::max(length, shape.max_length);
+  }
+  return length;
+}
+
+/// A reply of this form with its check value would be whole, where the check value can be computed.
+bool HasForm(const Hearing& hearing, View heard) {
+  const PduCarrier* const carrier = hearing.protocol->carrier;
+  if (carrier == nullptr || heard.size() < 2) return true;
+  const Bytes nothing = carrier->wrap(heard[0], {});
+  if (heard.size() <= nothing.size()) return true;
+  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1, heard.size() - nothing.size()));
+  return hearing.protocol->reply_rule(whole, *hearing.expect, true).kind == Cut::Kind::frame;
+}
+
+/// As long as a reply that has but one length.
+bool HasOnlyLength(const Hearing& hearing, View heard) {
+  const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
+    return shape.min_length == shape.max_length && shape.max_length == heard.size();
+  });
+  // The length of a refusal may be that of a reply that lacks a few bytes.
+  return fits && (heard.size() == OnlyLength(hearing) || HasForm(hearing, heard));
+}
+
+/// Text from its start to its end.
+bool IsWholeText(const Hearing& hearing, View heard) {
+  if (!std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
+}
+
+Outcome BlameOf(const Hearing& hearing, View heard) {
+  Assembler assembler;
+  assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
+  assembler.Feed(heard);
+  while (assembler.Next(true)) {
+  }
+  return assembler.blame();
+}
+
+/// 00 and FF, as from a line that is not driven.
+bool IsIdle(View bytes) {
+  return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
+}
+
+/// Whether `heard` begins with a part of the request: its beginning; its end, if the receiver was
+/// switched on while the request was being sent; or the whole request with at most a quarter of its
+/// bytes changed. `beside`: a good reply came as well.
+bool IsEcho(const Hearing& hearing, View heard, bool beside) {
+  const View request = hearing.request;
+  if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
+  const std::size_t least = std::min(beside ? kPartOfEcho : kWholeEcho, request.size() - 1);
+  for (std::size_t lost = 0; lost <= request.size() / 2; ++lost) {
+    const View rest = request.subspan(lost);
+    const View part = heard.first(std::min(heard.size(), rest.size()));
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < part.size(); ++i) same += part[i] == rest[i] ? 1 : 0;
+    const bool whole = part.size() == rest.size() && 4 * same >= 3 * part.size();
+    // A damaged reply begins as its request does.
+    const bool piece = same == part.size() && (beside || 2 * same > request.size());
+    if ((whole || piece) && same >= least && !IsIdle(part)) return true;
+  }
+  return false;
+}
+
+/// What came beside the reply of an exchange whose reply was taken.
+Finding Beside(const Hearing& hearing, View heard, const Found& found) {
+  const View before = heard.first(found.begin);
+  const View behind = heard.subspan(found.end);
+  // A line end in front of a reply belongs to the reply.
+  View echo = before;
+  while (!echo.empty() && IsLineEnd(echo.back())) echo = echo.first(echo.size() - 1);
+  if (IsEcho(hearing, echo, true)) {
+    return {.symptom = Symptom::noise_before, .cause = std::string(kOwnRequest)};
+  }
+  for (const View part : {before, behind}) {
+    if (auto stranger = Stranger(hearing, part)) return *stranger;
+  }
+  if (found.others) return {.symptom = Symptom::others_beside};
+  if (found.frames > 1) return {.symptom = Symptom::copies};
+  return StrayBeside(hearing, before, behind);
+}
+
+/// A whole reply came, and yet the exchange failed.
+Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
+  const Duration pause = LongestPause(hearing, echo + found.begin, echo + found.end);
+  const Duration after = ArrivalOf(hearing, echo + found.begin);
+  if (found.frames == 1 && pause > hearing.gap) return {.symptom = Symptom::split, .time = pause};
+  if (after > hearing.reply) return {.symptom = Symptom::late, .time = after};
+  const View heard = hearing.heard.subspan(echo);
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
+  if (auto comma = DecimalComma(hearing, heard)) return *comma;
+  if (auto recognised = Recognise(hearing, heard)) return *recognised;
+  return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
+}
+
+/// It begins as a reply does.
+Finding Broken(const Hearing& hearing, View heard) {
+  const std::size_t length = OnlyLength(hearing);
+  const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
+  // If more bytes came than a reply has, those behind the pause are noise.
+  if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
+    return {.symptom = Symptom::split, .time = pause};
+  }
+  // It may be as long as a refusal, and yet the beginning of something longer.
+  const bool broke_off = hearing.outcome == Outcome::partial;
+  if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
+    return {.symptom = Symptom::tail_lost};
+  }
+  if (HasOnlyLength(hearing, heard)) return {.symptom = Symptom::bad_check};
+  if (length > kAFew && heard.size() < length && heard.size() + kAFew >= length) {
+    return {.symptom = Symptom::bytes_lost};
+  }
+  if (heard.size() < length && IsWholeText(hearing, heard)) return {.symptom = Symptom::bytes_lost};
+  if (length > 0 && heard.size() > length && heard.size() <= length + kAFew) {
+    return {.symptom = Symptom::bytes_added};
+  }
+  if (IsWholeText(hearing, heard)) return {.symptom = Symptom::bad_check};
+  if (IsBeginning(hearing, heard)) return {.symptom = Symptom::tail_lost};
+  return {.symptom = Symptom::damaged};
+}
+
+/// Nothing was asked.
+bool IsStanding(const Hearing& hearing) {
+  return hearing.expect->reply == Expectation::Reply::standing;
+}
+
+/// What somebody sends who does not stop is longer. A message at another bit rate is so many bytes.
+std::size_t LongestHeard(const Hearing& hearing) {
+  const std::size_t most = hearing.expect->max_bytes;
+  return IsStanding(hearing) ? std::max(kEndless, most) : most;
+}
+
+/// Words that say what it is.
+bool IsTold(const Finding& words) { return !words.remedy.empty(); }
+
+/// No reply is in it.
+Finding Unreadable(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
+    return *service;
+  if (auto doubled = DoubledBytes(hearing, heard)) return *doubled;
+  if (LacksFirstByte(hearing, heard)) return {.symptom = Symptom::head_lost};
+  if (auto too_short = TooShort(hearing, heard)) return *too_short;
+  if (auto login = LoginPrompt(hearing, heard)) return *login;
+  if (auto comma = DecimalComma(hearing, heard)) return *comma;
+  auto recognised = Recognise(hearing, heard);
+  const bool other_form = recognised && recognised->symptom == Symptom::other_form;
+  if (recognised && !other_form) return *recognised;
+  if (auto foreign = OtherFrame(hearing, heard)) return *foreign;
+  if (BlameOf(hearing, heard) == Outcome::unexpected) return {.symptom = Symptom::other_reply};
+  const bool ends = std::ranges::find(heard, '\n') != heard.end();
+  if (heard.size() > LongestHeard(hearing) && !(ends && IsLine(hearing, heard)))
+    return {.symptom = Symptom::endless};
+  const bool of_reply = IsHexText(hearing, heard) || EndsInCheckValue(hearing, heard);
+  auto words = of_reply ? std::nullopt : Words(hearing, heard);
+  if (words && (!other_form || IsTold(*words))) return *words;
+  if (auto nearly = NearlyReply(hearing, heard)) {
+    // Where it comes again and again, it is its form (gateway/diagnosis/damage/examiner.cpp).
+    if (other_form && nearly->symptom == Symptom::bytes_lost) {
+      nearly->cause = recognised->cause;
+      nearly->remedy = recognised->remedy;
+    }
+    return *nearly;
+  }
+  if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
+  // A device whose replies are text says something else in a text.
+  if (other_form) return *recognised;
+  if (IsIdle(heard)) return {.symptom = Symptom::zeros};
+  if (IsStanding(hearing)) {
+    const bool words = std::ranges::all_of(heard, IsPrintable);
+    return {.symptom = words ? Symptom::damaged : Symptom::noise};
+  }
+  if (!BeginsLikeReply(hearing, heard)) return {.symptom = Symptom::noise};
+  return Broken(hearing, heard);
+}
+
+std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
+  const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
+  // A text has none, whatever the port is set to.
+  const bool text = std::ranges::all_of(hearing.request, IsPrintable);
+  unsigned bits = SpecialsOf(heard) | (high || text ? kHighBit : 0U);
+  // One character again and again has but one parity.
+  const bool various = std::ranges::adjacent_find(heard, std::not_equal_to()) != heard.end();
+  for (const std::uint8_t byte : various ? heard : View()) {
+    if (byte == 0x00 || byte == 0xFF) continue;  // of an idle or broken line as well
+    bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;
+  }
+  return static_cast<std::uint8_t>(bits);
+}
+
+}  // namespace
+
+Finding Plain(const Hearing& hearing) {
+  return {.bytes = hearing.heard.size(),
+          .expected = OnlyLength(hearing),
+          .specials = SpecialsIn(hearing, hearing.heard)};
+}
+
+std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
+  if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
+    return service;
+  if (auto words = Words(hearing, heard, true)) return words;
+  if (!hearing.protocol->tcp || heard.size() <= kHarmless) return std::nullopt;
+  return Finding{
+      .symptom = Symptom::other_protocol,
+      .bytes = heard.size(),
+      .cause = "the server speaks first, as no Modbus TCP server does (" + Quote(heard) + ")",
+      .remedy = "check the host and the port number of the line"};
+}
+
+Finding Examine(const Hearing& hearing) {
+  const bool answered = ProvesLife(hearing.outcome);
+  View heard = hearing.heard;
+  if (heard.empty()) {
+    return {.symptom = answered ? Symptom::clean : Symptom::silence,
+            .expected = OnlyLength(hearing)};
+  }
+  std::size_t echo = 0;
+  if (!hearing.expect->mirrors && heard.size() >= hearing.request.size() &&
+      std::ranges::equal(heard.first(hearing.request.size()), hearing.request)) {
+    echo = hearing.request.size();
+    heard = heard.subspan(echo);
+    if (heard.empty()) return {.symptom = answered ? Symptom::clean : Symptom::echo, .bytes = echo};
+  }
+  const auto found = FindReply(hearing, heard);
+  Finding finding;
+  if (!answered && IsEcho(hearing, heard, false)) {
+    finding = {.symptom = Symptom::late_echo, .cause = std::string(kOwnRequest)};
+  } else if (answered) {
+    if (found) finding = Beside(hearing, heard, *found);
+  } else {
+    finding = found ? Untaken(hearing, echo, *found) : Unreadable(hearing, heard);
+  }
+  if (finding.bytes == 0) finding.bytes = heard.size();
+  finding.expected = OnlyLength(hearing);
+  finding.specials = SpecialsIn(hearing, heard);
+  return finding;
+}
+
+}  // namespace baudgate

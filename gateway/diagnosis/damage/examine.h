@@ -1,0 +1,54 @@
+// What one exchange looked like on the wire: from all that came between its request and the next
+// one to a symptom. Pure; used by gateway/diagnosis/damage/examiner.h.
+//
+//   asked 01 03 00 00 00 01 84 0A, and came           symptom
+//   nothing                                           silence
+//   01 03 00 00 00 01 84 0A                           echo
+//   01 03 02 …80 ms… 00 4B F9 B3                      split, 80 ms
+//   03 02 00 4B F9 B3                                 head_lost
+//   01 03 02                                          tail_lost
+//   Login:                                            text
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "protocols/protocol.h"
+
+namespace baudgate {
+
+/// A piece of what came: from byte `at` on.
+struct Arrival {
+  std::size_t at = 0;
+  Duration after{};  ///< from the computed end of the request; below zero: before it
+};
+
+/// One exchange, and what came after it.
+struct Hearing {
+  const Protocol* protocol = nullptr;
+  const ParsedOptions* options = nullptr;
+  View request{};
+  const Expectation* expect = nullptr;
+  Outcome outcome = Outcome::none;  ///< none: it was not judged yet
+  View heard{};
+  std::span<const Arrival> arrivals{};     ///< of `heard`; the first stands at 0
+  Duration reply{};                        ///< the longest until the first byte
+  Duration gap{};                          ///< the longest pause inside
+  bool connection = false;                 ///< it came over TCP
+  std::span<const ForeignRule> foreign{};  ///< of all protocols
+};
+
+Finding Examine(const Hearing& hearing);
+/// What is found in an exchange in which nothing but the reply came.
+Finding Plain(const Hearing& hearing);
+/// What came before the first request, if it is another service or words.
+std::optional<Finding> Greeting(const Hearing& hearing, View heard);
+
+}  // namespace baudgate

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/damage/nearly_reply.h"
+
+#include <algorithm>
+#include <cctype>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/text.h"
+#include "gateway/diagnosis/damage/changed_bytes.h"
+
+namespace baudgate {
+namespace {
+
+/// What the values of a text are made of.
+constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+/// No longer text is tried character by character.
+constexpr std::size_t kLongestTried = 80;
+/// No longer binary reply is tried byte by byte: some milliseconds.
+constexpr std::size_t kLongestBinary = 40;
+/// The digits of a check value in a text.
+constexpr std::size_t kCheckDigits = 2;
+/// The longest number in a reply that is taken for a name.
+constexpr std::size_t kMostDigits = 3;
+/// Fewer bytes are no reply but for its check value.
+constexpr std::size_t kShortestReply = 3;
+/// So much may stand behind a whole reply, as a line end.
+constexpr std::size_t kBehind = 3;
+/// The shortest text whose end may be missing.
+constexpr std::size_t kShortestLine = 4;
+/// Characters other than digits that a number, or the rest of one, may start with.
+constexpr std::string_view kSigns = "+-.";
+/// The characters of values and check values in a text.
+constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
+
+/// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
+/// there is.
+bool StartsWithReply(const Hearing& hearing, View heard, std::size_t least = 0) {
+  const Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
+  return cut.kind == Cut::Kind::frame && cut.size > least;
+}
+
+View WithoutLineEndBefore(View heard) {
+  while (!heard.empty() && (heard.front() == '\r' || heard.front() == '\n'))
+    heard = heard.subspan(1);
+  return heard;
+}
+
+bool IsText(const Hearing& hearing, View heard) {
+  return std::ranges::all_of(hearing.request, IsPrintable) &&
+         std::ranges::all_of(heard, IsPrintable);
+}
+
+/// Its last byte is missing, whatever that was.
+bool IsWholeWithEnd(const Hearing& hearing, View heard) {
+  heard = WithoutLineEndBefore(heard);
+  if (heard.empty()) return false;
+  // Where nothing is checked, every beginning of a text is whole with an end.
+  Bytes shorter(heard.begin(), heard.end());
+  shorter.back() = '\r';
+  if (StartsWithReply(hearing, shorter)) return false;
+  Bytes longer(heard.begin(), heard.end());
+  longer.push_back(0);
+  for (int last = 0; last < 256; ++last) {
+    longer.back() = static_cast<std::uint8_t>(last);
+    if (StartsWithReply(hearing, longer)) return true;
+  }
+  return false;
+}
+
+struct LineEnd {
+  std::string_view bytes;
+  const char* name;
+};
+constexpr LineEnd kLineEnds[] = {{"\r", "a carriage return"},
+                                 {"\n", "a line feed"},
+                                 {"\r\n", "CR LF"},
+                                 {"\n\r", "a line feed and a carriage return"},
+                                 {"\n\n", "two line feeds"}};
+
+/// It is whole with another end of its line.
+std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
+  std::size_t size = heard.size();
+  while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
+  const std::string_view had = AsText(heard.subspan(size));
+  const auto came = std::ranges::find(kLineEnds, had, &LineEnd::bytes);
+  if (size == 0 || came == std::end(kLineEnds)) return std::nullopt;
+  for (const LineEnd& end : kLineEnds) {
+    if (end.bytes == had) continue;
+    Bytes changed(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(size));
+    Append(changed, end.bytes);
+    if (!IsWhole(hearing, changed)) continue;
+    return Finding{
+        .symptom = Symptom::other_setting,
+        .cause = std::string("its replies end in ") + came->name + ", not in " + end.name,
+        .remedy =
+            "set that at it, or set the converter or serial server in between to "
+            "raw"};
+  }
+  return std::nullopt;
+}
+
+/// Nothing but the carriage return at its end is missing. Where nothing is checked, every beginning
+/// of a text is whole with one.
+bool LacksLineEnd(const Hearing& hearing, View heard) {
+  if (hearing.outcome != Outcome::partial || heard.size() < kShortestLine) return false;
+  const bool ended = std::ranges::any_of(heard, [](auto byte) { return byte == '\r'; });
+  if (ended || !IsText(hearing, heard)) return false;
+  Bytes longer(heard.begin(), heard.end());
+  longer.push_back('\r');
+  return StartsWithReply(hearing, longer);
+}
+
+bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
+  if (hearing.protocol->data_bits > 7) return false;
+  Bytes cleared(heard.begin(), heard.end());
+  for (std::uint8_t& byte : cleared) byte &= 0x7F;
+  return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
+}
+
+/// It has the character that a reply begins with.
+bool HasLead(const Hearing& hearing, View heard) {
+  if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
+  return std::ranges::any_of(hearing.expect->shapes,
+                             [&](const Shape& shape) { return shape.tag == heard.front(); });
+}
+
+/// The first byte of its reply, if that is known.
+std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
+  // A binary reply begins with the address, as its request does.
+  const bool named = !hearing.expect->address.empty() && !hearing.request.empty();
+  if (!named || IsText(hearing, hearing.request)) return std::nullopt;
+  return hearing.request[0];
+}
+
+/// Another byte at `at` would do as well: the check value is too weak to prove anything, or there
+/// is none.
+bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t other) {
+  whole[other] ^= 1;
+  for (int byte = 0; byte < 256; ++byte) {
+    whole[at] = static_cast<std::uint8_t>(byte);
+    if (StartsWithReply(hearing, whole, whole.size() - 1)) return true;
+  }
+  return false;
+}
+
+/// With `head` in front of it, in which any byte that can stand at `any` may stand there.
+bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
+  // Little may stand behind it, as a line end.
+  const std::size_t least = head.size() + heard.size() - std::min(heard.size(), kBehind);
+  Append(head, heard);
+  const auto known = any == 0 ? FirstOf(hearing) : std::nullopt;
+  for (int byte = known.value_or(0); byte <= known.value_or(0xFF); ++byte) {
+    head[any] = static_cast<std::uint8_t>(byte);
+    if (!StartsWithReply(hearing, head, least)) continue;
+    // A text may have no check value at all; its form proves enough.
+    return known || IsText(hearing, heard) || !IsWeak(hearing, head, any, head.size() / 2);
+  }
+  return false;
+}
+
+/// It is whole with another byte at `at`, from `first` to `last`.
+bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int first, int last) {
+  Bytes whole(heard.begin(), heard.end());
+  for (int byte = first; byte <= last; ++byte) {
+    whole[at] = static_cast<std::uint8_t>(byte);
+    if (StartsWithReply(hearing, whole, whole.size() - 1)) {
+      return !IsWeak(hearing, whole, at, whole.size() / 2);
+    }
+  }
+  return false;
+}
+
+/// Its first byte is another one.
+bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
+  constexpr int kPrintable = 0x7E;
+  const auto first = FirstOf(hearing);
+  Bytes whole(heard.begin(), heard.end());
+  if (first) {
+    whole[0] = *first;
+    return heard[0] != *first && StartsWithReply(hearing, whole, whole.size() - 1);
+  }
+  if (!IsText(hearing, heard.subspan(1)) || std::ispunct(heard[0]) != 0) return false;
+  return IsWholeWithOther(hearing, heard, 0, '!', kPrintable);
+}
+
+/// Its last byte is another one; a text has a line end there.
+bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
+  if (IsText(hearing, hearing.request)) return false;
+  return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
+}
+
+/// Its first byte is missing, whatever that was; or a few, of which all but one are those of the
+/// request: the second and third of a binary one, the name and the kind of a text. 0: none is.
+std::size_t LostHead(const Hearing& hearing, View heard) {
+  // Nothing stands in it that would prove that.
+  if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
+  if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
+  const View request = hearing.request;
+  for (std::size_t more = 1; more <= kMostDigits && more < request.size(); ++more) {
+    Bytes head(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(more + 1));
+    if (IsWholeBehind(hearing, head, 0, heard)) return more + 1;
+    for (const Shape& shape : hearing.expect->shapes) {
+      head.push_back(static_cast<std::uint8_t>(shape.tag));
+      if (IsWholeBehind(hearing, head, 0, heard)) return more + 2;
+      head.pop_back();
+    }
+  }
+  if (request.size() < 2) return 0;
+  return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
+}
+
+/// A line of a text without the character that a reply begins with; empty: it is none. Its
+/// beginning is longer than LostHead can prove.
+std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
+  const bool standing = hearing.expect->reply == Expectation::Reply::standing;
+  if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
+  heard = WithoutLineEndBefore(heard);
+  const std::string_view text = AsText(heard);
+  const std::size_t size = text.find_last_not_of("\r\n") + 1;
+  if (size < kShortestLine || size == text.size()) return {};
+  const bool of_number = kSigns.find(text.front()) != std::string_view::npos;
+  if ((std::ispunct(heard.front()) != 0 && !of_number) || HasLead(hearing, heard)) return {};
+  return text.substr(0, size);
+}
+
+bool IsEndOfText(const Hearing& hearing, View heard) {
+  const std::string_view line = LineWithoutLead(hearing, heard);
+  const bool values = line.find_first_not_of(kOfValues) == std::string_view::npos;
+  return !line.empty() && (values || EndsInCheckValue(hearing, heard));
+}
+
+/// A text that is whole with other digits in front of its line end, and with no others. A check
+/// value of one byte fits almost any text once a character is put in, so that this goes before.
+bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
+  heard = WithoutLineEndBefore(heard);
+  std::size_t size = heard.size();
+  while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
+  if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
+  // Several messages that came unasked may stand there.
+  const bool several = hearing.expect->reply == Expectation::Reply::standing;
+  Bytes changed(heard.begin(), heard.end());
+  int fit = 0;
+  for (unsigned value = 0; value < 256; ++value) {
+    const std::string digits = HexByte(static_cast<std::uint8_t>(value));
+    std::ranges::copy(digits, changed.begin() + static_cast<std::ptrdiff_t>(size - kCheckDigits));
+    fit += several ? IsWhole(hearing, changed) : StartsWithReply(hearing, changed);
+  }
+  return fit == 1;
+}
+
+/// A text that is whole with one more character, and not with any.
+bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
+  heard = WithoutLineEndBefore(heard);
+  if (!IsText(hearing, heard) || heard.size() < 2 || heard.size() > kLongestTried) return false;
+  Bytes longer(heard.size() + 1);
+  for (std::size_t at = 1; at < heard.size(); ++at) {
+    const auto here = static_cast<std::ptrdiff_t>(at);
+    std::copy(heard.begin(), heard.begin() + here, longer.begin());
+    std::copy(heard.begin() + here, heard.end(), longer.begin() + here + 1);
+    int fit = 0;
+    for (const char character : kCharacters) {
+      longer[at] = static_cast<std::uint8_t>(character);
+      fit += StartsWithReply(hearing, longer) ? 1 : 0;
+    }
+    if (fit == 1) return true;
+  }
+  return false;
+}
+
+/// A binary reply that its check value proves once a byte is put in somewhere before its end. It is
+/// one byte shorter than a reply that has but one length.
+bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp || heard.size() < kShortestReply) return false;
+  if (IsText(hearing, hearing.request)) return false;
+  const bool one_short = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
+    return shape.min_length == shape.max_length && shape.max_length == heard.size() + 1;
+  });
+  if (!one_short || heard.size() > kLongestBinary) return false;
+  for (std::size_t at = 1; at < heard.size(); ++at) {
+    Bytes longer(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(at));
+    longer.push_back(0);
+    Append(longer, heard.subspan(at));
+    for (int byte = 0; byte <= 0xFF; ++byte) {
+      longer[at] = static_cast<std::uint8_t>(byte);
+      if (StartsWithReply(hearing, longer, heard.size())) {
+        return !IsWeak(hearing, longer, at, at == 1 ? 2 : 1);
+      }
+    }
+  }
+  return false;
+}
+
+/// Nothing but its check value is missing, of which the frame of a binary protocol has one.
+bool LacksCheck(const Hearing& hearing, View heard) {
+  const PduCarrier* const carrier = hearing.protocol->carrier;
+  if (carrier == nullptr || hearing.protocol->tcp || heard.size() < kShortestReply) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
+  const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
+  const std::size_t check = whole.size() - heard.size();
+  const std::size_t rest = heard.size() - std::min(heard.size(), check);
+  const bool has_one =
+      rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
+  if (has_one) return false;
+  // With the first byte of its check value it would be whole as well, and one byte too long.
+  const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
+  return cut.kind == Cut::Kind::frame && cut.size == whole.size();
+}
+
+/// The character that stands in front of each frame; the check value proves the rest.
+bool LacksLead(const Hearing& hearing, View heard) {
+  if (hearing.protocol->carrier == nullptr || hearing.request.empty() || heard.empty())
+    return false;
+  Bytes whole = {hearing.request.front()};
+  Append(whole, heard);
+  return StartsWithReply(hearing, whole, heard.size() - 1);
+}
+
+/// Both bytes of its line end are missing; a check value proves what is there.
+bool LacksCrLf(const Hearing& hearing, View heard) {
+  if (!IsText(hearing, heard) || heard.size() < kShortestLine) return false;
+  Bytes longer(heard.begin(), heard.end());
+  Append(longer, std::string_view("\r\n"));
+  if (!StartsWithReply(hearing, longer, heard.size() + 1)) return false;
+  Bytes shorter(heard.begin(), heard.end() - 1);
+  Append(shorter, std::string_view("\r\n"));
+  return !StartsWithReply(hearing, shorter);
+}
+
+}  // namespace
+
+bool EndsInCheckValue(const Hearing& hearing, View heard) {
+  const std::string_view line = LineWithoutLead(hearing, heard);
+  if (line.empty()) return false;
+  const std::string_view check = line.substr(line.size() - kCheckDigits);
+  return line[line.size() - kCheckDigits - 1] == ':' &&
+         check.find_first_not_of(kOfValues) == std::string_view::npos;
+}
+
+bool LacksFirstByte(const Hearing& hearing, View heard) {
+  if (hearing.protocol->tcp) return false;
+  if (std::ranges::all_of(hearing.request, IsPrintable)) return LacksLead(hearing, heard);
+  return IsWholeBehind(hearing, Bytes(1), 0, heard);
+}
+
+std::optional<Finding> TooShort(const Hearing& hearing, View heard) {
+  if (!LacksCheck(hearing, heard)) return std::nullopt;
+  if (auto changed = ChangedBytes(hearing, heard)) return changed;
+  return Finding{
+      .symptom = Symptom::tail_lost,
+      .cause = "its check value",
+      .remedy = "the device or a converter does not keep to its protocol: update its firmware"};
+}
+
+std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
+  if (IsWholeWithoutEighthBit(hearing, heard)) {
+    const bool mark = std::ranges::all_of(heard, [](auto byte) { return byte > 0x7F; });
+    return Finding{.symptom = Symptom::eighth_bit, .cause = mark ? "mark" : ""};
+  }
+  if (auto other = OtherLineEnd(hearing, heard)) return other;
+  if (auto changed = ChangedBytes(hearing, heard)) return changed;
+  if (IsWholeWithOtherFirst(hearing, heard)) {
+    return Finding{.symptom = Symptom::head_lost, .cause = "garbled"};
+  }
+  if (const std::size_t lost = LostHead(hearing, heard); lost > 0) {
+    return Finding{.symptom = Symptom::head_lost, .cause = lost > 1 ? "a few" : ""};
+  }
+  if (IsEndOfText(hearing, heard)) return Finding{.symptom = Symptom::head_lost, .cause = "a few"};
+  if (LacksCrLf(hearing, heard)) {
+    return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
+  }
+  if (IsWholeWithEnd(hearing, heard)) return Finding{.symptom = Symptom::end_lost};
+  if (IsWholeWithOtherLast(hearing, heard)) {
+    return Finding{.symptom = Symptom::end_lost, .cause = "garbled"};
+  }
+  if (IsWholeWithOtherCheck(hearing, heard)) {
+    return Finding{.symptom = Symptom::bad_check, .cause = "a text"};
+  }
+  if (IsWholeWithOneMore(hearing, heard) || IsWholeWithByteInside(hearing, heard)) {
+    return Finding{.symptom = Symptom::bytes_lost};
+  }
+  if (LacksLineEnd(hearing, heard)) {
+    return Finding{.symptom = Symptom::tail_lost, .cause = "its line end"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate

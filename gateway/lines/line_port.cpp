@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/line_port.h"
+
+#include <utility>
+
+#include "gateway/base/deadline.h"
+#include "gateway/base/log.h"
+#include "gateway/lines/not_opened_yet.h"
+
+namespace baudgate {
+namespace {
+
+/// A server that takes so many requests passes them on.
+constexpr int kPassedOn = 2;
+
+/// One step each: to the end of the exchange, of the silence behind it, and of what waits.
+void CatchUp(auto& part, Now now) {
+  constexpr int kMostSteps = 100;
+  for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
+}
+
+/// What to look at where a connection has ended before it had worked.
+std::string HintOf(const Rest& rest, bool unread, const config::Line& line) {
+  const std::string& protocol = line.protocol;
+  if (rest.unanswered() >= kPassedOn) {
+    return "unanswered: check its mode (raw TCP), protocol (" + protocol +
+           "), power, wire and address behind it, inactivity time";
+  }
+  if (rest.asks() && !unread) {
+    const config::Traits& traits =
+        line.devices.empty() ? config::kNoTraits : *line.devices.front().traits;
+    const std::string other(traits.counterpart);
+    if (!traits.service.empty()) {
+      return "before it had worked, having read the first request: is " +
+             std::string(traits.service) +
+             " behind this port, does it know the unit, and admit this address?";
+    }
+    return "before it had worked, having read the first request: it wants another protocol: set "
+           "its port to raw TCP, for " +
+           protocol + (other.empty() ? "" : ", or protocol: " + other + " here") +
+           "; is it the right port?";
+  }
+  return "before it had worked; is it in use by another client, or at its connection limit?";
+}
+
+}  // namespace
+
+LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
+                   PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
+                   Poller& poller, TelegramQueue& telegrams, PortLoan& loan, bool listens,
+                   std::size_t transaction)
+    : line_(line),
+      transport_(transport),
+      retries_(retries),
+      poller_(poller),
+      telegrams_(telegrams),
+      loan_(loan),
+      display_(store, line, recorder, reporter),
+      settings_(line, transport, display_, listens),
+      proof_(line.is_network()),
+      rest_(listens, transaction) {}
+
+void LinePort::Start(Now now) {
+  now_ = now;
+  if (lent_until_ || stopping_) return;
+  display_.Show(LineStatus::Port::closed, std::string(kNotOpenedYet), now);
+  transport_.Open();
+}
+
+void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopped) {
+  now_ = now;
+  stopping_ = why;
+  lent_until_.reset();
+  loan_.OnClosed(why, now);
+  AfterTheWrite([this, stopped = std::move(stopped)] {
+    ClosePort();
+    telegrams_.OnClosed(*stopping_);
+    if (open_.exchange(false)) poller_.OnClosed(now_);
+    stopped();
+  });
+}
+
+// ---------------------------------------------------------------- the connection
+
+/// And nothing opens it again.
+void LinePort::ClosePort() {
+  proof_.OnClosed();
+  settings_.OnClosed();
+  retries_.Stop();
+  rest_.End();
+  transport_.Close();
+}
+
+void LinePort::OnOpened(Now now) {
+  now_ = now;
+  display_.OnConnected(now);
+  if (rest_.OnOpened(poller_.ledger().line.Answers(), now.instant)) {
+    DropLate();
+    if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
+    return;
+  }
+  open_ = true;
+  out_of_service_ = false;
+  retries_.OnOpened();
+  if (proof_.OnOpened(now.instant)) display_.OnOpened(transport_.Describe(), now);
+  settings_.OnOpened(now);
+  poller_.OnOpened(now, transport_.KeepsBitRate());
+}
+
+/// The request that waits for this connection is not sent if its exchange has ended meanwhile (the
+/// program may have been stopped), or if it may not be sent any more.
+void LinePort::DropLate() {
+  CatchUp(telegrams_, now_);
+  CatchUp(poller_, now_);
+  if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) rest_.GiveUpHeld();
+}
+
+void LinePort::Prove() {
+  retries_.OnWorked();
+  display_.OnWorked();
+  if (proof_.TakeNews()) display_.OnOpened(transport_.Describe(), now_);
+}
+
+void LinePort::OnOpenFailed(const std::string& reason, NoConnection why, Now now) {
+  now_ = now;
+  display_.CountNoConnection(why, now);
+  if (rest_.rests()) {
+    display_.CountLoss(now);
+    return Lost(reason);
+  }
+  // The time of the loan is over, but the port is not ours yet.
+  if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
+  display_.OnDown(reason, {.first = retries_.OnDown(reason)}, now_);
+}
+
+void LinePort::OnLost(const std::string& reason, Now now, bool takes_no_data) {
+  now_ = now;
+  display_.CountLoss(now, takes_no_data);
+  Lost(reason);
+}
+
+void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
+  now_ = now;
+  const std::uint64_t answers = poller_.ledger().line.Answers();
+  const bool several = line_.devices.size() > 1;
+  // While a client has the port, no request of the line opens it again.
+  const bool lent = loan_.has_port();
+  display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks(), .unread = unread},
+                    now);
+  if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
+  if (lent || !rest_.OnEnded(answers, several, now.instant)) {
+    display_.CountLoss(now);
+    return Lost(reason, unread ? Loss::unread : Loss::port);
+  }
+  if (!rest_.in_vain() && proof_.Prove()) Prove();
+  display_.CountRest();
+  poller_.OnEnded(now);
+}
+
+void LinePort::Lost(const std::string& reason, Loss loss) {
+  open_ = false;
+  const std::string hint = HintOf(rest_, loss == Loss::unread, line_);
+  rest_.End();
+  settings_.OnClosed();
+  telegrams_.OnClosed("the port was lost");
+  loan_.OnClosed("the port is lost: " + reason, now_);
+  poller_.OnClosed(now_);
+  const std::string shown = proof_.OnLost() ? reason : reason + ", " + hint;
+  display_.OnDown(shown, {.first = retries_.OnDown(shown), .silent = loss == Loss::silence}, now_);
+}
+
+void LinePort::CheckConnection() {
+  constexpr Duration kLimit = ConnectionProof::kSilenceLimit;
+  const bool silent = poller_.ledger().line.SilentSince(now_.instant - kLimit);
+  if (proof_.OnCheck(now_.instant, silent)) Prove();
+  if (!silent) return;
+  transport_.Close();
+  Lost("no device behind it has answered for " + FormatDuration(kLimit) +
+           "; the connection is made anew",
+       Loss::silence);
+}
+
+// ---------------------------------------------------------------- the loan
+
+void LinePort::Release(Duration time, Now now) {
+  now_ = now;
+  if (stopping_) return;
+  display_.OnReleaseAsked(now.wall + time);
+  AfterTheWrite([this, time] { Lend(time); });
+}
+
+void LinePort::EndRelease(Now now) {
+  now_ = now;
+  loan_.TakeBack(std::string(kTakenBack), now);
+  if (grace_.waits() && !stopping_) {  // it has not been lent yet
+    grace_.CallOff();
+    display_.OnReleaseAsked({});
+    poller_.CallOffWindUp(now);
+  }
+  EndLoan();
+}
+
+void LinePort::AfterTheWrite(std::function<void()> then) {
+  poller_.WindUp();
+  grace_.Begin(std::move(then), now_.instant);
+}
+
+void LinePort::Lend(Duration time) {
+  lent_until_ = now_.instant + time;
+  loan_.OnClosed("the port is released to another program", now_);
+  out_of_service_ = true;
+  open_ = false;
+  ClosePort();
+  telegrams_.OnClosed("the port is lent to another program");
+  poller_.OnClosed(now_, Quality::bad_out_of_service);
+  display_.OnReleased(line_.port, time, now_);
+}
+
+void LinePort::EndLoan() {
+  if (!lent_until_) return;
+  lent_until_.reset();
+  log::Info({.line = line_.name}, "takes {} back", line_.port);
+  display_.OnTakenBack(now_);
+  transport_.Open();
+}
+
+// ---------------------------------------------------------------- the loan over the network
+
+std::optional<std::string> LinePort::WhyNot() const {
+  if (stopping_) return stopping_;
+  if (lent_until_) return "the port is released to another program";
+  if (rest_.rests()) return "the server has ended the connection; the next request opens it again";
+  if (!transport_.is_open()) return "the port is not open: " + display_.text();
+  return std::nullopt;
+}
+
+bool LinePort::Quiet() { return !telegrams_.is_busy() && poller_.Pause(now_); }
+
+void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
+  now_ = now;
+  out_of_service_ = true;
+  open_ = false;
+  proof_.Pause();
+  telegrams_.OnClosed("the port is lent to a client");
+  poller_.OnClosed(now, Quality::bad_out_of_service);
+  display_.Show(LineStatus::Port::released, text, now, {.until = until, .to_client = true});
+}
+
+void LinePort::OnReturned(Now now) {
+  now_ = now;
+  out_of_service_ = false;
+  open_ = true;
+  settings_.OnReturned();
+  proof_.GoOn(now.instant);
+  display_.Show(LineStatus::Port::open, transport_.Describe(), now);
+  poller_.OnOpened(now, transport_.KeepsBitRate());
+}
+
+void LinePort::OnPortFailed(const std::string& reason, Now now) {
+  now_ = now;
+  transport_.Close();
+  Lost(reason);
+}
+
+// ---------------------------------------------------------------- bytes and time
+
+void LinePort::OnBytes(View bytes, Now now) {
+  now_ = now;
+  rest_.OnBytes(now.instant);
+  if (proof_.OnBytes(now.instant)) Prove();
+  if (loan_.OnBytes(bytes, now)) return;
+  if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
+}
+
+void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {
+  settings_.OnSend(serial, now);
+  if (!line_.is_network() || !rest_.Holds(bytes, now.instant)) {
+    transport_.Send(bytes);
+  } else {
+    transport_.Close();
+    transport_.Open();
+  }
+}
+
+void LinePort::DropUnsent() {
+  rest_.GiveUpHeld();
+  transport_.DropUnsent();
+}
+
+void LinePort::OnTimer(Now now) {
+  now_ = now;
+  if (grace_.IsOver(now.instant) && poller_.IsWriting()) {
+    log::Warn({.line = line_.name},
+              "a write was aborted; the device may still be unlocked by its password");
+    grace_.End();
+  }
+  if (HasCome(lent_until_, now.instant)) EndLoan();
+  if (HasCome(proof_.check_at(), now.instant)) CheckConnection();
+  settings_.OnTimer(now);
+}
+
+void LinePort::Settle(Now now) {
+  now_ = now;
+  if (grace_.waits() && !poller_.IsWriting()) grace_.End();
+}
+
+std::optional<Instant> LinePort::Deadline() const {
+  return Soonest({proof_.check_at(), settings_.Deadline(), lent_until_, grace_.until()});
+}
+
+}  // namespace baudgate

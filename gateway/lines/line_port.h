@@ -1,0 +1,117 @@
+// The port of one line: when it is opened, lost and lent, and what is ended before it is given up.
+// No thread and no clock: line_runner.h brings bytes, calls and the time.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "config/model/line.h"
+#include "gateway/bus/poller/poller.h"
+#include "gateway/lines/connection_proof.h"
+#include "gateway/lines/line_reporter.h"
+#include "gateway/lines/port_display.h"
+#include "gateway/lines/port_loan.h"
+#include "gateway/lines/rest.h"
+#include "gateway/lines/settings_watch.h"
+#include "gateway/lines/telegram_queue.h"
+#include "gateway/lines/write_grace.h"
+#include "gateway/records/trace/line_recorder.h"
+#include "transports/port_keeper.h"
+#include "transports/transport.h"
+
+namespace baudgate {
+
+/// By `release --end`.
+inline constexpr std::string_view kTakenBack = "the line was taken back";
+
+/// One thread at a time, but is_open(). `now` never goes back.
+class LinePort final : public RequestPort, public PortLoan::Line {
+ public:
+  /// All references outlive it. `transport` is closed; what it tells its listener goes to the
+  /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
+  /// device of the line speaks unasked, so the connection is wanted all the time.
+  /// `transaction`: see TransactionBytes. `poller`, `telegrams` and `loan` may be made later.
+  LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
+           LineRecorder& recorder, LineReporter& reporter, Poller& poller, TelegramQueue& telegrams,
+           PortLoan& loan, bool listens, std::size_t transaction);
+
+  void Start(Now now);
+  /// Closes the port, once the write under way has ended, and answers what is queued; then calls
+  /// `stopped`, within a second. Nothing opens the port after that. `why`: "the gateway stops".
+  void Stop(const std::string& why, Now now, std::function<void()> stopped);
+
+  // From the transport.
+  void OnOpened(Now now);
+  void OnOpenFailed(const std::string& reason, NoConnection why, Now now);
+  void OnBytes(View bytes, Now now);
+  /// `takes_no_data`: see TransportListener::OnStuck.
+  void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
+  void OnEnded(const std::string& reason, bool unread, Now now);
+
+  // From the poller and the telegrams by hand.
+  void Send(View bytes, const config::SerialSettings& serial, Now now) override;
+  void DropUnsent() override;
+  bool IsUnsent() const override { return rest_.is_unsent(); }
+
+  // See PortLoan.
+  std::optional<std::string> WhyNot() const override;
+  bool Quiet() override;
+  void OnLent(const std::string& text, WallTime until, Now now) override;
+  void OnReturned(Now now) override;
+  void OnPortFailed(const std::string& reason, Now now) override;
+
+  /// See LineControl; the write under way ends first.
+  void Release(Duration time, Now now);
+  void EndRelease(Now now);
+
+  /// To be called at Deadline(); earlier does nothing.
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+  /// Behind every input of the line: the write under way may have ended.
+  void Settle(Now now);
+
+  bool is_open() const { return open_.load(); }  // from any thread
+
+ private:
+  // The connection.
+  void DropLate();
+  void Prove();
+  void CheckConnection();
+  /// How the port was lost, where more depends on it than a text.
+  enum class Loss : std::uint8_t {
+    port,
+    unread,   ///< the server has dropped what it had not read
+    silence,  ///< closed here, because no device behind it has answered
+  };
+  void Lost(const std::string& reason, Loss loss = Loss::port);
+  void ClosePort();
+  // The loan, and the stop.
+  void AfterTheWrite(std::function<void()> then);
+  void Lend(Duration time);
+  void EndLoan();
+
+  const config::Line& line_;
+  Transport& transport_;
+  PortRetries& retries_;
+  Poller& poller_;
+  TelegramQueue& telegrams_;
+  PortLoan& loan_;
+  PortDisplay display_;
+  SettingsWatch settings_;
+  Now now_{};  // of the input that is being handled
+
+  ConnectionProof proof_;
+  Rest rest_;
+  std::atomic<bool> open_ = false;
+
+  std::optional<Instant> lent_until_;  // to another program
+  bool out_of_service_ = false;        // the points, since the port was lent
+  WriteGrace grace_;
+  std::optional<std::string> stopping_;  // why
+};
+
+}  // namespace baudgate

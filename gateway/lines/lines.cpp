@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/lines.h"
+
+#include <fmt/format.h>
+
+#include <asio/post.hpp>
+#include <future>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/lines/not_opened_yet.h"
+#include "gateway/lines/placement.h"
+
+namespace baudgate {
+namespace {
+
+LoopWatch::Ask AskOn(asio::io_context& io) {
+  return [&io](std::function<void()> sign) { asio::post(io, std::move(sign)); };
+}
+
+}  // namespace
+
+Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops)
+    : store_(store), find_([&catalog](const std::string& name) -> const Protocol& {
+        static constexpr Protocol kNone;  // of a line that only clients of its port use
+        return name.empty() ? kNone : *catalog.FindProtocol(name);
+      }) {
+  while (shared_.size() < loops) {
+    const std::string name = fmt::format("lines {}", shared_.size() + 1);
+    shared_.push_back(std::make_unique<LoopThread>(name));
+    Watch(name, shared_.back()->io());
+  }
+}
+
+Lines::~Lines() {
+  End();
+  StopLoops();
+}
+
+Result<std::shared_ptr<LoopThread>> Lines::MakeLoop(const config::Line& line) try {
+  if (PlaceOf(line.port) == baudgate::Place::shared_loop) return std::shared_ptr<LoopThread>();
+  auto loop = std::make_shared<LoopThread>("line " + line.name);
+  loop->Start();
+  return loop;
+} catch (const std::system_error& failed) {
+  return Error{"line " + line.name + ": no thread for its port: " + failed.code().message()};
+}
+
+asio::io_context& Lines::LoopFor(Place& place) {
+  if (!place.own) return shared_[turn_++ % shared_.size()]->io();
+  const config::Line& line = *place.config;
+  const MutexLock lock(watch_mutex_);
+  watch_.Add("line " + line.name, static_cast<std::uint32_t>(places_.size() - 1),
+             AskOn(place.own->io()));
+  return place.own->io();
+}
+
+void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own) {
+  const auto number = static_cast<std::uint32_t>(places_.size());
+  const auto first_device = static_cast<std::uint32_t>(line_of_.size());
+  Place& place = places_.Append(std::move(line));
+  place.own = std::move(own);
+  for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
+  place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
+                                              store_, links_));
+}
+
+void Lines::Start() {
+  if (!std::exchange(running_, true)) {
+    for (const auto& loop : shared_) loop->Start();
+  }
+  const MutexLock lock(clock_mutex_);
+  const std::optional<bool> right = clock_right_;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    Place& place = places_[i];
+    if (std::exchange(place.started, true)) continue;
+    place.slot.With([](LineRunner& runner) { runner.Start(); });
+    if (right) place.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
+  }
+}
+
+std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) const {
+  std::vector<std::future<void>> tried;
+  for (const std::uint32_t line : lines) {
+    auto done = std::make_shared<std::promise<void>>();
+    tried.push_back(done->get_future());
+    at(line).Post([done](LineParts&, Now) { done->set_value(); });
+  }
+  const Instant deadline = ReadClocks().instant + kWaitForPorts;
+  for (const auto& one : tried) one.wait_until(deadline);
+  std::vector<std::string> troubles;
+  for (const std::uint32_t line : lines) {
+    const std::string name = "line " + config(line).name + ": ";
+    const LineStatus status = store_.ReadLine(line);
+    const bool tried_in_vain = !config(line).is_network() &&
+                               status.port == LineStatus::Port::closed &&
+                               !status.port_text.empty() && status.port_text != kNotOpenedYet;
+    if (tried_in_vain) {
+      troubles.push_back(name + status.port_text);
+    }
+    for (const PortService& service : status.services) {
+      if (service.trouble.empty()) continue;
+      troubles.push_back(name + "no client can come in at " + service.place + ": " +
+                         service.trouble);
+    }
+  }
+  return troubles;
+}
+
+void Lines::Remove(std::span<const std::uint32_t> lines) {
+  struct Ending {
+    std::uint32_t line = 0;
+    std::unique_ptr<LineRunner> runner;
+  };
+  std::vector<Ending> ending;
+  for (const std::uint32_t line : lines) {
+    auto runner = places_[line].slot.Take();
+    if (runner) ending.push_back({line, std::move(runner)});
+  }
+  for (const Ending& one : ending) {
+    one.runner->RequestStop("a reload has changed or removed the line");
+  }
+  const Instant deadline = ReadClocks().instant + kWaitForLines;
+  for (Ending& one : ending) {
+    Place& place = places_[one.line];
+    {
+      const MutexLock lock(watch_mutex_);
+      watch_.Remove(one.line);
+    }
+    if (!one.runner->StopBefore(deadline)) {
+      one.runner->Retire();
+      log::Warn({.line = place.config->name},
+                "cannot be stopped: a call of its driver does not return; the line is abandoned");
+      hanging_.push_back(std::move(one.runner));
+      continue;
+    }
+    one.runner.reset();
+    if (place.own) place.own->Stop();
+    place.own.reset();
+  }
+}
+
+// These wait until lines have ended, and hold the lock of no slot meanwhile: a line may need a
+// thread to end that waits for this lock.
+
+std::vector<LineRunner*> Lines::All() const {
+  std::vector<LineRunner*> all;
+  for (std::size_t i = 0; i < places_.size(); ++i) all.push_back(places_[i].slot.mine());
+  for (const auto& runner : hanging_) all.push_back(runner.get());
+  std::erase(all, nullptr);
+  return all;
+}
+
+std::vector<std::string> Lines::Stop() {
+  for (LineRunner* const runner : All()) runner->RequestStop();
+  const Instant deadline = ReadClocks().instant + kWaitForLines;
+  std::vector<std::string> hang;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    LineRunner* const runner = places_[i].slot.mine();
+    if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(places_[i].config->name);
+  }
+  for (const auto& runner : hanging_) {
+    if (!runner->StopBefore(deadline))
+      hang.emplace_back("a line that an earlier reload has removed");
+  }
+  return hang;
+}
+
+void Lines::End() {
+  for (LineRunner* const runner : All()) runner->Stop();
+}
+
+void Lines::StopLoops() {
+  for (const auto& loop : shared_) loop->Stop();
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (places_[i].own) places_[i].own->Stop();
+  }
+}
+
+std::size_t Lines::present() const {
+  std::size_t present = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    present += places_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
+  }
+  return present;
+}
+
+std::size_t Lines::open() const {
+  std::size_t open = 0;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    places_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
+  }
+  return open;
+}
+
+std::optional<WallTime> Lines::stuck_since(std::uint32_t line) const {
+  std::optional<WallTime> since;
+  at(line).With([&](LineRunner& runner) { since = runner.stuck_since(); });
+  return since;
+}
+
+void Lines::OnHostClock(bool right) {
+  const MutexLock lock(clock_mutex_);
+  clock_right_ = right;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    places_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
+  }
+}
+
+void Lines::Watch(const std::string& name, asio::io_context& io) {
+  const MutexLock lock(watch_mutex_);
+  watch_.Add(name, {}, AskOn(io));
+}
+
+bool Lines::Look(WallTime now) {
+  const MutexLock lock(watch_mutex_);
+  for (const LoopWatch::Change& change : watch_.Look(now)) OnLoop(change);
+  return watch_.complete();
+}
+
+void Lines::OnLoop(const LoopWatch::Change& change) {
+  const bool stuck = change.stuck_since.has_value();
+  if (!change.line) {
+    if (!stuck) return log::Info("{}: its thread runs again", change.loop);
+    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog is not fed",
+                     change.loop);
+  }
+  at(*change.line).With([&](LineRunner& runner) { runner.SetStuck(change.stuck_since); });
+  const config::Line& line = config(*change.line);
+  const log::About about{.line = line.name};
+  if (!stuck) return log::Info(about, "its thread runs again");
+  log::Warn(about,
+            "its thread hangs: a call of the driver of {} does not return; other lines are not "
+            "affected",
+            line.port);
+}
+
+}  // namespace baudgate

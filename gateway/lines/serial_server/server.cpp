@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/serial_server/server.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <asio/ip/address.hpp>
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/base/text.h"
+#include "transports/listen_socket.h"
+
+namespace baudgate::serial_server {
+namespace {
+
+using asio::ip::tcp;
+
+/// Without file descriptors or memory, accepting at once again would only spin.
+constexpr Duration kAcceptPause = 100ms;
+/// The most bytes that are kept of a client that waits for its turn.
+constexpr std::size_t kMostEarly = 4096;
+
+/// A listener for IPv6 shows clients of IPv4 as "::ffff:10.0.0.7".
+asio::ip::address AddressOf(const tcp::endpoint& peer) {
+  const asio::ip::address address = peer.address();
+  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
+  return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+}
+
+std::string NameOf(const tcp::endpoint& peer) {
+  return HostAndPort(AddressOf(peer).to_string(), peer.port());
+}
+
+/// Where its address stands.
+const char* KeyOf(Server::Use use) {
+  if (use == Server::Use::by_hand) return "release --tcp";
+  return use == Server::Use::served ? "serial_server.at" : "lend.at";
+}
+
+}  // namespace
+
+Server::Server(asio::io_context& io, config::PortServer config, Use use, std::string line,
+               PortOwner& owner)
+    : config_(std::move(config)),
+      use_(use),
+      line_(std::move(line)),
+      owner_(owner),
+      acceptor_(io),
+      look_(io),
+      retry_(io),
+      timer_(io) {}
+
+// ---------------------------------------------------------------- connections
+
+void Server::Start() {
+  running_ = std::make_shared<char>();
+  Look();
+}
+
+void Server::Look() {
+  const bool was_open = acceptor_.is_open();
+  const Status listens = was_open ? HasAddressOf(acceptor_) : Listen();
+  const std::string trouble = listens ? std::string() : listens.error();
+  if (trouble != told_) {
+    const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
+    if (!trouble.empty()) {
+      log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Place(), trouble,
+                is_told || was_open ? "" : "; trying again until it works");
+    } else {
+      log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Place(),
+                Name(config_.mode));
+    }
+  }
+  // A reload forgets the trouble.
+  if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
+    owner_.OnListening(config_.Place(), trouble, ReadClocks());
+  }
+  if (!was_open && listens) Accept();
+  Later(look_, kTryEvery, &Server::Look);
+}
+
+Status Server::Listen() {
+  asio::error_code failed;
+  const auto address = asio::ip::make_address(config_.at.host, failed);
+  if (failed) return Error{"not an address of this machine"};
+  const tcp::endpoint endpoint(address, config_.at.port);
+  return baudgate::Listen(acceptor_, endpoint, KeyOf(use_));
+}
+
+void Server::Stop() {
+  running_.reset();
+  told_.reset();
+  asio::error_code ignored;
+  acceptor_.close(ignored);
+  look_.cancel();
+  retry_.cancel();
+  timer_.cancel();
+  holder_ = nullptr;
+  clients_.clear();
+}
+
+void Server::Later(asio::steady_timer& timer, Duration wait, void (Server::*then)()) {
+  timer.expires_after(wait);
+  timer.async_wait([this, then, running = std::weak_ptr(running_)](const asio::error_code&) {
+    if (!running.expired()) (this->*then)();
+  });
+}
+
+void Server::Accept() {
+  acceptor_.async_accept([this, running = std::weak_ptr(running_)](const asio::error_code& failed,
+                                                                   tcp::socket socket) {
+    if (running.expired()) return;
+    if (failed && failed != asio::error::connection_aborted) {
+      log::WarnFolded(line_ + " accept", "line {}: no client can be accepted at {}: {}", line_,
+                      config_.Place(), failed.message());
+      return Later(retry_, kAcceptPause, &Server::Accept);
+    }
+    if (!failed) Welcome(std::move(socket));
+    Accept();
+  });
+}
+
+/// Why the client must not come in, if it must not.
+std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
+  const config::Network reach = config::ReachOf(AddressOf(peer).to_string());
+  const bool allowed =
+      config_.allow.empty() || std::ranges::any_of(config_.allow, [&](const auto& network) {
+        return config::Covers(network, reach);
+      });
+  if (!allowed) return "its address is not in the allow list";
+  const bool wait = use_ == Use::served && config_.busy == config::PortServer::Busy::wait;
+  if (holder_ != nullptr && !wait) return "the port is in use by " + holder_->name;
+  if (clients_.size() >= kMostClients && !MakeRoom()) {
+    return "too many clients are connected already";
+  }
+  return std::nullopt;
+}
+
+/// If the port is lent, the oldest client that has not asked for it yet is disconnected.
+bool Server::MakeRoom() {
+  const auto silent = std::ranges::find_if(
+      clients_, [](const Client& one) { return one.session && !one.session->asks(); });
+  if (use_ == Use::served || silent == clients_.end()) return false;
+  log::WarnFolded(line_ + " room",
+                  "line {}: idle client {} is disconnected to make room for another", line_,
+                  silent->name);
+  Remove(*silent);
+  return true;
+}
+
+void Server::Welcome(tcp::socket socket) {
+  asio::error_code gone;
+  const tcp::endpoint peer = socket.remote_endpoint(gone);
+  if (gone) return;
+  const Now now = ReadClocks();
+  // Its leaving and the coming of the next may be seen in either order.
+  if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
+  if (const auto why = WhyNot(peer)) {
+    log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
+                    "line {}: client {} is refused at {}: {}", line_, NameOf(peer), config_.Place(),
+                    *why);
+    return;
+  }
+  Client& client = clients_.emplace_back();
+  client.name = NameOf(peer);
+  client.socket = std::make_unique<ClientSocket>(
+      std::move(socket),
+      ClientSocket::Events{
+          .bytes = [this, &client](View bytes) { OnBytes(client, bytes); },
+          .end = [this, &client](bool failed,
+                                 const std::string& how) { OnEnd(client, failed, how); },
+          .room =
+              [&client] {
+                if (client.session) client.session->OnClientRoom();
+              }});
+  client.socket->Start();
+  if (use_ != Use::served) {
+    BeginSession(client, now);
+    Arm();
+  } else if (holder_ == nullptr) {
+    Want(client, now);
+  }
+}
+
+void Server::BeginSession(Client& client, Now now) {
+  client.session.emplace(
+      Visit{.client = client.name, .place = config_.Place(), .mode = config_.mode, .began = now},
+      config_.idle, "baudgate " + line_, *client.socket);
+}
+
+void Server::OnBytes(Client& client, View bytes) {
+  if (!client.session) {
+    Append(client.early, bytes);
+    if (client.early.size() >= kMostEarly) client.socket->Pause(true);
+    return;
+  }
+  const Now now = ReadClocks();
+  client.session->OnClient(bytes, now);
+  if (client.session->asks() && !client.session->has_port() && holder_ != &client) {
+    if (holder_ != nullptr) return Leave(client, "the port is in use by " + holder_->name, now);
+    return Want(client, now);
+  }
+  Settle(client, now);
+}
+
+void Server::OnEnd(Client& client, bool failed, const std::string& how) {
+  const Now now = ReadClocks();
+  if (!failed && !client.session && !client.early.empty()) {
+    client.has_ended = true;  // what it has sent is delivered anyway
+    return;
+  }
+  if (failed || !client.session) return Leave(client, failed ? how : "it has left", now);
+  client.session->OnClientEnd(now);
+  Settle(client, now);
+}
+
+// ---------------------------------------------------------------- the port
+
+/// It may be granted or refused from within.
+void Server::Want(Client& client, Now now) {
+  holder_ = &client;
+  if (!client.session) BeginSession(client, now);
+  owner_.Want(*this, visit(), now);
+  Arm();
+}
+
+void Server::Grant(Transport& port, const config::SerialSettings& serial, Now now) {
+  if (holder_ == nullptr) return;
+  Client& client = *holder_;
+  client.session->Begin(port, serial, now);
+  if (const Bytes early = std::exchange(client.early, {}); !early.empty()) {
+    client.socket->Pause(false);
+    client.session->OnClient(early, now);
+  }
+  if (client.has_ended) client.session->OnClientEnd(now);
+  Arm();
+}
+
+void Server::TakeBack(Now now) {
+  if (holder_ == nullptr) return;
+  Remove(*holder_);
+  AdmitNext(now);
+}
+
+void Server::OnPort(View bytes, Now now) {
+  if (holder_ != nullptr) holder_->session->OnPort(bytes, now);
+}
+
+void Server::OnPortRoom() {
+  if (holder_ != nullptr) holder_->session->OnPortRoom();
+}
+
+Visit Server::visit() const { return holder_ == nullptr ? Visit() : holder_->session->visit(); }
+
+void Server::Settle(Client& client, Now now) {
+  if (const auto why = client.session->over()) return Leave(client, *why, now);
+  Arm();
+}
+
+void Server::Leave(Client& client, std::string why, Now now) {
+  if (&client != holder_) {
+    if (!client.early.empty()) {
+      log::Warn({.line = line_},
+                "client {} has waited for the port, and what it has sent is lost: {}", client.name,
+                why);
+    }
+    return Remove(client);
+  }
+  const Visit its = visit();
+  Remove(client);
+  owner_.Return(*this, its, why, now);
+  AdmitNext(now);
+}
+
+void Server::Remove(Client& client) {
+  if (&client == holder_) holder_ = nullptr;
+  clients_.remove_if([&client](const Client& one) { return &one == &client; });
+}
+
+/// Admits the next client that waits.
+void Server::AdmitNext(Now now) {
+  if (use_ != Use::served || holder_ != nullptr || clients_.empty()) return;
+  Want(clients_.front(), now);
+}
+
+// ---------------------------------------------------------------- time
+
+/// A timer that ends early once costs less than one that is set again at every byte.
+void Server::Arm() {
+  Instant soonest = Instant::max();
+  for (const Client& client : clients_) {
+    if (client.session) soonest = std::min(soonest, *client.session->Deadline());
+  }
+  if (soonest >= armed_) return;
+  armed_ = soonest;
+  timer_.expires_at(armed_);
+  timer_.async_wait([this, running = std::weak_ptr(running_)](const asio::error_code& error) {
+    if (!error && !running.expired()) OnTimer();
+  });
+}
+
+void Server::OnTimer() {
+  armed_ = Instant::max();
+  const Now now = ReadClocks();
+  for (Client& client : clients_) {
+    if (client.session) client.session->OnTimer(now);
+  }
+  const auto is_over = [](const Client& one) { return one.session && one.session->over(); };
+  for (auto over = std::ranges::find_if(clients_, is_over); over != clients_.end();
+       over = std::ranges::find_if(clients_, is_over)) {
+    Leave(*over, *over->session->over(), now);
+  }
+  Arm();
+}
+
+}  // namespace baudgate::serial_server

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/telegram_queue.h"
+
+#include <utility>
+
+#include "gateway/base/deadline.h"
+
+namespace baudgate {
+namespace {
+
+WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
+  if (outcome == Outcome::ok) return WriteEnd::ok;
+  return EndUnheard(command.state == WriteState::sent);
+}
+
+}  // namespace
+
+void TelegramQueue::Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
+                           Outcome outcome) {
+  command.telegram()->outcome = Name(outcome);
+  command.End({.end = end, .reason = reason});
+}
+
+void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string>& why_not,
+                           Now now) {
+  if (why_not) return Answer(command, WriteEnd::not_sent, *why_not, Outcome::line_down);
+  command.MoveTo(WriteState::queued);
+  waiting_.push_back(std::move(command));
+  Settle(now);
+}
+
+/// Why a telegram that waits is not sent any more: bytes of others have kept the line from being
+/// quiet, the program was stopped, or its client has left.
+const char* TelegramQueue::WhyNotSend(const WriteCommand& command, Now now) {
+  if (command.client_left()) return kClientLeft;
+  return command.deadline <= now.instant ? kTooLate : nullptr;
+}
+
+void TelegramQueue::Withdraw(Now now) {
+  if (!exchange_ || command_->state == WriteState::sent) return;
+  const char* const why = WhyNotSend(*command_, now);
+  if (why == nullptr) return;
+  exchange_.reset();
+  WriteCommand withdrawn = std::move(*std::exchange(command_, std::nullopt));
+  Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
+}
+
+void TelegramQueue::Settle(Now now) {
+  Withdraw(now);
+  while (!waiting_.empty()) {
+    const char* const why = WhyNotSend(waiting_.front(), now);
+    if (why == nullptr) break;
+    WriteCommand withdrawn = std::move(waiting_.front());
+    waiting_.pop_front();
+    Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
+  }
+  if (exchange_) return;
+  if (waiting_.empty()) {
+    poller_.GoOn(now);
+    return;
+  }
+  if (!poller_.Pause(now)) return;
+  command_ = std::move(waiting_.front());
+  waiting_.pop_front();
+  const Speaking as = poller_.SpeakingAs(command_->device);
+  serial_ = as.serial;
+  exchange_.emplace(as, line_.echo, command_->telegram()->bytes, now.instant);
+  Hand(exchange_->Begin(now.instant), now);
+}
+
+void TelegramQueue::Hand(bool send, Now now) {
+  if (send) {
+    command_->MoveTo(WriteState::sent);
+    tap_.OnSent(command_->device, exchange_->request(), now);
+    port_.Send(exchange_->request().bytes, serial_, now);
+  }
+  if (exchange_->has_ended() && !ProvesLife(exchange_->end().outcome)) {
+    TakeBack();
+    port_.DropUnsent();
+  }
+  if (exchange_->is_over()) End(now);
+}
+
+/// It has failed. Nobody will have got it if it was never put on the wire.
+void TelegramQueue::TakeBack() {
+  const bool sent = command_->state == WriteState::sent;
+  if (sent && port_.IsUnsent()) command_->MoveTo(WriteState::queued);
+}
+
+bool TelegramQueue::OnBytes(View bytes, Now now) {
+  if (!exchange_) return false;
+  tap_.OnReceived(bytes, now);
+  Hand(exchange_->OnBytes(bytes, now.instant), now);
+  return true;
+}
+
+void TelegramQueue::OnTimer(Now now) {
+  Withdraw(now);
+  if (exchange_) Hand(exchange_->OnTimer(now.instant), now);
+  Settle(now);
+}
+
+void TelegramQueue::End(Now now) {
+  const ExchangeEnd end = exchange_->end();
+  tap_.OnExchangeEnd(command_->device, end, now);
+  command_->telegram()->reply = exchange_->reply();
+  exchange_.reset();
+  WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
+  const bool unsent = done.state == WriteState::queued;
+  if (!unsent && !done.telegram()->reads) {
+    poller_.OnWritingTelegram(done.device, done.telegram()->bytes, now);
+  }
+  if (!unsent && !ProvesLife(end.outcome)) poller_.OnUnansweredTelegram(now);
+  Answer(done, EndOf(done, end.outcome), unsent ? kNotConnected : end.reason, end.outcome);
+  Settle(now);
+}
+
+void TelegramQueue::OnClosed(const std::string& reason) {
+  if (exchange_) {
+    TakeBack();
+    exchange_.reset();
+    WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
+    Answer(cut, EndOf(cut, Outcome::line_down), reason, Outcome::line_down);
+  }
+  for (WriteCommand& command : std::exchange(waiting_, {})) {
+    Answer(command, WriteEnd::not_sent, reason, Outcome::line_down);
+  }
+}
+
+std::optional<Instant> TelegramQueue::Deadline() const {
+  std::optional<Instant> under_way;
+  std::optional<Instant> unsent;
+  std::optional<Instant> waiting;
+  if (exchange_) under_way = exchange_->Deadline();
+  if (command_ && command_->state != WriteState::sent) unsent = command_->deadline;
+  if (!waiting_.empty()) waiting = waiting_.front().deadline;
+  return Soonest({under_way, unsent, waiting});
+}
+
+}  // namespace baudgate

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/control/point_requests.h"
+
+#include <utility>
+#include <vector>
+
+#include "gateway/bus/writes/value_text.h"
+#include "gateway/outputs/control/request_text.h"
+
+namespace baudgate::control {
+namespace {
+
+constexpr std::size_t kLongestClient = 64;
+
+bool IsConfirmed(const Json& request) {
+  const auto confirm = request.find("confirm");
+  return confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
+}
+
+Json ToJson(const WriteResult& result) {
+  return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
+}
+
+/// "fresh": the value is one that the device has told since it was asked.
+Json PointsAt(const PointStore& store, std::uint32_t device,
+              const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
+  Json all = Json::array();
+  store.Read(device, [&](const DeviceRecord& record) {
+    for (const std::uint32_t point : points) {
+      Json json = PointJson(record, point, now);
+      const Json& age = json["age_ms"];  // rounded down
+      json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
+      all.push_back(std::move(json));
+    }
+  });
+  return all;
+}
+
+/// Empty if the client gave neither name nor number.
+Result<std::optional<RequestId>> IdOf(const Json& request) {
+  const std::string client = TextOf(request, "client");
+  const auto seq = request.find("seq");
+  if (client.empty() && seq == request.end()) return std::optional<RequestId>();
+  if (client.empty() || seq == request.end()) {
+    return Error{
+        "'client' and 'seq' of a write belong together: a name of your own, and a number "
+        "that counts its requests upwards"};
+  }
+  if (!seq->is_number_unsigned()) return Error{"'seq' is a number from 0 on"};
+  if (client.size() > kLongestClient) return Error{"'client' has 64 characters at most"};
+  return std::optional(RequestId{client, seq->get<std::uint64_t>(),
+                                 TextOf(request, "target") + " " + TextOf(request, "value") +
+                                     (IsConfirmed(request) ? " confirm" : "")});
+}
+
+}  // namespace
+
+Result<WriteAsk> PointRequests::AskOf(const config::Config& config, const Json& request) const {
+  const auto target = FindPoint(config, TextOf(request, "target"));
+  if (!target) return Error{target.error()};
+  const config::Point& point = store_.device(target->device).points[target->point];
+  const auto value = ParseValue(point, TextOf(request, "value"));
+  if (!value) return Error{value.error()};
+  WriteAsk ask;
+  ask.device = target->device;
+  ask.parts.push_back({target->point, *value});
+  return ask;
+}
+
+Result<Json> PointRequests::MayWrite(const config::Config& config, const Json& request,
+                                     Instant now) const {
+  const auto ask = AskOf(config, request);
+  if (!ask) return Error{ask.error()};
+  const auto denial = gate_.WouldDeny(*ask, now);
+  return Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
+}
+
+bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered) {
+  using What = RequestBook::Verdict::What;
+  RequestAnswer answer;
+  {
+    const MutexLock lock(mutex_);
+    auto verdict = book_.Begin(id, now);
+    if (verdict.what == What::fresh || verdict.what == What::under_way) {
+      waiting_.emplace_back(id, std::move(answered));
+      return verdict.what == What::fresh;
+    }
+    answer = std::move(verdict.answer);
+  }
+  answered(ToJson({answer.end, answer.reason}));
+  return false;
+}
+
+void PointRequests::Finish(const std::optional<RequestId>& id, const Answered& answered,
+                           const WriteResult& result, const Json& answer) {
+  if (!id) return answered(answer);
+  std::vector<Answered> waited;
+  {
+    const MutexLock lock(mutex_);
+    book_.End(id->client, id->seq, {result.end, result.reason});
+    std::erase_if(waiting_, [&](auto& one) {
+      if (one.first != *id) return false;
+      waited.push_back(std::move(one.second));
+      return true;
+    });
+  }
+  for (const Answered& one : waited) one(answer);
+}
+
+Status PointRequests::Write(const config::Config& config, const Json& request, const Writer& writer,
+                            Instant now, Answered answered) {
+  auto ask = AskOf(config, request);
+  if (!ask) return Error{ask.error()};
+  const auto id = IdOf(request);
+  if (!id) return Error{id.error()};
+  const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
+  ask->without_selection = IsConfirmed(request);
+  ask->deadline = now + kWaitForDevice;
+  ask->abandoned = writer.left;
+  ask->request = *id;
+  if (*id && !IsFresh(**id, now, answered)) return {};
+  ask->done = [this, id = *id, answered](const WriteResult& result) {
+    Finish(id, answered, result, ToJson(result));
+  };
+  if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
+    const bool busy = denial->why == WriteDenial::Why::busy;
+    const WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+    Json denied = ToJson(result);
+    if (denial->why == WriteDenial::Why::not_selected) denied["needs"] = "confirm";
+    if (denial->why == WriteDenial::Why::read_only && point.access != config::Access::read) {
+      denied["needs"] = "write: allow";
+    }
+    Finish(*id, answered, result, denied);
+  }
+  return {};
+}
+
+Status PointRequests::Read(const config::Config& config, const Json& request, const Writer& writer,
+                           Now now, Answered answered) {
+  const auto target = FindPoints(config, TextOf(request, "target"));
+  if (!target) return Error{target.error()};
+  WriteCommand command;
+  command.device = target->device;
+  command.client = writer.name;
+  command.kind = Reads{target->points};
+  command.deadline = now.instant + kWaitForDevice;
+  command.abandoned = writer.left;
+  const Instant asked = now.instant;
+  command.done = [this, answered, target = *target, asked](const WriteResult& result) {
+    answered(
+        {{"read", result.read_back},
+         {"reason", result.reason},
+         {"points", PointsAt(store_, target.device, target.points, asked, ReadClocks().instant)}});
+  };
+  if (!sink_.Submit(std::move(command))) {
+    answered({{"read", false},
+              {"reason", "too many commands wait for the line"},
+              {"points", PointsAt(store_, target->device, target->points, asked, asked)}});
+  }
+  return {};
+}
+
+}  // namespace baudgate::control

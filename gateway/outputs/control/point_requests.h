@@ -1,0 +1,77 @@
+// `read` and `write` of one device's points: asked of the line now, answered when the line has
+// answered. Part of the control socket's requests (commands.h); docs/status.md.
+//
+//   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
+//   {"end":"ok","reason":"","read_back":true}
+//
+//   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2","client":"night",
+//    "seq":7}
+//   the same "end" again, and nothing is written a second time
+//
+//   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
+//   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
+//
+//   {"command":"read","target":"bay-1.feeder-1"}
+//   {"read":true,"reason":"","points":[{"point":"current_l1","value":0.52,"unit":"xIn",
+//   …,"fresh":true}]}
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/bus/writes/request_book.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/outputs/status/status_json.h"
+#include "gateway/outputs/status/target.h"
+
+namespace baudgate::control {
+
+class PointRequests {
+ public:
+  /// Takes the answer, once, on any thread.
+  using Answered = std::function<void(Json)>;
+
+  /// All references outlive it, and what it has asked for.
+  PointRequests(const PointStore& store, CommandSink& sink, RequestBook::Past past)
+      : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
+
+  /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
+  /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
+  Status Write(const config::Config& config, const Json& request, const Writer& writer, Instant now,
+               Answered answered);
+  /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
+  /// sent or recorded.
+  Result<Json> MayWrite(const config::Config& config, const Json& request, Instant now) const;
+  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
+  Status Read(const config::Config& config, const Json& request, const Writer& writer, Now now,
+              Answered answered);
+
+  void Forget(const Writer& writer) { gate_.Forget(writer); }
+
+ private:
+  /// The point and the value that are named; no deadline yet.
+  Result<WriteAsk> AskOf(const config::Config& config, const Json& request) const;
+
+  /// A request with a number that came before is answered as the first one. True: it is new, and
+  /// `answered` waits for Finish.
+  bool IsFresh(const RequestId& id, Instant now, Answered answered);
+  void Finish(const std::optional<RequestId>& id, const Answered& answered,
+              const WriteResult& result, const Json& answer);
+
+  const PointStore& store_;
+  CommandSink& sink_;
+  WriteGate gate_;
+  Mutex mutex_;
+  RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  /// The clients that wait for the end of a numbered request. A request that came twice has two.
+  std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate::control

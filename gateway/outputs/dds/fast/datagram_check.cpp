@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/fast/datagram_check.h"
+
+#include <algorithm>
+
+#include "gateway/outputs/dds/rtps/announcement.h"
+#include "gateway/outputs/dds/rtps/parameter_check.h"
+#include "gateway/outputs/dds/rtps/rtps_fields.h"
+
+namespace baudgate::dds {
+namespace {
+
+// What a reader or writer says of itself without its type: Fast DDS needs some 500 bytes.
+constexpr std::size_t kMostOfEndpoint = 8192;
+constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
+constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
+
+bool IsDiscovery(std::uint32_t entity) {
+  // FF 00 03 C2 is the encrypted form of 00 00 03 C2 (DDS Security 1.1, 7.4.6).
+  if (entity >> 24 == 0xFF) entity &= 0x00FFFFFF;
+  return entity == kParticipantWriter || entity == kParticipantReader ||
+         entity == kPublicationsWriter || entity == kPublicationsReader ||
+         entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
+}
+
+/// Size of a set of sequence numbers at `at`: base (8), count (4), a bit for each; 0: it cannot
+/// be.
+std::size_t SetSize(const RtpsFields& body, std::size_t at) {
+  const auto base = body.SequenceNumber(at);
+  const auto count = body.U32(at + 8);
+  if (!base || !count || *base < 0 || *count > kMostNumbersInSet) return 0;
+  const std::size_t size = 12 + (*count + 31) / 32 * 4;
+  return body.Slice(at, size) ? size : 0;
+}
+
+Edit ShortLease(std::size_t at, bool little, Duration lease) {
+  Edit edit{.at = at};
+  const auto seconds = static_cast<std::uint32_t>(lease / 1s);
+  for (std::size_t i = 0; i < 4; ++i) {
+    edit.bytes[little ? i : 3 - i] = static_cast<std::uint8_t>(seconds >> (8 * i));
+  }
+  return edit;
+}
+
+// ParticipantMessageData: whose (12), kind (4), a counted few bytes (RTPS 2.3, 9.6.3.1).
+bool IsLivelinessMessage(View payload, bool little) {
+  const RtpsFields fields(payload.subspan(kEncapsulation), little);
+  const auto count = fields.U32(16);
+  return count && *count <= fields.size() - 20;
+}
+
+}  // namespace
+
+struct DatagramCheck::Submessage {
+  std::uint8_t id = 0;
+  std::uint8_t flags = 0;
+  std::size_t at = 0;  ///< of the body in the datagram
+  RtpsFields body;
+  bool is_last = false;  ///< its length says: to the end
+};
+
+/// What holds from one submessage to the next.
+struct DatagramCheck::Walk {
+  Sender sender{};
+  Instant now{};
+  GuidPrefix source{};
+  bool by_maker = false;
+  SecuredOrder order{};
+  Verdict verdict{};
+};
+
+DatagramCheck::DatagramCheck(const CheckOptions& options)
+    : security_(options.security),
+      types_(options.types),
+      servers_(options.servers),
+      participants_(options.participants),
+      window_(options.window),
+      endpoints_(options.endpoints) {}
+
+Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
+  Walk walk{.sender = sender, .now = now};
+  const auto refused = [](Refusal reason) { return Verdict{.reason = reason}; };
+  if (datagram.size() < kRtpsHeader || !AsText(datagram).starts_with("RTPS") || datagram[4] != 2) {
+    return refused(Refusal::not_rtps);
+  }
+  walk.by_maker = datagram[6] == kMaker[0] && datagram[7] == kMaker[1];
+  walk.source = PrefixOf(datagram.subspan(8));
+  participants_.Heard(walk.source, now);
+  walk.verdict.length = datagram.size();
+  bool vendors_only = false;
+  for (std::size_t at = kRtpsHeader; at < datagram.size();) {
+    if (datagram.size() - at < 4) return refused(Refusal::length);
+    const std::uint8_t id = datagram[at];
+    const std::uint8_t flags = datagram[at + 1];
+    const RtpsFields header(datagram.subspan(at, 4), (flags & kLittleEndian) != 0);
+    std::size_t length = *header.U16(2);
+    // 15 05 FF FF …: 65535 bytes in a datagram of 28
+    if (length > datagram.size() - at - 4) return refused(Refusal::length);
+    const bool is_last = length == 0 && id != kPad && id != kInfoTimestamp;
+    if (is_last) length = datagram.size() - at - 4;
+    if (id >= kFirstVendor && !walk.order.open()) {
+      // 80 01 38 00 …: statistics with a number below the one before end Fast DDS 2.9
+      if (!vendors_only) walk.verdict.length = at;
+      vendors_only = true;
+    } else {
+      if (vendors_only && walk.by_maker) return refused(Refusal::vendor_submessage);
+      vendors_only = false;
+      if (security_ != Secured::off && !walk.order.Next(id, at == kRtpsHeader)) {
+        return refused(Refusal::secured);
+      }
+      walk.verdict.length = datagram.size();
+      const Submessage submessage{id, flags, at + 4,
+                                  RtpsFields(datagram.subspan(at + 4, length), header.little()),
+                                  is_last};
+      const Refusal reason = CheckSubmessage(submessage, walk);
+      if (reason != Refusal::none) return refused(reason);
+    }
+    // Fast DDS goes on at a multiple of four.
+    at += 4 + ((length + 3) & ~std::size_t{3});
+    if (is_last) break;
+  }
+  if (!walk.order.complete()) return refused(Refusal::secured);
+  return walk.verdict;
+}
+
+/// Whether this may stand in a datagram without protection: what a participant and its handshake
+/// need before there are keys.
+bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
+  if (security_ != Secured::demanded || walk.order.inside()) return true;
+  if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
+      submessage.id != kAckNack) {
+    return true;
+  }
+  const std::size_t at = submessage.id == kData ? 4 : 0;
+  const auto reader = submessage.body.Entity(at);
+  const auto writer = submessage.body.Entity(at + 4);
+  return reader && writer && (*writer == kParticipantWriter || *writer == kHandshakeWriter) &&
+         (*reader == 0 || *reader == kParticipantReader || *reader == kHandshakeReader);
+}
+
+Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk) {
+  const RtpsFields& body = submessage.body;
+  if (!MayBeClear(submessage, walk)) return Refusal::clear_text;
+  switch (submessage.id) {
+    case kData:
+      return CheckData(submessage, walk);
+    case kDataFragment:  // 16 03 24 00 …: inline QoS and no payload (CVE-2023-50716)
+    case kHeartbeatFragment:
+    case kNackFragment:
+      return Refusal::fragment;
+    case kHeartbeat:
+      return CheckHeartbeat(submessage, walk);
+    case kGap:
+      return CheckGap(submessage, walk);
+    case kAckNack: {
+      // 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
+      const std::size_t set = SetSize(body, 8);
+      if (set == 0) return Refusal::numbers;
+      // It expects number 2 or later, so it has received our first announcement of a writer.
+      if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
+        participants_.Confirmed(walk.source);
+      }
+      return body.Slice(8 + set, 4) ? Refusal::none : Refusal::length;
+    }
+    case kInfoTimestamp:
+      return (submessage.flags & kNoTimestamp) != 0 || body.size() >= 8 ? Refusal::none
+                                                                        : Refusal::length;
+    case kInfoDestination:
+      return body.size() >= 12 ? Refusal::none : Refusal::length;
+    case kInfoSource:
+      if (body.size() < 20) return Refusal::length;
+      walk.source = PrefixOf(body.From(8));
+      return Refusal::none;
+    default:
+      if (submessage.id < kFirstSecured || submessage.id > kLastSecured) return Refusal::none;
+      if (security_ == Secured::off) return Refusal::security;
+      return SecuredFits(submessage.id, body) ? Refusal::none : Refusal::secured;
+  }
+}
+
+// extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS, payload
+Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
+  const RtpsFields& body = submessage.body;
+  const auto to_qos = body.U16(2);
+  const auto reader = body.Entity(4);
+  const auto writer = body.Entity(8);
+  const auto number = body.SequenceNumber(12);
+  if (!number) return Refusal::length;
+  if (*number < 1) return Refusal::numbers;
+  const bool payload = (submessage.flags & kPayload) != 0;
+  const bool key = (submessage.flags & kKey) != 0;
+  if (payload && key) return Refusal::data;
+  std::size_t at = 4 + std::size_t{*to_qos};
+  // 15 05 … FF FF: inline QoS begins 65535 bytes further; below 16 it would lie on the numbers
+  if (*to_qos < 16 || at > body.size()) return Refusal::data;
+  Parameters qos;
+  if ((submessage.flags & kInlineQos) != 0) {
+    const Refusal reason =
+        CheckParameters(body.From(at), body.little(), security_ != Secured::off, qos);
+    if (reason != Refusal::none) return reason;
+    at += qos.size;
+  }
+  // 15 07 … and nothing behind the inline QoS: the payload's size would be computed below zero
+  if ((payload || key) && body.size() - at < kEncapsulation) return Refusal::data;
+  if (!Advance(walk, *writer, *number, 0)) return Refusal::window;
+  if (payload || key) return CheckPayload(submessage, at, *reader, *writer, qos.status, walk);
+  // A participant that leaves is named by the hash of its key alone.
+  if (*writer == kParticipantWriter && qos.status != 0 && qos.participant) {
+    participants_.Left(*qos.participant);
+    endpoints_.ParticipantLeft(*qos.participant);
+  } else if (IsDiscovery(*writer) && qos.status != 0 && qos.endpoint) {
+    endpoints_.Left(*qos.endpoint);
+  }
+  return Refusal::none;
+}
+
+Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at,
+                                    std::uint32_t reader, std::uint32_t writer,
+                                    std::uint32_t status, Walk& walk) {
+  const View payload = submessage.body.From(at);
+  const std::uint16_t kind = *ByteReader(payload).U16Be(0);
+  if (writer == kLivelinessWriter || reader == kLivelinessReader) {
+    const bool little = (kind & 1) != 0;
+    return IsLivelinessMessage(payload, little) ? Refusal::none : Refusal::parameters;
+  }
+  if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
+    return CheckHandshake(payload, kind, walk);
+  }
+  // The library asks which reader is meant, not which writer it came from.
+  if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
+  // Key-only data of 16 bytes and fewer are a bare GUID.
+  const bool key = (submessage.flags & kKey) != 0;
+  if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;
+  Parameters announced;
+  const bool little = kind == kParametersLittle;
+  const Refusal reason = CheckParameters(payload.subspan(kEncapsulation), little,
+                                         security_ != Secured::off, announced);
+  if (reason != Refusal::none) return reason;
+  const std::size_t list_at = submessage.at + at + kEncapsulation;
+  // What is signed would not be what was signed any more.
+  if (!walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
+    return Refusal::parameters;
+  }
+  const bool gone = key || status != 0;
+  if (writer != kParticipantWriter && reader != kParticipantReader) {
+    return AdmitEndpoint(announced, gone, walk.now);
+  }
+  return Admit(announced, list_at, little, gone, walk);
+}
+
+/// False: there are more than can be hidden.
+bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) const {
+  const auto hide = [&](std::span<const std::size_t> places) {
+    if (places.size() > verdict.hidden.size() - verdict.hidden_count) return false;
+    for (const std::size_t at : places) {
+      verdict.hidden[verdict.hidden_count++] = static_cast<std::uint16_t>(list_at + at);
+    }
+    return true;
+  };
+  return hide(std::span(announced.groups).first(announced.group_count)) &&
+         (types_ || hide(std::span(announced.types).first(announced.type_count)));
+}
+
+Refusal DatagramCheck::AdmitEndpoint(const Parameters& announced, bool gone, Instant now) {
+  if (!announced.endpoint) return Refusal::none;
+  if (gone) {
+    endpoints_.Left(*announced.endpoint);
+    return Refusal::none;
+  }
+  if (announced.size - announced.type_bytes > kMostOfEndpoint) return Refusal::parameters;
+  return endpoints_.Announce(*announced.endpoint, participants_, now) ? Refusal::none
+                                                                      : Refusal::endpoints;
+}
+
+Refusal DatagramCheck::CheckHandshake(View payload, std::uint16_t kind, const Walk& walk) {
+  const bool little = kind == kCdrLittle || kind == kParametersLittle;
+  if (!little && kind != kCdrBig && kind != kParametersBig) return Refusal::secured;
+  if (!IsGenericMessage(payload.subspan(kEncapsulation), little)) return Refusal::secured;
+  return handshakes_.Take(walk.sender.address, walk.now) ? Refusal::none : Refusal::handshakes;
+}
+
+Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, bool little,
+                             bool gone, Walk& walk) {
+  if (!announced.participant) return Refusal::parameters;
+  if (gone) {
+    participants_.Left(*announced.participant);
+    endpoints_.ParticipantLeft(*announced.participant);
+    return Refusal::none;
+  }
+  // Without a lease it is 100 s (RTPS 2.3, table 9.14), and 02 00 08 00 FF FF FF 7F … is for ever.
+  const ParticipantLimits& limits = participants_.limits();
+  const Duration lease =
+      announced.lease_at ? Duration(announced.lease_seconds * 1s) + 1s : limits.longest_lease;
+  const Refusal reason = participants_.Announce(*announced.participant,
+                                                AddressOf(announced, walk.sender), lease, walk.now);
+  if (reason != Refusal::none) return reason;
+  Describe(announced, walk.sender);
+  if (announced.lease_at && Duration(announced.lease_seconds * 1s) > limits.longest_lease) {
+    Verdict& verdict = walk.verdict;
+    if (verdict.edit_count == verdict.edits.size()) return Refusal::parameters;
+    verdict.edits[verdict.edit_count++] =
+        ShortLease(list_at + *announced.lease_at, little, limits.longest_lease);
+  }
+  return Refusal::none;
+}
+
+void DatagramCheck::Describe(const Parameters& announced, Sender sender) {
+  const std::span at(announced.metatraffic.data(), announced.metatraffic_count);
+  if (at.empty()) return;
+  const auto own = std::ranges::find(at, sender.address, &UdpAddress::address);
+  participants_.Describe(*announced.participant, own == at.end() ? at.front() : *own,
+                         own != at.end(),
+                         AsText(announced.user_data) != UserDataOf(Role::publishes));
+}
+
+std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sender) const {
+  const bool passed_on = std::ranges::find(servers_, sender) != servers_.end();
+  return passed_on && announced.metatraffic_count > 0 ? announced.metatraffic[0].address
+                                                      : sender.address;
+}
+
+// reader (4), writer (4), first (8), last (8), count (4)
+Refusal DatagramCheck::CheckHeartbeat(const Submessage& submessage, Walk& walk) {
+  const RtpsFields& body = submessage.body;
+  const auto first = body.SequenceNumber(8);
+  const auto last = body.SequenceNumber(16);
+  if (body.size() < 28) return Refusal::length;
+  // 07 01 … 00 00 00 80 00 00 00 00: last is -2^63; last == first - 1 says "nothing" (8.3.7.5.3)
+  if (*first < 1 || *last < *first - 1) return Refusal::numbers;
+  // 07 01 … 00 01 00 00 00 00 00 00: first is 2^40; counting there takes hours
+  return Advance(walk, *body.Entity(4), *last, 0) ? Refusal::none : Refusal::window;
+}
+
+// reader (4), writer (4), start (8), set
+Refusal DatagramCheck::CheckGap(const Submessage& submessage, Walk& walk) {
+  const RtpsFields& body = submessage.body;
+  const auto start = body.SequenceNumber(8);
+  if (!start) return Refusal::length;
+  if (SetSize(body, 16) == 0) return Refusal::numbers;
+  const std::int64_t base = *body.SequenceNumber(16);
+  if (*start < 1 || base < 1) return Refusal::numbers;
+  const std::int64_t skipped = base > *start ? base - *start : 0;
+  return Advance(walk, *body.Entity(4), base - 1, skipped) ? Refusal::none : Refusal::window;
+}
+
+bool DatagramCheck::Advance(const Walk& walk, std::uint32_t writer, std::int64_t to,
+                            std::int64_t skipped) {
+  Guid guid{};
+  std::copy(walk.source.begin(), walk.source.end(), guid.begin());
+  for (std::size_t i = 0; i < 4; ++i) {
+    guid[12 + i] = static_cast<std::uint8_t>(writer >> (24 - 8 * i));
+  }
+  return window_.Advance(guid, to, skipped, walk.now);
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,105 @@
+// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
+// can use with one datagram, if it reaches the port. Bytes come from
+// gateway/outputs/dds/fast/checked_transport.h. Pure: no socket, no clock, no Fast DDS; memory is
+// fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
+//
+//   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
+//
+// A right peer is never refused: what the standard tells receivers to skip passes when its length
+// fits (8.3.4.1).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/time.h"
+#include "gateway/outputs/dds/fast/endpoint_table.h"
+#include "gateway/outputs/dds/fast/participant_table.h"
+#include "gateway/outputs/dds/fast/secured_check.h"
+#include "gateway/outputs/dds/fast/sequence_window.h"
+#include "gateway/outputs/dds/refusal.h"
+#include "gateway/outputs/dds/rtps/udp_address.h"
+
+namespace baudgate::dds {
+
+using Sender = UdpAddress;
+
+/// Eight bytes to be overwritten before the datagram is passed on.
+struct Edit {
+  std::size_t at = 0;
+  std::array<std::uint8_t, 8> bytes{};
+};
+
+struct Verdict {
+  Refusal reason = Refusal::none;
+  /// How many bytes to pass on: a vendor's submessages at the end are left off. Fast DDS 2.9 ends
+  /// each of its datagrams with one (0x80, statistics), and one that was made up ends the process.
+  std::size_t length = 0;
+  /// Leases longer than `longest_lease`, shortened: the library keeps a silent participant as long
+  /// as it announces, and sends to it all the time.
+  std::array<Edit, 4> edits{};
+  std::size_t edit_count = 0;
+  /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
+  /// types, which the library takes apart and keeps although only `watch --any` needs them, and
+  /// multicast groups for samples: where two subscribers name the same one, as Cyclone DDS does,
+  /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to
+  /// each subscriber separately.
+  std::array<std::uint16_t, 256> hidden{};
+  std::size_t hidden_count = 0;
+
+  bool passes() const { return reason == Refusal::none; }
+};
+
+struct CheckOptions {
+  Secured security = Secured::off;
+  bool types = false;  ///< let descriptions of types through
+  /// Discovery servers. What one of them passes on counts for the address that it announces, not
+  /// for the server's.
+  std::vector<UdpAddress> servers{};
+  ParticipantLimits participants{};
+  WindowLimits window{};
+  EndpointLimits endpoints{};
+};
+
+class DatagramCheck {
+ public:
+  explicit DatagramCheck(const CheckOptions& options);
+
+  Verdict Check(View datagram, Sender sender, Instant now);
+
+  /// Participants that the library may know.
+  const ParticipantTable& participants() const { return participants_; }
+
+ private:
+  struct Submessage;
+  struct Walk;
+
+  Refusal CheckSubmessage(const Submessage& submessage, Walk& walk);
+  Refusal CheckData(const Submessage& submessage, Walk& walk);
+  Refusal CheckPayload(const Submessage& submessage, std::size_t at, std::uint32_t reader,
+                       std::uint32_t writer, std::uint32_t status, Walk& walk);
+  Refusal AdmitEndpoint(const struct Parameters& announced, bool gone, Instant now);
+  bool Hide(const struct Parameters& announced, std::size_t list_at, Verdict& verdict) const;
+  Refusal CheckHandshake(View payload, std::uint16_t kind, const Walk& walk);
+  Refusal CheckHeartbeat(const Submessage& submessage, Walk& walk);
+  Refusal CheckGap(const Submessage& submessage, Walk& walk);
+  Refusal Admit(const struct Parameters& announced, std::size_t list_at, bool little, bool gone,
+                Walk& walk);
+  void Describe(const struct Parameters& announced, Sender sender);
+  std::uint32_t AddressOf(const struct Parameters& announced, Sender sender) const;
+  bool Advance(const Walk& walk, std::uint32_t writer, std::int64_t to, std::int64_t skipped);
+
+  bool MayBeClear(const Submessage& submessage, const Walk& walk) const;
+
+  const Secured security_;
+  bool types_;
+  const std::vector<UdpAddress> servers_;
+  ParticipantTable participants_;
+  SequenceWindow window_;
+  EndpointTable endpoints_;
+  HandshakeBudget handshakes_;
+};
+
+}  // namespace baudgate::dds

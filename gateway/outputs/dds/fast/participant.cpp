@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/fast/participant.h"
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <iterator>
+#include <memory>
+#include <mutex>
+
+#include "gateway/base/time.h"
+#include "gateway/outputs/dds/fast/checked_transport.h"
+#include "gateway/outputs/dds/fast/dds_time.h"
+#include "gateway/outputs/dds/fast/own_addresses.h"
+#include "gateway/outputs/dds/fast/own_sockets.h"
+#include "gateway/outputs/dds/fast/participant_security.h"
+#include "gateway/outputs/dds/fast/peers.h"
+#include "gateway/outputs/dds/fast/unanswered.h"
+
+namespace baudgate::dds {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastdds::rtps;
+
+constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
+constexpr Duration kAnnouncements = 1300ms;
+// Readers, and writers, that are remembered, whatever their topic: 32 for each participant that may
+// be there, all together.
+constexpr std::size_t kEndpointsEach = 32;
+
+// What the library has to say, to standard error: its default is standard output, where it would
+// stand between the JSON lines. Folded, as a hostile packet can make it complain without end.
+class FoldedLog : public fast::LogConsumer {
+ public:
+  void Consume(const fast::Log::Entry& entry) override {
+    const Instant now = std::chrono::steady_clock::now();
+    if (now < silent_until_) {
+      ++folded_;
+      return;
+    }
+    silent_until_ = now + 10s;
+    std::fprintf(stderr, "dds: Fast DDS: %s (%llu more before)\n", entry.message.c_str(), folded_);
+    folded_ = 0;
+  }
+
+ private:
+  Instant silent_until_{};
+  unsigned long long folded_ = 0;
+};
+
+void PrepareProcessOnce() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    // Else a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is obeyed silently.
+    ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
+    // And these would stand above the configuration.
+    ::unsetenv("FASTRTPS_DEFAULT_PROFILES_FILE");
+    ::unsetenv("ROS_DISCOVERY_SERVER");
+    fast::Log::ClearConsumers();
+    fast::Log::RegisterConsumer(std::make_unique<FoldedLog>());
+    fast::Log::SetVerbosity(fast::Log::Kind::Error);
+  });
+}
+
+Status Check(const ParticipantOptions& options) {
+  if (options.domain < 0 || options.domain > kLastDomain) {
+    return Error{"dds: domain " + std::to_string(options.domain) + " is not 0..232"};
+  }
+  return {};
+}
+
+/// Those that this machine has now: with another one in its list the library reaches nobody.
+Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
+  const OwnAddresses own = FindOwnAddresses();
+  std::vector<std::string> present;
+  std::ranges::copy_if(interfaces, std::back_inserter(present),
+                       [&own](const std::string& address) { return IsOwn(own, address); });
+  if (!present.empty()) return present;
+  return Error{
+      fmt::format("dds: this machine has no IPv4 address of interfaces [{}]; list its own with: ip "
+                  "-4 addr",
+                  fmt::join(interfaces, ", "))};
+}
+
+std::shared_ptr<DatagramGate> GateOf(const fast::DomainParticipant& participant) {
+  for (const auto& transport : participant.get_qos().transport().user_transports) {
+    const auto checked = std::dynamic_pointer_cast<CheckedTransportDescriptor>(transport);
+    if (checked) return checked->gate;
+  }
+  return nullptr;
+}
+
+std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured security) {
+  CheckOptions check;
+  check.security = security;
+  check.participants.participants = options.participants;
+  check.types = options.types;
+  for (const auto& server : options.discovery_servers) {
+    if (const auto at = ParseUdpAddress(server.host, server.port)) check.servers.push_back(*at);
+  }
+  return std::make_shared<DatagramGate>(
+      check, [](const std::string& line) { std::fprintf(stderr, "dds: %s\n", line.c_str()); });
+}
+
+Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos) {
+  const auto security = AddSecurity(options.security, ReadClocks().wall, qos.properties());
+  if (!security) return Error{security.error()};
+  qos.name(options.name);
+  auto& transport = qos.transport();
+  transport.user_transports.clear();
+  transport.use_builtin_transports = false;
+  auto udp = std::make_shared<rtps::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = udp->receiveBufferSize = kSocketBuffer;
+  if (!MeansAll(options.interfaces)) {
+    const auto present = Present(options.interfaces);
+    if (!present) return Error{present.error()};
+    udp->interfaceWhiteList = *present;
+  }
+  if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
+  transport.user_transports.push_back(
+      std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
+  // The library's own limits, should the check ever let more in: our participant is one as well.
+  auto& places = qos.allocation();
+  places.participants.maximum = options.participants + 1;
+  places.readers.maximum = places.writers.maximum = kEndpointsEach;
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = DdsTime(options.lease);
+  discovery.leaseDuration_announcementperiod = DdsTime(kAnnouncements);
+  AskPeers(options, qos);
+  return {};
+}
+
+}  // namespace
+
+bool MeansAll(const std::vector<std::string>& interfaces) {
+  return interfaces.empty() || std::ranges::find(interfaces, "0.0.0.0") != interfaces.end();
+}
+
+Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& options,
+                                                   fast::DomainParticipantListener* listener,
+                                                   Role role) {
+  PrepareProcessOnce();
+  if (const Status status = Check(options); !status) return Error{status.error()};
+  fast::DomainParticipantQos qos;
+  if (const Status status = Settle(options, qos); !status) return Error{status.error()};
+  const std::string_view text = UserDataOf(role);
+  qos.user_data().setValue({text.begin(), text.end()});
+  try {
+    auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<fast::DomainId_t>(options.domain), qos, listener, fast::StatusMask::none());
+    if (participant != nullptr) return participant;
+    if (options.security.on()) {
+      return Error{"dds: security: no participant could be made in domain " +
+                   std::to_string(options.domain) + "; do " + options.security.governance +
+                   " and " + options.security.permissions +
+                   " name this domain, and have the permissions begun, by local time?"};
+    }
+    return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
+                 "; are UDP ports from " + std::to_string(MulticastPort(options.domain)) +
+                 " free?"};
+  } catch (const std::exception& failure) {
+    return Error{std::string("dds: ") + failure.what()};
+  }
+}
+
+DatagramCounters DatagramsOf(const fast::DomainParticipant& participant) {
+  const auto gate = GateOf(participant);
+  return gate ? gate->counters() : DatagramCounters();
+}
+
+Neighbours NeighboursOf(const fast::DomainParticipant& participant,
+                        const ParticipantOptions& options) {
+  Neighbours neighbours;
+  const OwnAddresses own = FindOwnAddresses();
+  for (const std::string& address : options.interfaces) {
+    const auto why = MeansAll(options.interfaces) ? std::nullopt : WhyUnused(own, address);
+    if (!why) continue;
+    neighbours.remarks.push_back("nothing is sent from " + address + " (dds.interfaces): " + *why);
+  }
+  const auto gate = GateOf(participant);
+  if (!gate) return neighbours;
+  const auto known = gate->known(std::chrono::steady_clock::now());
+  for (const UdpAddress& at : known.reached) {
+    if (neighbours.reached.size() == Neighbours::kMostReached) break;
+    neighbours.reached.push_back({HostOf(at), at.port});
+  }
+  if (options.security.on()) return neighbours;
+  for (const UdpAddress& at : known.unanswered) {
+    const std::string host = HostOf(at);
+    neighbours.remarks.push_back(UnansweredRemark(host, IsOwn(own, host), options.interfaces));
+  }
+  return neighbours;
+}
+
+void DeleteParticipant(fast::DomainParticipant* participant) {
+  participant->set_listener(nullptr);
+  participant->delete_contained_entities();
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
+}
+
+}  // namespace baudgate::dds

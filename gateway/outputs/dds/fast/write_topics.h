@@ -1,0 +1,62 @@
+// The two topics of writing on Fast DDS: a reader of requests to one gateway, and the writer of
+// replies. What was asked before the gateway was there is never carried out. Used by
+// gateway/outputs/dds/fast/fast_writer.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <string>
+
+#include "gateway/base/guarded.h"
+#include "gateway/outputs/dds/fast/volatile_writers.h"
+#include "gateway/outputs/dds/sample_writer.h"
+
+namespace baudgate::dds {
+
+class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
+ public:
+  WriteTopics(std::string gateway, const VolatileWriters& writers)
+      : gateway_(std::move(gateway)), writers_(writers) {}
+
+  /// False: the library made no reader or no writer. The participant ends before this object.
+  bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
+
+  /// See SampleWriter.
+  void OnRequest(SampleWriter::TakeRequest take);
+  Sent Write(const ReplySample& reply);
+  /// Requests that were not handed on: the library had no room, or has had none since the last
+  /// Renew.
+  std::uint64_t dropped() const { return dropped_; }
+  /// By one thread, now and then. Where the library had no room it keeps requests back and delivers
+  /// them when it has: so none are believed until there is a new reader, which never gets old ones.
+  void Renew();
+
+ private:
+  void on_data_available(eprosima::fastdds::dds::DataReader* reader) override;
+  void on_sample_rejected(eprosima::fastdds::dds::DataReader* reader,
+                          const eprosima::fastdds::dds::SampleRejectedStatus& status) override;
+
+  bool OpenWriter();
+  bool OpenReader();
+  bool TryWrite(const ReplySample& reply);
+
+  const std::string gateway_;
+  const VolatileWriters& writers_;
+  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
+  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  eprosima::fastdds::dds::Topic* replies_ = nullptr;
+  eprosima::fastdds::dds::Topic* requests_ = nullptr;
+  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< of replies
+  eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< of requests
+  std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was made
+  std::atomic<bool> full_ = false;
+  std::atomic<std::uint64_t> dropped_ = 0;
+  Mutex mutex_;
+  SampleWriter::TakeRequest take_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate::dds

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/link/process_link.h"
+
+#include <poll.h>
+#include <pwd.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "gateway/base/time.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kReapTime = 300ms;  // between the end of its link and that of the process
+constexpr int kMostPacketsAtOnce = 100;
+constexpr std::size_t kMostTold = 100;
+constexpr Duration kOldest = 1h;  // of a request: older is as much too old
+
+Instant Clock() { return ReadClocks().instant; }
+
+bool MayConnect(unsigned user, const std::string& expected) {
+  if (user == 0 || user == ::geteuid()) return true;
+  const struct ::passwd* entry = ::getpwnam(expected.c_str());
+  return entry != nullptr && entry->pw_uid == user;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ProcessLink>> ProcessLink::Create(ProcessLinkOptions options, Log log) {
+  std::unique_ptr<ProcessLink> link(new ProcessLink(std::move(options), std::move(log)));
+  if (!link->options_.socket.empty()) {
+    auto listener = ListenAt(link->options_.socket, link->options_.socket_group);
+    if (!listener) return Error{"dds: " + listener.error()};
+    link->listener_ = std::move(*listener);
+  }
+  link->worker_.Start();
+  return link;
+}
+
+ProcessLink::ProcessLink(ProcessLinkOptions options, Log log)
+    : options_(std::move(options)),
+      log_(std::move(log)),
+      writer_(std::make_shared<LinkWriter>(options_.open)),
+      keeper_(options_.socket.empty()),
+      wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
+      worker_("dds link", [this](bool last) { return Round(last); }) {}
+
+ProcessLink::~ProcessLink() {
+  Stop();
+  if (listener_) ::unlink(options_.socket.c_str());
+}
+
+void ProcessLink::Stop() {
+  worker_.RequestStop();
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(wake_.get(), &one, sizeof one);
+  worker_.Stop();
+}
+
+LinkState ProcessLink::state() const {
+  const MutexLock lock(mutex_);
+  return shown_;
+}
+
+Instant ProcessLink::Round(bool last) {
+  if (!last) {
+    const LinkState before = keeper_.state();
+    Act(Clock());
+    Publish(before);
+    Wait();
+    return {};  // at once
+  }
+  writer_->Detach();
+  socket_.Close();
+  if (child_) child_->Reap(kReapTime);
+  child_.reset();
+  return kWhenWoken;
+}
+
+void ProcessLink::Act(Instant now) {
+  if (child_) PassOutput(now);
+  if (socket_) Listen(now);
+  if (!socket_ && writer_->ending()) return;
+  switch (keeper_.Look(now)) {
+    case LinkKeeper::Wish::start:
+      Start(now);
+      break;
+    case LinkKeeper::Wish::give_up:
+      End((keeper_.state().opened ? "did not read for " : "did not open DDS within ") +
+              FormatDuration(keeper_.patience()),
+          now);
+      break;
+    case LinkKeeper::Wish::nothing:
+      if (listener_ && !socket_) Welcome(now);
+      break;
+  }
+}
+
+void ProcessLink::Start(Instant now) {
+  const auto program =
+      options_.program.empty() ? FindProgram("baudgate-dds") : Result(options_.program);
+  if (!program) {
+    return keeper_.Ended("cannot be started: " + program.error() + "; install baudgate-dds", now);
+  }
+  auto ends = MakePacketPair();
+  if (!ends) return keeper_.Ended("cannot be started: " + ends.error(), now);
+  auto child =
+      ChildProcess::Start(*program,
+                          {"--link", std::to_string(kLinkDescriptor), "--parent",
+                           std::to_string(::getpid()), "--memory", std::to_string(options_.memory)},
+                          ends->second);
+  if (!child) return keeper_.Ended("cannot be started: " + child.error(), now);
+  child_ = std::move(*child);
+  Talk(std::move(ends->first), now);
+}
+
+void ProcessLink::Welcome(Instant now) {
+  auto peer = AcceptPeer(listener_.get());
+  if (!peer) return;
+  const std::string who =
+      "process " + std::to_string(peer->process) + " of user " + std::to_string(peer->user);
+  if (!MayConnect(peer->user, options_.socket_user)) {
+    return Tell(log::Level::warning, who + " may not connect to " + options_.socket);
+  }
+  Tell(log::Level::info, who + " has connected");
+  Talk(std::move(peer->socket), now);
+}
+
+void ProcessLink::Talk(Descriptor socket, Instant now) {
+  socket_ = std::move(socket);
+  keeper_.Started(now);
+  LinkOpen open = writer_->open();
+  open.participant.reached = keeper_.reached();
+  SendPacket(socket_.get(), EncodeOpen(open));  // an empty socket has room for one packet
+}
+
+void ProcessLink::Listen(Instant now) {
+  for (int i = 0; i < kMostPacketsAtOnce; ++i) {
+    const ReceivedPacket received = ReceivePacket(socket_.get(), *buffer_);
+    if (received.got == PacketGot::nothing_yet) return;
+    if (received.got == PacketGot::closed) return End("closed the link", now);
+    if (const Status status = Understand(received.packet, now); !status) {
+      return End(status.error(), now);
+    }
+  }
+}
+
+Status ProcessLink::Understand(View packet, Instant now) {
+  const auto message = ParseLink(packet);
+  if (!message) return Error{"sent " + message.error()};
+  switch (message->kind) {
+    case LinkKind::opened:
+      keeper_.Opened(now);
+      writer_->Attach(socket_.get());
+      return {};
+    case LinkKind::failed:
+      return Error{"has not begun: " + DecodeFailed(message->body)};
+    case LinkKind::counts: {
+      const auto counts = DecodeCounts(message->body);
+      if (!counts) return Error{"sent " + counts.error()};
+      keeper_.Counted(*counts, now);
+      writer_->SetSubscribers(counts->subscribers);
+      return {};
+    }
+    case LinkKind::left:
+      writer_->SetLeft();
+      return {};
+    case LinkKind::request: {
+      if (!options_.open.requests) return Error{"sent a write request, and writing is denied"};
+      auto arrival = DecodeRequest(message->body);
+      if (!arrival) return Error{"sent " + arrival.error()};
+      arrival->received = std::clamp(arrival->received, now - kOldest, now);
+      writer_->HandOn(std::move(*arrival));
+      return {};
+    }
+    default:
+      return Error{"sent a message that it must not send"};
+  }
+}
+
+/// Lines of the process go into our log.
+void ProcessLink::PassOutput(Instant now) {
+  std::array<char, 4096> bytes;
+  for (;;) {
+    const ssize_t count = ::read(child_->output(), bytes.data(), bytes.size());
+    if (count == 0) child_->CloseOutput();
+    if (count <= 0) return;
+    const std::string_view text(bytes.data(), static_cast<std::size_t>(count));
+    for (const std::string& line : output_.Add(text, now)) {
+      Tell(log::Level::warning, "process: " + line);
+    }
+  }
+}
+
+void ProcessLink::End(std::string reason, Instant now) {
+  writer_->Detach();
+  socket_.Close();
+  if (child_) {
+    // Only an end by itself is told as such: otherwise the reason is what we ended it for.
+    const bool by_itself = reason == "closed the link";
+    const std::string end = child_->Reap(by_itself ? kReapTime : Duration::zero());
+    PassOutput(now);
+    child_.reset();
+    if (by_itself) reason = end;
+  }
+  keeper_.Ended(std::move(reason), now);
+}
+
+void ProcessLink::Publish(const LinkState& before) {
+  using Phase = LinkState::Phase;
+  const LinkState& state = keeper_.state();
+  {
+    const MutexLock lock(mutex_);
+    shown_ = state;
+  }
+  if (writer_->ending()) return;
+  if (state.refused > before.refused) {
+    Tell(log::Level::warning, "samples were refused; they go again with the next heartbeat");
+  }
+  for (const std::string& remark : state.remarks) {
+    if (told_.size() < kMostTold && told_.insert(remark).second) {
+      Tell(log::Level::warning, remark);
+    }
+  }
+  if (state.phase == before.phase && state.times_lost == before.times_lost &&
+      state.reason == before.reason) {
+    return;
+  }
+  switch (state.phase) {
+    case Phase::up:
+      Tell(log::Level::info,
+           before.phase == Phase::silent ? "the process reads again" : "the process takes samples");
+      break;
+    case Phase::silent:
+      Tell(log::Level::warning, "the process does not read");
+      break;
+    case Phase::waiting:  // without the time until then: repeats are folded
+      Tell(log::Level::warning,
+           "the process " + state.reason + (state.next_start ? "; it is started again" : ""));
+      break;
+    case Phase::starting:
+      break;
+  }
+}
+
+void ProcessLink::Wait() {
+  std::array<pollfd, 4> waited{{{wake_.get(), POLLIN, 0},
+                                {socket_.get(), POLLIN, 0},
+                                {child_ ? child_->output() : -1, POLLIN, 0},
+                                {socket_ ? -1 : listener_.get(), POLLIN, 0}}};
+  const Instant next = keeper_.NextLook();
+  int timeout = -1;
+  if (next != Instant::max() && !(writer_->ending() && !socket_)) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - Clock());
+    timeout = static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 60'000));
+  }
+  ::poll(waited.data(), waited.size(), timeout);
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/notice_sender.h"
+
+#include <algorithm>
+
+#include "gateway/base/version.h"
+
+namespace baudgate::dds {
+namespace {
+
+constexpr Duration kRetry = 1s;
+constexpr std::size_t kBatch = 64;
+constexpr Duration kLastEvents = 700ms;  // for those until now, at the end
+
+}  // namespace
+
+NoticeSender::NoticeSender(const config::Config& config, const PointStore& store,
+                           PacedWriter& paced, EventSupply* events, Now now)
+    : paced_(paced),
+      gateway_due_(now.instant),
+      ends_(config, store),
+      device_ends_(config, store),
+      events_(events),
+      events_due_(now.instant + kDiscoveryTime),
+      meets_until_(now.instant + kMeetingTime),
+      alarms_(events),
+      alarms_due_(events_due_) {
+  gateway_.gateway = config.name;
+  gateway_.start_time_ns = now.wall.time_since_epoch().count();
+  AssignBounded(gateway_.version, kVersion, kMaxVersion);
+}
+
+void NoticeSender::StartAnew(Instant now, bool same) {
+  if (!same) {
+    ends_.Clear();
+    device_ends_.Clear();
+    gateway_due_ = now;
+  }
+  events_.StartAnew();
+  alarms_.StartAnew();
+  alarms_due_ = events_due_ = now + kDiscoveryTime;
+  meets_until_ = now + kMeetingTime;
+}
+
+Instant NoticeSender::EventsDue() const {
+  return paced_.EventsAreRead() ? events_due_ : std::max(events_due_, meets_until_);
+}
+
+bool NoticeSender::Send(Instant now) {
+  return SendGateway(now) && SendFrom(ends_, ends_due_, now) &&
+         SendFrom(device_ends_, ends_due_, now) &&
+         (now < EventsDue() || SendFrom(events_, events_due_, now)) &&
+         SendFrom(alarms_, alarms_due_, now);
+}
+
+/// False: the pace or the writer does not allow it now.
+bool NoticeSender::SendGateway(Instant now) {
+  if (now < gateway_due_) return true;
+  if (!paced_.MayWrite(now)) return false;
+  const Sent sent = paced_.Write(gateway_, now);
+  if (sent == Sent::later) return false;
+  gateway_due_ = sent == Sent::yes ? Instant::max() : now + kRetry;
+  return true;
+}
+
+/// False: the pace or the writer does not allow it now. In their order: one that is refused holds
+/// up those behind it.
+template <typename Sender>
+bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
+  if (now < due) return true;
+  for (std::size_t count = 0; count < kBatch; ++count) {
+    const auto* sample = sender.Next();
+    if (sample == nullptr) return true;
+    if (!paced_.MayWrite(now)) return false;
+    const Sent sent = paced_.Write(*sample, now);
+    if (sent == Sent::later) return false;
+    if (sent == Sent::refused) {
+      due = now + kRetry;
+      return true;
+    }
+    sender.OnSent();
+  }
+  return true;
+}
+
+Instant NoticeSender::Due() {
+  const Instant ends = EndsAreTold() ? Instant::max() : ends_due_;
+  const Instant events = events_.Next() == nullptr ? Instant::max() : EventsDue();
+  const Instant alarms = alarms_.Next() == nullptr ? Instant::max() : alarms_due_;
+  return std::min({gateway_due_, ends, events, alarms});
+}
+
+std::optional<Instant> NoticeSender::End(Instant now) {
+  if (!end_by_) end_by_ = now + kLastEvents;
+  if (const auto next = EndOf(events_, now)) return next;
+  return EndOf(alarms_, now);
+}
+
+/// Sends what has happened until now. Returns when to go on; empty: all is sent, or cannot be.
+template <typename Sender>
+std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
+  while (const auto* sample = sender.Next()) {
+    if (now >= *end_by_) return std::nullopt;
+    if (!paced_.MayWrite(now)) return paced_.ReadyAt();
+    const Sent sent = paced_.Write(*sample, now);
+    if (sent == Sent::later) return paced_.ReadyAt();
+    if (sent == Sent::refused) return std::nullopt;
+    sender.OnSent();
+  }
+  return std::nullopt;
+}
+
+}  // namespace baudgate::dds

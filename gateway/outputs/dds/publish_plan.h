@@ -1,0 +1,94 @@
+// Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
+// heartbeat. Pure: values and time come in as arguments; gateway/outputs/dds/sample_sender.h acts
+// on it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/quality.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/bus/points/device_status.h"
+#include "gateway/outputs/dds/due_queue.h"
+
+namespace baudgate::dds {
+
+struct PlanOptions {
+  Duration heartbeat = 10s;       ///< each point and device is sent at least so often
+  Duration device_interval = 1s;  ///< counters of a device are sent at most so often
+  Duration retry = 1s;            ///< after a write that failed
+};
+
+/// A text, and the digits of a whole number beyond 2^53, which a double would round; else empty.
+std::string TextOf(const Value& value);
+
+/// What of a point decides whether it is sent; small enough to keep one for every point.
+struct PointState {
+  double number = 0;
+  std::size_t text_hash = 0;
+  Quality quality = Quality::bad_waiting;
+
+  static PointState Of(const Value& value, Quality quality);
+};
+
+/// Points are numbered through all devices ("slot"). Everything is due at the start: that is the
+/// start-up image. Memory is fixed; no call allocates or looks at all points.
+class PublishPlan {
+ public:
+  PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,
+              Instant start);
+
+  /// A point may have changed: send it?
+  bool WantsPoint(std::uint32_t slot, const PointState& state) const;
+  void PointSent(std::uint32_t slot, const PointState& state, Instant now);
+  /// Whether subscribers have ever been told of it, so that they have to be told of its end.
+  bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
+  bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
+  /// By a plan before this one.
+  void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
+  /// All that the plan before this one, of the same points and devices, has sent.
+  void KeepMarks(const PublishPlan& before);
+  /// It is tried again after `retry`, or when it changes.
+  void PointFailed(std::uint32_t slot, Instant now);
+
+  /// A device has changed: send its status? When not yet, it becomes due by itself later.
+  bool WantsDevice(std::uint32_t device, DeviceState state, Instant now);
+  void DeviceSent(std::uint32_t device, DeviceState state, Instant now);
+  void DeviceFailed(std::uint32_t device, Instant now);
+  /// It is in the plan for its number alone.
+  void DeviceGone(std::uint32_t device) { due_devices_.Set(device, Instant::max()); }
+
+  /// At most `most` points whose heartbeat (or first sending, or retry) is due; WantsPoint says yes
+  /// to them until they are sent.
+  void TakeDuePoints(Instant now, std::size_t most, std::vector<std::uint32_t>& slots);
+  void TakeDueDevices(Instant now, std::size_t most, std::vector<std::uint32_t>& devices);
+  /// When to look for due ones again.
+  Instant NextDue() const;
+
+ private:
+  struct Point {
+    double deadband = 0;
+    PointState sent;
+    bool forced = true;
+    bool was_sent = false;
+  };
+  struct Device {
+    Instant sent_at = Instant::min();
+    DeviceState sent = DeviceState::never_seen;
+    bool forced = true;
+    bool was_sent = false;
+  };
+
+  Duration Period(std::uint32_t slot) const;
+
+  PlanOptions options_;
+  std::vector<Point> points_;
+  std::vector<Device> devices_;
+  DueQueue due_points_;
+  DueQueue due_devices_;
+};
+
+}  // namespace baudgate::dds

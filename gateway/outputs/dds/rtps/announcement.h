@@ -1,0 +1,45 @@
+// How a participant announces itself (SPDP): who it is, in which domain, where it wants to hear of
+// others. Read from one datagram, and made again with nothing else in it. Pure;
+// gateway/outputs/dds/discovery/announcement_relay.h passes it on. Source: DDSI-RTPS 2.3, 8.5.3
+// and 9.6.2.2.
+//
+//   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | 09 01 08 00 time | 15 05 … DATA of 00 01 00 C2
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string_view>
+
+#include "gateway/base/bytes.h"
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/outputs/dds/rtps/rtps_fields.h"
+#include "gateway/outputs/dds/rtps/udp_address.h"
+
+namespace baudgate::dds {
+
+/// What a participant of ours says of itself, as its user data: those of one role have nothing to
+/// say to each other, so that 100 gateways are not introduced 9,900 times.
+enum class Role : std::uint8_t { any, publishes, subscribes };
+
+/// By Role; empty for any.
+std::string_view UserDataOf(Role role);
+
+struct Announcement {
+  GuidPrefix participant{};
+  bool leaves = false;       ///< it says that it is gone; what follows is empty then
+  std::uint32_t domain = 0;  ///< as it says; if it does not, as its port does
+  UdpAddress at;             ///< where it hears of others
+  Role role = Role::any;     ///< that of any participant that is not ours
+  Duration lease{};
+  Bytes datagram;  ///< header, time stamp and the announcement; nothing else that was there
+  std::size_t said_at = 0;  ///< from here on `datagram` is what the participant says of itself
+
+  View said() const { return View(datagram).subspan(said_at); }
+};
+
+/// An address counts only if the announcement names it and was sent from it. So a sender
+/// that cannot forge its address cannot direct others to a third party. The error says in words
+/// what is wrong.
+Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
+
+}  // namespace baudgate::dds

@@ -1,0 +1,141 @@
+// The samples of the DDS contract (baudgate.idl) as plain structs, with the bounds of their texts.
+// Filled by gateway/outputs/dds/fill_samples.cpp from the point store, and by
+// gateway/outputs/dds/cdr.cpp from the wire.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace baudgate::dds {
+
+inline constexpr char kPointTopic[] = "baudgate/points";
+inline constexpr char kDeviceTopic[] = "baudgate/devices";
+inline constexpr char kGatewayTopic[] = "baudgate/gateways";
+inline constexpr char kEventTopic[] = "baudgate/events";
+inline constexpr char kAlarmTopic[] = "baudgate/alarms";
+inline constexpr char kRequestTopic[] = "baudgate/write";
+inline constexpr char kReplyTopic[] = "baudgate/write_reply";
+
+/// Events of a device that a late subscriber gets.
+inline constexpr std::size_t kEventDepth = 1000;
+
+/// Bounds of baudgate.idl, in bytes.
+inline constexpr std::size_t kMaxKey = 64;
+inline constexpr std::size_t kMaxText = 128;
+inline constexpr std::size_t kMaxUnit = 16;
+inline constexpr std::size_t kMaxVersion = 32;
+inline constexpr std::size_t kMaxAlarmName = 128;
+inline constexpr std::size_t kMaxOutcome = 16;
+inline constexpr std::size_t kMaxReason = 256;
+
+struct PointSample {
+  std::string gateway;  ///< key
+  std::string device;   ///< key
+  std::string point;    ///< key
+  double value = 0;     ///< NaN for text and before the first reading
+  std::string text;     ///< empty for numbers, but for whole ones that a double would round
+  std::string unit;
+  std::uint16_t quality = 0;        ///< a word of gateway/base/quality.h
+  std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
+  std::uint64_t seq = 0;            ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;
+
+  bool operator==(const PointSample&) const = default;
+};
+
+struct DeviceSample {
+  std::string gateway;  ///< key
+  std::string device;   ///< key
+  std::string line;
+  std::uint16_t state = 0;         ///< gateway/bus/points/device_status.h
+  std::uint16_t last_outcome = 0;  ///< gateway/base/outcome.h
+  std::int64_t last_ok_time_ns = 0;
+  std::uint32_t exchanges = 0;
+  std::uint32_t ok = 0;
+  std::uint32_t no_reply = 0;
+  std::uint32_t corrupt = 0;
+  std::uint32_t retries = 0;
+  std::uint32_t rtt_mean_us = 0;
+  std::uint32_t rtt_p99_us = 0;
+
+  bool operator==(const DeviceSample&) const = default;
+};
+
+/// Once from each start of a gateway, and again to each process that publishes for it.
+struct GatewaySample {
+  std::string gateway;             ///< key
+  std::int64_t start_time_ns = 0;  ///< of the gateway, not of that process: `seq` counts from here
+  std::string version;
+
+  bool operator==(const GatewaySample&) const = default;
+};
+
+/// What a device has written down, or the gateway has seen; docs/events.md. Once it is on the disk.
+struct EventSample {
+  std::string gateway;              ///< key
+  std::string device;               ///< key
+  std::uint64_t seq = 0;            ///< of the gateway's events, over restarts
+  std::int64_t device_time_ns = 0;  ///< since 1970 UTC
+  std::int64_t receive_time_ns = 0;
+  std::uint16_t clock_quality = 0;  ///< of gateway/records/events/placed_time.h
+  std::uint16_t channel = 0;
+  std::uint32_t code = 0;
+  std::string text;
+
+  bool operator==(const EventSample&) const = default;
+};
+
+/// An alarm as it is now (docs/events.md), once it is on the disk.
+struct AlarmSample {
+  std::string gateway;         ///< key
+  std::string line;            ///< key
+  std::string device;          ///< key
+  std::string name;            ///< key
+  std::string point;           ///< empty: of the device
+  std::uint16_t state = 0;     ///< gateway/records/events/alarm.h; 0: it is over and acknowledged
+  std::uint16_t priority = 0;  ///< 1 low, 2 medium, 3 high
+  std::uint64_t seq = 0;       ///< of the event that has raised it
+  std::int64_t raised_time_ns = 0;
+  std::int64_t changed_time_ns = 0;  ///< of `state`
+  std::string text;
+  std::string acknowledged_by;  ///< empty: nobody has
+
+  bool operator==(const AlarmSample&) const = default;
+};
+
+/// A client asks for one point to be written. docs/dds.md, "Writing".
+struct RequestSample {
+  std::string gateway;    ///< key
+  std::string client;     ///< key; the client's own name for itself
+  std::uint64_t seq = 0;  ///< counts this client's requests; one that comes twice is done once
+  std::string device;
+  std::string point;
+  double value = 0;               ///< as users see it; where `text` says nothing
+  std::string text;               ///< as on the command line; counts unless it is empty
+  bool confirm = false;           ///< in place of a selection
+  std::uint32_t deadline_ms = 0;  ///< from its arrival; 0: the gateway's own
+  std::int64_t not_after_ns = 0;  ///< since 1970 UTC, by the gateway's clock; 0: any time
+
+  bool operator==(const RequestSample&) const = default;
+};
+
+/// What became of it.
+struct ReplySample {
+  std::string gateway;  ///< key
+  std::string client;   ///< key
+  std::uint64_t seq = 0;
+  std::string outcome;  ///< Name() of a WriteEnd
+  std::string reason;   ///< one sentence; empty when ok
+  std::uint32_t took_us = 0;
+
+  bool operator==(const ReplySample&) const = default;
+};
+
+/// Puts `text` into `to` as UTF-8 of at most `bound` bytes: each byte that is no UTF-8 becomes
+/// U+FFFD, and what is too long is cut and ends in "…", so that a reader sees that something is
+/// wrong or missing. A NUL ends the text.
+void AssignBounded(std::string& to, std::string_view text, std::size_t bound);
+
+}  // namespace baudgate::dds

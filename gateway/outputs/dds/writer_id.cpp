@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/writer_id.h"
+
+#include <cstdio>
+
+namespace baudgate::dds {
+
+std::string Text(const PublisherId& id) {
+  std::string text;
+  for (const std::uint8_t byte : id.bytes) {
+    char two[4];
+    std::snprintf(two, sizeof two, ".%02x", byte);
+    text += two;
+  }
+  return text.substr(1);
+}
+
+std::string Text(const WriterId& id) {
+  char entity[20];  // without leading zeros
+  std::snprintf(entity, sizeof entity, "|%x.%x.%x.%x", id.entity[0], id.entity[1], id.entity[2],
+                id.entity[3]);
+  return Text(id.publisher) + entity;
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/writes/write_service.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/shown.h"
+#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
+#include "gateway/outputs/dds/writes/request_value.h"
+
+namespace baudgate::dds {
+namespace {
+
+using config::Quoted;
+
+constexpr char kLasting[] =
+    "the writer of requests is not volatile, so old requests could be delivered; set its "
+    "durability to volatile";
+
+/// Beyond any deadline, and far from the ends of the numbers.
+constexpr Duration kMostAhead = 24h;
+
+Duration PatienceOf(const RequestSample& request) {
+  const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
+  return request.deadline_ms == 0 ? kWaitForDevice : std::min(wanted, WriteService::kMostPatience);
+}
+
+/// Not after either of its two times; the clock of the machine may stand anywhere.
+Instant DeadlineOf(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  const Instant deadline = arrival.received + PatienceOf(request);
+  const std::int64_t wall = now.wall.time_since_epoch().count();
+  if (request.not_after_ns == 0) return deadline;
+  if (request.not_after_ns <= wall) return std::min(deadline, now.instant);
+  if (request.not_after_ns / 2 - wall / 2 > kMostAhead.count()) return deadline;
+  return std::min(deadline, now.instant + Duration(request.not_after_ns - wall));
+}
+
+std::uint32_t Microseconds(Duration duration) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
+}
+
+/// Why it is not carried out now: the library may deliver what was meant for an earlier run.
+/// Whether it does can be told only if the clock of the client is right.
+std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
+  constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
+  if (arrival.published <= WallTime())
+    return "too old: it carries no time stamp" + std::string(kAdvice);
+  if (arrival.published - now > PatienceOf(arrival.request)) {
+    return "its time stamp is " + FormatAge(arrival.published - now) +
+           " ahead of this machine's clock, so its age is not known" + kAdvice;
+  }
+  const std::string age = FormatAge(std::max<Duration>(now - arrival.published, {}));
+  if (arrival.early) {
+    return "too old: by its time stamp it was published " + age +
+           " ago, before this gateway listened for requests" + kAdvice;
+  }
+  if (now - arrival.published <= PatienceOf(arrival.request)) return std::nullopt;
+  return "too old: by its time stamp it was published " + age +
+         " ago, and its deadline has passed" + kAdvice;
+}
+
+/// For the record: no number is a text.
+Value Asked(const RequestSample& request) {
+  if (!request.text.empty()) return request.text;
+  if (!std::isfinite(request.value)) return FormatNumber(request.value);
+  return request.value;
+}
+
+/// It selects nothing, so its kind needs no numbers.
+Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
+
+}  // namespace
+
+WriteService::WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
+                           RequestBook::Past past, Answer answer, Ended ended)
+    : config_(config),
+      store_(store),
+      gate_(store, sink),
+      answer_(std::move(answer)),
+      ended_(std::move(ended)),
+      book_(std::move(past)) {}
+
+void WriteService::LearnDevices() {
+  for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
+    devices_[store_.device(known_).name] = known_;
+  }
+}
+
+void WriteService::Take(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  if (request.gateway != config_.name) return;
+  ++taken_;
+  const Ticket ticket{request.client, request.seq, arrival.received};
+  if (request.client.empty()) {
+    return Reply(ticket, {WriteEnd::denied,
+                          "'client' is empty; the gateway needs it to tell clients apart"});
+  }
+  if (arrival.lasting) {
+    Record(arrival, kLasting);
+    return Reply(ticket, {WriteEnd::denied, kLasting});
+  }
+  const RequestBook::Verdict verdict = book_.Begin(IdOf(request), now.instant);
+  switch (verdict.what) {
+    case RequestBook::Verdict::What::refused:
+      if (verdict.answer.end == WriteEnd::denied) Record(arrival, verdict.answer.reason);
+      return Reply(ticket, verdict.answer);
+    case RequestBook::Verdict::What::answered:
+      return Reply(ticket, verdict.answer);
+    case RequestBook::Verdict::What::under_way:
+      return;
+    case RequestBook::Verdict::What::fresh:
+      break;
+  }
+  if (const auto answer = Carry(arrival, now)) {
+    book_.End(ticket.client, ticket.seq, *answer);
+    Reply(ticket, *answer);
+  }
+}
+
+std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, Now now) {
+  const RequestSample& request = arrival.request;
+  const auto place = Find(request);
+  if (!place) return RequestAnswer{WriteEnd::denied, place.error()};
+  if (auto why = WhyTooOld(arrival, now.wall)) {
+    Record(arrival, *why);
+    return RequestAnswer{WriteEnd::denied, std::move(*why)};
+  }
+  auto value = ValueOf(store_.device(place->device).points[place->point], request);
+  if (!value) {
+    Record(arrival, value.error());
+    return RequestAnswer{WriteEnd::denied, value.error()};
+  }
+  WriteAsk ask;
+  ask.device = place->device;
+  ask.parts.push_back({place->point, std::move(*value)});
+  ask.without_selection = request.confirm;
+  ask.request = IdOf(request);
+  ask.deadline = DeadlineOf(arrival, now);
+  ask.done = [ended = ended_, ticket = Ticket{request.client, request.seq, arrival.received}](
+                 const WriteResult& result) { ended(ticket, result); };
+  const auto denial = gate_.Submit(WriterOf(arrival), std::move(ask), now.instant);
+  if (!denial) return std::nullopt;
+  using Why = WriteDenial::Why;
+  RequestAnswer answer{denial->why == Why::busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+  if (denial->why == Why::not_selected) answer.reason += "; over DDS set 'confirm' instead";
+  return answer;
+}
+
+void WriteService::Record(const WriteArrival& arrival, const std::string& reason) {
+  const auto place = Find(arrival.request);
+  if (!place) return;
+  const RequestSample& request = arrival.request;
+  WriteAsk ask;
+  ask.device = place->device;
+  ask.parts.push_back({place->point, Asked(request)});
+  ask.request = IdOf(request);
+  gate_.Deny(WriterOf(arrival), ask, reason);
+}
+
+Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
+  LearnDevices();
+  const auto device = devices_.find(request.device);
+  if (device == devices_.end()) {
+    return Error{Quoted(request.device) + " is no device of this gateway"};
+  }
+  if (store_.gone(device->second)) {
+    return Error{"a reload has removed " + Quoted(request.device) + ", or restarts its line"};
+  }
+  const std::vector<config::Point>& points = store_.device(device->second).points;
+  const auto point = std::ranges::find(points, request.point, &config::Point::name);
+  if (point == points.end()) {
+    return Error{Quoted(request.point) + " is no point of " + request.device};
+  }
+  return Place{device->second, static_cast<std::uint32_t>(point - points.begin())};
+}
+
+void WriteService::End(const Ticket& ticket, const WriteResult& result, Instant now) {
+  const RequestAnswer answer{result.end, result.reason, now - ticket.received};
+  book_.End(ticket.client, ticket.seq, answer);
+  Reply(ticket, answer);
+}
+
+void WriteService::Reply(const Ticket& ticket, const RequestAnswer& answer) {
+  ReplySample reply;
+  reply.gateway = config_.name;
+  reply.client = ticket.client;
+  reply.seq = ticket.seq;
+  AssignBounded(reply.outcome, Name(answer.end), kMaxOutcome);
+  AssignBounded(reply.reason, Harmless(answer.reason), kMaxReason);
+  reply.took_us = Microseconds(answer.took);
+  answer_(std::move(reply));
+}
+
+}  // namespace baudgate::dds

@@ -1,0 +1,74 @@
+// Handles write requests that come by DDS: finds their client and point, duplicates
+// are answered, and the rest goes through the door of all writers (gateway/bus/writes/write_gate.h)
+// as client "dds:GUID". No thread of its own: gateway/outputs/dds/writes/dds_writes.h has it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/request_book.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/outputs/dds/request_intake.h"
+
+namespace baudgate::dds {
+
+class WriteService {
+ public:
+  /// How long a request may wait at most; one that does not say waits kWaitForDevice.
+  static constexpr Duration kMostPatience = 60s;
+
+  /// A request that has gone to its line.
+  struct Ticket {
+    std::string client;
+    std::uint64_t seq = 0;
+    Instant received{};
+  };
+  using Answer = std::function<void(ReplySample reply)>;
+  using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
+
+  /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
+  /// service is gone: what it is told goes to End.
+  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
+               RequestBook::Past past, Answer answer, Ended ended);
+
+  void Take(const WriteArrival& arrival, Now now);
+  void End(const Ticket& ticket, const WriteResult& result, Instant now);
+  /// Requests to this gateway that were looked at; from any thread.
+  std::uint64_t taken() const { return taken_; }
+
+ private:
+  struct Place {
+    std::uint32_t device = 0;  ///< index in the point store
+    std::uint32_t point = 0;   ///< index in the device's points
+  };
+  Result<Place> Find(const RequestSample& request);
+  /// A reload may have brought more.
+  void LearnDevices();
+  /// That it was denied, where it names a point.
+  void Record(const WriteArrival& arrival, const std::string& reason);
+  /// Empty: it has gone to its line.
+  std::optional<RequestAnswer> Carry(const WriteArrival& arrival, Now now);
+  void Reply(const Ticket& ticket, const RequestAnswer& answer);
+
+  const config::Config& config_;
+  const PointStore& store_;
+  WriteGate gate_;
+  const Answer answer_;
+  const Ended ended_;
+  std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name
+  std::uint32_t known_ = 0;                                 ///< so many of the store's are there
+  RequestBook book_;
+  std::atomic<std::uint64_t> taken_ = 0;
+};
+
+}  // namespace baudgate::dds

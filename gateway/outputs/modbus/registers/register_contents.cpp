@@ -1,0 +1,173 @@
+// Fills registers and bits from a device's record.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/registers/register_contents.h"
+
+#include <algorithm>
+
+#include "gateway/outputs/modbus/registers/block_words.h"
+#include "gateway/outputs/modbus/registers/value_registers.h"
+
+namespace baudgate::modbus {
+namespace {
+
+/// The quality of a good value that its registers cannot hold.
+constexpr Quality kDoesNotFit{Quality::bad_configuration, Reason::out_of_range};
+
+std::uint64_t Count(Duration duration, Duration unit) {
+  return duration < Duration::zero() ? 0 : static_cast<std::uint64_t>(duration / unit);
+}
+
+std::uint16_t AgeRegister(const DeviceRecord& record, std::uint32_t point, Instant now) {
+  const auto age = AgeAt(record, point, now);
+  if (!age) return 0xFFFF;
+  return Saturated<std::uint16_t>(Count(*age, 100ms));
+}
+
+bool FitsRegisters(const config::Point& point, config::WordOrder order, const Value& value) {
+  // The longest thing that can fail to fit is a 64-bit number; texts always fit.
+  std::array<std::uint16_t, 4> scratch;
+  if (point.type == config::Type::string) return HasValue(value);
+  return EncodeRegisters(point, order, value,
+                         std::span(scratch).first(config::RegisterCount(point)));
+}
+
+/// A good value that its registers cannot hold is a fault of the configuration, and must say so.
+Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant now) {
+  const Quality quality = QualityAt(record, index, now);
+  if (IsBad(quality)) return quality;
+  const config::Point& point = record.device->points[index];
+  const Value& value = record.points[index].value;
+  if (!HasValue(value)) return quality;
+  const bool fits = point.table == config::Table::bits
+                        ? EncodeBit(value).has_value()
+                        : FitsRegisters(point, record.device->word_order, value);
+  return fits ? quality : kDoesNotFit;
+}
+
+/// The common case needs one encoding; the rest is decided when it fails or the quality is bad.
+bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
+               std::span<std::uint16_t> out) {
+  const config::Point& point = record.device->points[index];
+  const config::WordOrder order = record.device->word_order;
+  const Value& value = record.points[index].value;
+  Quality quality = QualityAt(record, index, now);
+  const bool held = EncodeRegisters(point, order, value, out);
+  if (!held && HasValue(value) && !IsBad(quality)) quality = kDoesNotFit;
+  switch (Show(point, record.device->on_bad, quality, held)) {
+    case Shown::held:
+      return true;
+    case Shown::exception:
+      return false;
+    case Shown::substitute:
+      if (EncodeRegisters(point, order, point.on_fault.value.ToValue(), out)) return true;
+      break;
+    case Shown::no_value:
+      break;
+  }
+  EncodeNoValue(point, order, out);
+  return true;
+}
+
+}  // namespace
+
+DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now) {
+  DeviceBlock block{};
+  block[0] = static_cast<std::uint16_t>(status.state);
+  block[1] = static_cast<std::uint16_t>(status.last_outcome);
+  Put32(block, 2,
+        status.last_ok ? Saturated<std::uint32_t>(Count(now - *status.last_ok, 1ms)) : 0xFFFFFFFFU);
+  Put32(block, 4, status.exchanges);
+  Put32(block, 6, status.Count(Outcome::ok));
+  Put32(block, 8, status.Count(Outcome::no_reply));
+  Put32(block, 10, status.Count(Outcome::corrupt));
+  Put32(block, 12, status.retries);
+  block[14] = Saturated<std::uint16_t>(Count(status.round_trips.last(), 1ms));
+  block[15] = Saturated<std::uint16_t>(Count(status.round_trips.mean(), 1ms));
+  return block;
+}
+
+GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters) {
+  GatewayBlock block{};
+  block[0] = Saturated<std::uint16_t>(std::uint64_t{info.version_major} * 10000 +
+                                      std::uint64_t{info.version_minor} * 100 + info.version_patch);
+  block[1] = Saturated<std::uint16_t>(info.lines);
+  Put32(block, 2, Saturated<std::uint32_t>(Count(info.uptime, 1s)));
+  block[4] = Saturated<std::uint16_t>(info.devices);
+  block[5] = Saturated<std::uint16_t>(info.devices_online);
+  block[6] = Saturated<std::uint16_t>(counters.clients);
+  block[7] = Saturated<std::uint16_t>(info.lines_up);
+  // Counters wrap, as those of the device block do: a client takes differences.
+  Put32(block, 8, static_cast<std::uint32_t>(counters.requests));
+  Put32(block, 10, static_cast<std::uint32_t>(counters.exceptions));
+  return block;
+}
+
+ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+                            std::span<std::uint16_t> out) {
+  for (const Piece& piece : pieces) {
+    const auto place = out.subspan(piece.offset, piece.count);
+    switch (piece.area) {
+      case Area::value:
+        if (!FillValue(record, piece.index, now, place)) return kNoTarget;
+        break;
+      case Area::quality:
+        std::ranges::fill(place, ShownQuality(record, piece.index, now).word());
+        break;
+      case Area::age:
+        std::ranges::fill(place, AgeRegister(record, piece.index, now));
+        break;
+      case Area::status:
+        FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
+        break;
+      case Area::events:  // not of the device's record
+      case Area::hole:
+        std::ranges::fill(place, std::uint16_t{0});
+        break;
+    }
+  }
+  return kNoException;
+}
+
+ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, bool alone,
+                      std::uint8_t& out) {
+  const config::Point& point = record.device->points[index];
+  const auto held = EncodeBit(record.points[index].value);
+  const Quality quality = ShownQuality(record, index, now);
+  switch (Show(point, record.device->on_bad, quality, held.has_value())) {
+    case Shown::held:
+      out = *held ? 1 : 0;
+      return kNoException;
+    case Shown::exception:
+      return kNoTarget;
+    case Shown::substitute:
+      out = point.on_fault.value != 0 ? 1 : 0;
+      return kNoException;
+    case Shown::no_value:
+      out = 0;
+      return alone ? kNoTarget : kNoException;
+  }
+  return kNoTarget;
+}
+
+ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+                       std::span<std::uint8_t> out) {
+  for (const Piece& piece : pieces) {
+    if (piece.area == Area::hole) {
+      std::ranges::fill(out.subspan(piece.offset, piece.count), std::uint8_t{0});
+    } else if (piece.area == Area::quality) {
+      out[piece.offset] = IsGood(ShownQuality(record, piece.index, now)) ? 1 : 0;
+    } else if (const auto exception =
+                   FillBit(record, piece.index, now, pieces.size() == 1, out[piece.offset]);
+               exception != kNoException) {
+      return exception;
+    }
+  }
+  return kNoException;
+}
+
+void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
+                   std::span<std::uint16_t> out) {
+  std::ranges::copy(block.subspan(piece.index, piece.count), out.subspan(piece.offset).begin());
+}
+
+}  // namespace baudgate::modbus

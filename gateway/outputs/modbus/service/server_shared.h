@@ -1,0 +1,73 @@
+// The parts that all clients of a Modbus server share: units, routes, the traffic book, the way
+// back to the server's thread, limits and counters. Only the book and the snapshot of the counters
+// are used by other threads too.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/io_context.hpp>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "config/model/config.h"
+#include "gateway/outputs/modbus/service/inbox.h"
+#include "gateway/outputs/modbus/service/links.h"
+#include "gateway/outputs/modbus/service/live_counters.h"
+#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/router.h"
+#include "gateway/outputs/modbus/service/traffic_book.h"
+
+namespace baudgate::modbus {
+
+/// Limits that are no configuration; tests shorten them.
+struct ModbusLimits {
+  Duration write_deadline =
+      kWaitForDevice;       ///< a write that is not confirmed by then is answered 0x0B
+  Duration stall = 10s;     ///< a client that leaves its answers unread so long is closed
+  double client_share = 1;  ///< of each listener's max_clients
+};
+
+class ServerShared {
+ public:
+  ServerShared(const config::Config& config, const PointStore& store, CommandSink& sink,
+               std::function<GatewayFigures()> info, ModbusLimits limits,
+               const ModbusLinks& links = {});
+
+  /// A reload. Clients and what they wait for stay. `routes`: which are the same.
+  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+             const Origins& routes);
+  /// See ModbusLimits; of clients that connect from now on.
+  void SetClientShare(double share) { limits_.client_share = share; }
+
+  /// Answers of lines and servers come in from now on. `clocks` tells each when it comes.
+  void Open(asio::io_context& io, Inbox::Clocks clocks);
+  /// None comes in any more.
+  void CloseInbox() { inbox_->Close(); }
+  /// The servers elsewhere are left.
+  void CloseRoutes() { router_.Close(); }
+
+  /// The error: why nothing can be answered.
+  Status Ready() { return units_.responder().ready(); }
+  LocalUnits& units() { return units_; }
+  Router& router() { return router_; }
+  /// Which framings are spoken.
+  const Frames& frames() const { return frames_; }
+
+  LiveCounters& counters() { return counters_; }
+  const LiveCounters& counters() const { return counters_; }
+  const ModbusLimits& limits() const { return limits_; }
+  const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
+  /// Shared by what may outlive the server.
+  const std::shared_ptr<TrafficBook>& book() const { return book_; }
+
+ private:
+  ModbusLimits limits_;
+  const std::shared_ptr<TrafficBook> book_ = std::make_shared<TrafficBook>();
+  LiveCounters counters_;
+  LocalUnits units_;
+  Router router_;
+  Frames frames_;
+  const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
+};
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,213 @@
+// The server elsewhere: requests come in, wait, expire and are answered; the connection is made,
+// and made again.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/upstream/upstream.h"
+
+#include <algorithm>
+#include <asio/dispatch.hpp>
+#include <asio/post.hpp>
+#include <optional>
+#include <utility>
+
+#include "gateway/base/deadline.h"
+#include "gateway/base/log.h"
+#include "gateway/outputs/modbus/upstream/upstream_link.h"
+
+namespace baudgate::modbus {
+namespace {
+
+constexpr Duration kConnectTimeout = 5s;  // name look-up and connection together
+
+}  // namespace
+
+// ---------------------------------------------------------------- from any thread
+
+bool Upstream::Link::Submit(RoutedRequest request) {
+  const UpstreamQueue::Entry entry = queue_.Submit(std::move(request));
+  if (entry == UpstreamQueue::Entry::first) {
+    asio::post(io_, [self = shared_from_this()] { self->TakeIncoming(); });
+  }
+  return entry != UpstreamQueue::Entry::refused;
+}
+
+void Upstream::Link::Abandon(std::uint64_t client) {
+  // At once where it can be, so that it does not meet what the client asks next.
+  asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
+}
+
+// ---------------------------------------------------------------- on the server's thread
+
+void Upstream::Link::Start() {
+  resting_ = false;
+  queue_.Open();
+}
+
+void Upstream::Link::Rest() {
+  resting_ = true;
+  TakeIncoming();
+}
+
+void Upstream::Link::CloseAtRest() {
+  if (!resting_ || !connection_ || !queue_.empty() || !on_wire_.empty()) return;
+  std::exchange(connection_, nullptr)->Close();
+  log::Info("modbus: {}: disconnected, as no route leads there any more", name_);
+}
+
+void Upstream::Link::Stop() {
+  if (!queue_.Close()) return;
+  timer_.cancel();
+  if (connection_) std::exchange(connection_, nullptr)->Close();
+  const std::string why = "the gateway is stopping";
+  for (const Sent& sent : on_wire_.TakeAll()) sent.Answer(Outcome::no_reply, {}, why);
+  AnswerUnsent(queue_.TakeAll(), Outcome::line_down, why);
+}
+
+void Upstream::Link::TakeIncoming() {
+  if (queue_.Gather()) Work();
+}
+
+void Upstream::Link::Drop(std::uint64_t client) {
+  if (!queue_.Gather()) return;
+  queue_.Abandon(client);
+  queue_.Count();
+  on_wire_.Abandon(client);
+}
+
+/// Whatever has happened: does what is to be done now.
+void Upstream::Link::Work() {
+  const Instant now = clock_();
+  ExpireWaiting(now);
+  ExpireSent(now);
+  if (connection_ && !connection_->connected() && now >= connect_by_) {
+    Break("does not answer; is it on and reachable?", now);
+  }
+  RefusePaused(now);
+  if (connection_ && connection_->connected()) Pump(now);
+  if (!connection_ && !queue_.empty()) {
+    if (reconnect_.MayConnect(now)) {
+      Connect(now);
+    } else {
+      AnswerUnsent(queue_.TakeAll(), Outcome::line_down, reconnect_.trouble());
+    }
+  }
+  CloseAtRest();
+  queue_.Count();
+  Arm(now);
+}
+
+void Upstream::Link::Arm(Instant now) {
+  std::optional<Instant> next = queue_.Deadline();
+  const auto consider = [&next](std::optional<Instant> at) { next = Soonest({next, at}); };
+  if (connection_ && !connection_->connected()) consider(connect_by_);
+  consider(on_wire_.Deadline());
+  if (!queue_.empty()) consider(on_wire_.TriedOutAt(now));
+  if (!next) {
+    timer_.cancel();
+    return;
+  }
+  timer_.expires_after(*next - now);
+  timer_.async_wait([self = shared_from_this()](const asio::error_code& error) {
+    if (!error) self->Work();
+  });
+}
+
+// ---------------------------------------------------------------- answers
+
+void Upstream::Link::ExpireWaiting(Instant now) {
+  std::string why = "waited beyond its deadline";
+  if (connection_ && !connection_->connected()) why += ", while " + name_ + " was being connected";
+  AnswerUnsent(queue_.TakeExpired(now), Outcome::no_reply, why);
+}
+
+void Upstream::Link::RefusePaused(Instant now) {
+  for (const std::uint8_t unit : queue_.Slaves()) {
+    if (!pauses_.IsPaused(unit, now)) continue;
+    AnswerUnsent(queue_.TakeOf(unit), Outcome::line_down,
+                 name_ + " closed the connection when it was asked for unit " +
+                     std::to_string(unit) + ", which is left alone for some seconds");
+  }
+}
+
+/// Should the rest of a reply never come that is half here, the next would be taken for it.
+void Upstream::Link::ExpireSent(Instant now) {
+  const std::vector<Sent> expired = on_wire_.TakeExpired(now);
+  for (const Sent& sent : expired) {
+    sent.Answer(Outcome::no_reply, {}, name_ + " did not answer in time");
+  }
+  const bool over =
+      std::ranges::any_of(expired, [now](const Sent& sent) { return sent.deadline <= now; });
+  if (!over || !connection_) return;
+  if (on_wire_.IsSilent()) return Break("does not answer any more", now);
+  if (!connection_->in_frame() || !on_wire_.IsOfExpired(connection_->frame_id())) return;
+  TakeBackReads(nullptr);
+  Break("left a reply unfinished", now);
+}
+
+void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
+                                  const std::string& reason) {
+  queue_.Count();
+  const Instant now = clock_();
+  for (const RoutedRequest& request : requests) {
+    RoutedReply reply;
+    reply.outcome = outcome;
+    reply.reason = reason;
+    reply.waited = now - request.arrived;
+    request.done(std::move(reply));
+  }
+}
+
+// ---------------------------------------------------------------- the connection
+
+void Upstream::Link::Connect(Instant now) {
+  connection_ = std::make_shared<UpstreamConnection>(io_, *this);
+  connect_by_ = now + kConnectTimeout;
+  on_wire_.OnConnecting(now);
+  connection_->Open(host_, port_);
+}
+
+void Upstream::Link::OnConnected() {
+  log::Info("modbus: {}: connected", name_);
+  reconnect_.OnConnected();
+  Work();
+}
+
+/// A server that closes after its reply has not looked at what was sent meanwhile.
+void Upstream::Link::OnBroken(const std::string& reason) {
+  const Instant now = clock_();
+  if (connection_->connected() && !connection_->in_frame()) {
+    const Sent* const suspect = on_wire_.Suspect();
+    if (suspect != nullptr) pauses_.OnClosed(suspect->unit, now);
+    TakeBackReads(suspect);
+  }
+  Break(reason, now);
+  Work();
+}
+
+void Upstream::Link::TakeBackReads(const Sent* reason) {
+  for (RouteQueue::Batch& reads : on_wire_.TakeReads(reason)) queue_.Return(std::move(reads));
+}
+
+void Upstream::Link::Break(const std::string& reason, Instant now) {
+  const bool accepted = connection_->connected();
+  std::exchange(connection_, nullptr)->Close();
+  const std::string text = name_ + " " + reason;
+  if (reconnect_.OnBroken(accepted, text, now)) log::Warn("modbus: {}", text);
+  for (const Sent& sent : on_wire_.TakeAll()) sent.Answer(Outcome::no_reply, {}, text);
+}
+
+// ---------------------------------------------------------------- the outside
+
+Upstream::Upstream(asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
+                   Clock clock)
+    : link_(std::make_shared<Link>(io, std::move(host), port, std::move(on_late),
+                                   std::move(clock))) {}
+
+Upstream::~Upstream() { Stop(); }
+
+void Upstream::Start() { link_->Start(); }
+void Upstream::Rest() { link_->Rest(); }
+void Upstream::Stop() { link_->Stop(); }
+bool Upstream::Submit(RoutedRequest request) { return link_->Submit(std::move(request)); }
+void Upstream::Abandon(std::uint64_t client) { link_->Abandon(client); }
+
+}  // namespace baudgate::modbus

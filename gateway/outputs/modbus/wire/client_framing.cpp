@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/wire/client_framing.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/outputs/modbus/wire/request.h"
+
+namespace baudgate::modbus {
+
+SerialFraming::SerialFraming(const Protocol& protocol) : carrier_(*protocol.carrier) {
+  assembler_.Begin(protocol.request_rule, protocol.expect({}, {}));
+}
+
+std::span<std::uint8_t> SerialFraming::Space() {
+  return std::span(buffer_).first(kCapacity - std::min(kCapacity, assembler_.held()));
+}
+
+void SerialFraming::Commit(std::size_t count) {
+  assembler_.Feed(View(buffer_).first(std::min(count, kCapacity)));
+  settled_ = false;
+}
+
+ClientFraming::State SerialFraming::Peek() {
+  while (next_.empty()) {
+    const auto whole = assembler_.Next(settled_);
+    if (!whole) return State::need_more;
+    const auto request = carrier_.unwrap_request(*whole);
+    if (request) next_ = AduOf(0, request->first, request->second);
+  }
+  return State::frame;
+}
+
+ClientFraming::State SerialFraming::Take(View& frame) {
+  const State state = Peek();
+  if (state == State::frame) {
+    taken_ = std::exchange(next_, {});
+    frame = taken_;
+  }
+  return state;
+}
+
+void SerialFraming::Append(Bytes& out, View frame) const {
+  baudgate::Append(out, View(carrier_.wrap(UnitOf(frame), PduOf(frame))));
+}
+
+std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames) {
+  if (const Protocol* protocol = frames.Of(framing)) {
+    return std::make_unique<SerialFraming>(*protocol);
+  }
+  return std::make_unique<MbapFraming>();
+}
+
+}  // namespace baudgate::modbus

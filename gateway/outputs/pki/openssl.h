@@ -1,0 +1,48 @@
+// Objects of OpenSSL that free themselves, and how files come and go. For gateway/outputs/pki
+// alone.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <openssl/bio.h>
+#include <openssl/evp.h>
+#include <openssl/pkcs7.h>
+#include <openssl/x509.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::pki {
+
+template <auto kFree>
+struct Freed {
+  template <typename T>
+  void operator()(T* object) const {
+    kFree(object);
+  }
+};
+using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
+using PrivateKey = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
+using Bio = std::unique_ptr<BIO, Freed<BIO_free_all>>;
+using Store = std::unique_ptr<X509_STORE, Freed<X509_STORE_free>>;
+using StoreContext = std::unique_ptr<X509_STORE_CTX, Freed<X509_STORE_CTX_free>>;
+using Pkcs7 = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
+
+/// To read from; the text outlives it.
+Bio Reading(const std::string& text);
+std::string Written(const Bio& bio);
+
+/// At most 1 MiB.
+Result<std::string> ReadFile(const std::string& path);
+std::vector<Certificate> ParseCertificates(const std::string& pem);
+/// Never asks at the terminal. Null: damaged, or another password.
+PrivateKey ParseKey(const std::string& pem, const std::string& password);
+
+/// "CN=baudgate" (RFC 2253), as the documents of DDS Security name it.
+std::string SubjectOf(const Certificate& certificate);
+WallTime TimeOf(const ASN1_TIME* time);
+
+}  // namespace baudgate::pki

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/status/status_json.h"
+
+#include <cmath>
+#include <vector>
+
+#include "gateway/diagnosis/causes/diagnose.h"
+#include "gateway/outputs/status/audit_json.h"
+#include "gateway/outputs/status/dds_json.h"
+#include "gateway/outputs/status/events_json.h"
+#include "gateway/outputs/status/history_json.h"
+#include "gateway/outputs/status/json_time.h"
+#include "gateway/outputs/status/traffic_json.h"
+#include "gateway/outputs/status/value_json.h"
+
+namespace baudgate::control {
+namespace {
+
+std::int64_t InMilliseconds(Duration duration) { return duration / 1ms; }
+std::int64_t Microseconds(Duration duration) { return duration / 1us; }
+
+template <typename Counts>
+Json OutcomesJson(const Counts& counts) {
+  Json json = Json::object();
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    json[std::string(Name(static_cast<Outcome>(i)))] = counts[i];
+  }
+  return json;
+}
+
+Json RecentJson(const RecentOutcomes& recent) {
+  Json json = {{"exchanges", recent.size()}};
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    const auto outcome = static_cast<Outcome>(i);
+    json[std::string(Name(outcome))] = recent.Count(outcome);
+  }
+  return json;
+}
+
+/// What its exchanges looked like on the wire.
+Json SeenJson(const Findings& findings) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = findings.Count(symptom);
+    if (count > 0) json[std::string(Name(symptom))] = count;
+  }
+  return json;
+}
+
+Json RoundTripsJson(const RoundTrips& trips) {
+  Json json;
+  json["count"] = trips.count();
+  json["last_us"] = Microseconds(trips.last());
+  json["mean_us"] = Microseconds(trips.mean());
+  json["p50_us"] = Microseconds(trips.Percentile(0.5));
+  json["p99_us"] = Microseconds(trips.Percentile(0.99));
+  Json& histogram = json["histogram"] = Json::array();
+  for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
+    const std::uint64_t count = trips.buckets()[bucket];
+    if (count == 0) continue;
+    histogram.push_back(
+        {{"up_to_us", Microseconds(RoundTrips::UpperEdge(bucket))}, {"count", count}});
+  }
+  return json;
+}
+
+/// The last hour. `minutes`: the part of each in which it answered, null where it was not asked.
+Json HourJson(const DeviceStatus& status, Instant now) {
+  const MinuteCounts hour = status.hour.Sum(now);
+  Json minutes = Json::array();
+  for (const MinuteCounts& minute : status.hour.All(now)) {
+    const bool asked = minute.up + minute.down > Duration::zero();
+    minutes.push_back(asked ? Json(std::round(Availability(minute) * 100) / 100) : Json(nullptr));
+  }
+  return {{"answered", hour.answered}, {"failed", hour.failed},
+          {"repeats", hour.repeats},   {"missed", hour.missed},
+          {"outages", hour.outages},   {"availability", Availability(hour)},
+          {"minutes", minutes}};
+}
+
+Json SinceJson(std::optional<Duration> age) {
+  return age ? Json(InMilliseconds(*age)) : Json(nullptr);
+}
+
+Json TimesJson(const config::Timing& timing) {
+  Json times = Json::array();
+  for (std::size_t i = 0; i < config::kNamedTimes.size(); ++i) {
+    const auto& [name, time] = config::kNamedTimes[i];
+    if (!(timing.*time)) continue;
+    times.push_back({{"name", name},
+                     {"ms", std::chrono::duration<double, std::milli>(*(timing.*time)).count()},
+                     {"from", config::Name(timing.from[i])}});
+  }
+  return times;
+}
+
+Json PointsJson(const DeviceRecord& record, Instant now) {
+  std::size_t good = 0;
+  std::size_t uncertain = 0;
+  std::size_t bad = 0;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const Quality quality = QualityAt(record, i, now);
+    ++(IsGood(quality) ? good : IsUncertain(quality) ? uncertain : bad);
+  }
+  return {{"count", record.points.size()}, {"good", good}, {"uncertain", uncertain}, {"bad", bad}};
+}
+
+Json ValuesJson(const DeviceRecord& record, Instant now) {
+  Json values = Json::array();
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    values.push_back(PointJson(record, i, now));
+  }
+  return values;
+}
+
+/// {"ok":12,…,"not_read_back":1}
+Json WritesJson(const DeviceStatus& status) {
+  Json json;
+  for (std::size_t i = 0; i < kWriteEnds; ++i) {
+    json[Name(static_cast<WriteEnd>(i))] = status.writes[i];
+  }
+  json["not_read_back"] = status.unread_writes;
+  return json;
+}
+
+struct View {
+  const GatewayInfo& info;
+  Now now;
+  bool with_values = false;
+};
+
+Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
+                std::span<const DeviceRecord> devices, const View& view) {
+  const DeviceStatus& status = record.status;
+  Json json;
+  json["name"] = record.device->name;
+  json["address"] = record.device->address;
+  json["protocol"] = record.device->protocol;
+  json["profile"] = record.device->profile;
+  json["unit"] = record.device->unit ? Json(*record.device->unit) : Json(nullptr);
+  json["state"] = Name(status.state);
+  json["last_outcome"] = Name(status.last_outcome);
+  json["last_reason"] = status.last_reason;
+  json["trouble"] = status.trouble;
+  json["last_ok"] = TimeJson(status.last_ok_wall);
+  // Since its last good exchange; a point has another, since its reading.
+  json["age_ms"] =
+      SinceJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
+  json["exchanges"] = status.exchanges;
+  json["outcomes"] = OutcomesJson(status.outcomes);
+  json["retries"] = status.retries;
+  json["missed"] = status.missed;
+  json["late"] = status.late;
+  json["lateness_ms"] = InMilliseconds(status.lateness);
+  json["patience_ms"] = InMilliseconds(status.patience);
+  json["doubled"] = status.doubled;
+  json["rechecks"] = status.rechecks;
+  json["unconfirmed"] = status.unconfirmed;
+  json["unasked"] = status.unasked;
+  json["lost_events"] = status.lost_events;
+  json["writes"] = WritesJson(status);
+  json["learned"] = status.learned;
+  json["times"] = TimesJson(status.timing);
+  json["recent"] = RecentJson(status.recent);
+  json["seen"] = SeenJson(status.findings);
+  json["hour"] = HourJson(status, view.now.instant);
+  json["busy_ms"] = InMilliseconds(status.busy);
+  json["round_trips"] = RoundTripsJson(status.round_trips);
+  json["points"] = PointsJson(record, view.now.instant);
+  if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
+  json["advice"] = DiagnoseDevice(line, record, devices, view.now, view.info.started);
+  return json;
+}
+
+void AddCounters(const LineStatus& status, Json& json) {
+  json["use"] = status.use;
+  Json& minute = json["minute"] = Json::object();
+  for (std::size_t i = 0; i < kLineUses; ++i) {
+    minute[std::string(Name(static_cast<LineUse>(i)))] = status.minute[i];
+  }
+  json["exchanges"] = status.exchanges;
+  json["outcomes"] = OutcomesJson(status.outcomes);
+  json["bytes_in"] = status.bytes_in;
+  json["bytes_out"] = status.bytes_out;
+  json["stray_bytes"] = status.stray_bytes;
+  json["late"] = status.late;
+  json["collisions"] = status.collisions;
+  json["echoes"] = status.echoes;
+  json["probes"] = status.probes;
+  json["busy_ms"] = InMilliseconds(status.busy);
+  json["parity_errors"] = status.parity_errors;
+  json["framing_errors"] = status.framing_errors;
+  json["overruns"] = status.overruns;
+  json["notice_bound_ms"] = status.notice_bound > Duration::zero()
+                                ? Json(InMilliseconds(status.notice_bound))
+                                : Json(nullptr);
+  json["round_trips"] = RoundTripsJson(status.round_trips);
+}
+
+std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
+  return view.info.stuck_since ? view.info.stuck_since(line) : std::nullopt;
+}
+
+/// While the thread hangs, everything else that is known of the line is of before.
+std::string ExplainHang(const config::Line& line, WallTime since) {
+  return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
+         " does not come back from a call; unplug the adapter, or restart the gateway";
+}
+
+Json ModemJson(const std::optional<ModemLines>& lines) {
+  if (!lines) return nullptr;
+  return {{"dtr", lines->dtr}, {"rts", lines->rts}, {"cts", lines->cts},
+          {"dsr", lines->dsr}, {"dcd", lines->dcd}, {"ring", lines->ring}};
+}
+
+Json ServiceJson(const PortService& service) {
+  Json json = {{"at", service.place},
+               {"mode", service.mode},
+               {"use", service.lent ? "lent" : "served"},
+               {"trouble", service.trouble},
+               {"open_until", TimeJson(service.open_until)},
+               {"client", nullptr},
+               {"last", nullptr}};
+  if (!service.visit) return json;
+  const PortService::Visit& visit = *service.visit;
+  const bool over = !visit.why.empty();
+  json[over ? "last" : "client"] = {
+      {"client", visit.client},         {"since", TimeJson(visit.since)},
+      {"until", TimeJson(visit.until)}, {"to_port", visit.to_port},
+      {"from_port", visit.from_port},   {"why", over ? Json(visit.why) : Json(nullptr)}};
+  return json;
+}
+
+Json LineJson(const config::Config& config, const PointStore& store, Target target,
+              const View& view) {
+  const config::Line& line = config.lines[target.line];
+  const LineStatus status = store.ReadLine(target.line);
+  const std::uint32_t first = config::FirstDevice(config, target.line);
+  std::vector<DeviceRecord> records(line.devices.size());  // copies: the line must not wait
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });
+  }
+  Json devices = Json::array();
+  for (std::uint32_t i = 0; i < records.size(); ++i) {
+    if (target.device && first + i != *target.device) continue;
+    devices.push_back(DeviceJson(status, records[i], records, view));
+  }
+  Json json;
+  json["name"] = line.name;
+  json["protocol"] = line.protocol;
+  json["port"] = line.port;
+  json["serial"] = line.tcp ? Json(nullptr) : Json(line.serial.ToString());
+  json["port_state"] = Name(status.port);
+  json["port_text"] = status.port_text;
+  json["port_since"] = TimeJson(status.port_since);
+  json["released_until"] =
+      status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
+  json["modem"] = ModemJson(status.modem);
+  Json& services = json["services"] = Json::array();
+  for (const PortService& service : status.services) services.push_back(ServiceJson(service));
+  const auto stuck = StuckSince(target.line, view);
+  json["stuck_since"] = stuck ? TimeJson(*stuck) : Json(nullptr);
+  json["times_lost"] = status.times_lost;
+  json["echo_lost_since"] = status.cut_since ? TimeJson(*status.cut_since) : Json(nullptr);
+  AddCounters(status, json);
+  json["advice"] = stuck ? Json::array({ExplainHang(line, *stuck)})
+                         : Json(DiagnoseLine(line, status, records, view.now, view.info.started));
+  json["devices"] = std::move(devices);
+  return json;
+}
+
+Json ReloadJson(const ReloadState& state) {
+  Json advice = Json::array();
+  if (state.confirm_until) {
+    advice.push_back("is on trial, and taken back at " + FormatWallTime(*state.confirm_until) +
+                     " unless somebody writes 'baudgate confirm'");
+  }
+  if (!state.not_the_file.empty()) advice.push_back(state.not_the_file);
+  if (!state.file_changed.empty()) advice.push_back(state.file_changed);
+  if (!state.not_kept.empty()) {
+    advice.push_back("what was confirmed is not kept, and a start may take another one: " +
+                     state.not_kept);
+  }
+  return {{"file", state.file},
+          {"folder", state.folder},
+          {"applied", TimeJson(state.applied)},
+          {"confirm_until", state.confirm_until ? TimeJson(*state.confirm_until) : Json(nullptr)},
+          {"not_the_file", state.not_the_file},
+          {"file_changed", state.file_changed},
+          {"not_kept", state.not_kept},
+          {"advice", std::move(advice)}};
+}
+
+}  // namespace
+
+/// Its `age_ms` is since its reading; a device has another, since its last good exchange.
+Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
+  const config::Point& point = record.device->points[index];
+  const Quality quality = QualityAt(record, index, now);
+  return {{"point", point.name},
+          {"value", ValueJson(record.points[index].value)},
+          {"unit", point.unit},
+          {"quality", quality.word()},
+          {"quality_text", Name(quality)},
+          {"age_ms", SinceJson(AgeAt(record, index, now))}};
+}
+
+Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
+                const std::optional<Target>& target, Now now) {
+  const View view{info, now, target && target->device};
+  Json json;
+  json["gateway"] = config.name;
+  json["version"] = info.version;
+  json["time"] = FormatWallTime(now.wall);
+  json["uptime_ms"] = InMilliseconds(now.instant - info.started);
+  Json& lines = json["lines"] = Json::array();
+  for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
+    if (target ? target->line != line : config.lines[line].name.empty()) continue;
+    lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
+  }
+  const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
+  json["modbus"] =
+      TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
+  json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
+  json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
+  json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
+  json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
+  json["configuration"] = info.reload ? ReloadJson(info.reload()) : Json(nullptr);
+  json["files"] = info.files ? FilesJson(info.files()) : Json(nullptr);
+  return json;
+}
+
+}  // namespace baudgate::control

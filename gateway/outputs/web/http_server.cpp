@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/http_server.h"
+
+#include <microhttpd.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <charconv>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "gateway/base/guarded.h"
+#include "gateway/outputs/web/exchange.h"
+#include "gateway/outputs/web/mhd_answer.h"
+#include "gateway/outputs/web/mhd_request.h"
+
+namespace baudgate::web {
+namespace {
+
+using Kept = std::shared_ptr<Exchange>;
+
+/// A stalled reader must cost little, and end.
+void SetUp(int socket, const Limits& limits) {
+  const int buffer = limits.send_buffer;
+  const auto timeout = static_cast<unsigned>(limits.idle / 1ms);
+  ::setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof(buffer));
+  ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
+}
+
+/// Why its content cannot be taken; empty: it can. Content of unknown length is not taken.
+std::optional<Response> WrongContent(const Request& request, const Limits& limits) {
+  if (request.Header("transfer-encoding")) {
+    return Problem(411, "the content of a request needs a Content-Length");
+  }
+  const auto length = request.Header("content-length");
+  if (!length) return std::nullopt;
+  std::size_t bytes = 0;
+  const char* const end = length->data() + length->size();
+  const auto read = std::from_chars(length->data(), end, bytes);
+  if (read.ec == std::errc() && read.ptr == end && bytes <= limits.body) return std::nullopt;
+  return Problem(413,
+                 "the content of a request has at most " + std::to_string(limits.body) + " bytes");
+}
+
+}  // namespace
+
+class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
+ public:
+  Impl(HttpHandler& handler, const Limits& limits)
+      : handler_(handler), limits_(limits), connections_(limits) {}
+
+  Status Start(ListenSocket socket);
+  void Stop();
+  void EndOverdue(Instant now);
+  std::size_t connections() {
+    const MutexLock lock(mutex_);
+    return connections_.size();
+  }
+
+ private:
+  struct Open {
+    Connections::Id id = 0;
+  };
+
+  static MHD_Result OnRequest(void* self, MHD_Connection* connection, const char* url,
+                              const char* method, const char* version, const char* upload,
+                              std::size_t* upload_size, void** exchange);
+  static void OnCompleted(void* self, MHD_Connection* connection, void** exchange,
+                          MHD_RequestTerminationCode);
+  static void OnConnection(void* self, MHD_Connection* connection, void** open,
+                           MHD_ConnectionNotificationCode what);
+
+  MHD_Result Queue(MHD_Connection* connection, const Response& response, const Kept& exchange,
+                   bool last = false);
+  MHD_Result Begin(MHD_Connection* connection, const char* url, const char* method, void** kept);
+  MHD_Result Continue(MHD_Connection* connection, const Kept& exchange);
+  void Opened(MHD_Connection* connection, void** open);
+  void Closed(void** open);
+  void End(Connections::Id id) BAUDGATE_REQUIRES(mutex_);
+
+  HttpHandler& handler_;
+  const Limits limits_;
+  const BytesUnderWay bytes_ = std::make_shared<std::atomic<std::size_t>>(0);
+  MHD_Daemon* daemon_ = nullptr;
+  mutable Mutex mutex_;
+  bool stopping_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  Connections::Id last_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  Connections connections_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<Connections::Id, int> sockets_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<Exchange*, Kept> exchanges_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+Status HttpServer::Impl::Start(ListenSocket socket) {
+  const int listening = socket.Release();
+  // Beyond our own limit, so that a client that is too many is told, and does not wait in silence.
+  const auto most = static_cast<unsigned>(limits_.at_all * 2);
+  daemon_ = MHD_start_daemon(
+      MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,
+      nullptr, OnRequest, this, MHD_OPTION_LISTEN_SOCKET, listening, MHD_OPTION_CONNECTION_LIMIT,
+      most, MHD_OPTION_CONNECTION_TIMEOUT, static_cast<unsigned>(limits_.idle / 1s),
+      MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits_.header, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+      MHD_OPTION_UNESCAPE_CALLBACK, Unescape, nullptr, MHD_OPTION_NOTIFY_COMPLETED, OnCompleted,
+      this, MHD_OPTION_NOTIFY_CONNECTION, OnConnection, this, MHD_OPTION_EXTERNAL_LOGGER,
+      static_cast<MHD_LogCallback>([](void*, const char*, va_list) {}), nullptr, MHD_OPTION_END);
+  if (daemon_ != nullptr) return {};
+  ::close(listening);
+  return Error{"web: the server cannot be started: the system has no threads or files left"};
+}
+
+void HttpServer::Impl::Stop() {
+  if (daemon_ == nullptr) return;
+  MHD_socket listening = MHD_quiesce_daemon(daemon_);
+  std::map<Exchange*, Kept> open;
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    open = exchanges_;
+  }
+  for (const auto& [raw, exchange] : open) exchange->End();  // none may be suspended
+  MHD_stop_daemon(daemon_);
+  if (listening >= 0) ::close(listening);
+  daemon_ = nullptr;
+}
+
+void HttpServer::Impl::End(Connections::Id id) {
+  const auto found = sockets_.find(id);
+  if (found != sockets_.end()) ::shutdown(found->second, SHUT_RDWR);
+}
+
+void HttpServer::Impl::EndOverdue(Instant now) {
+  const MutexLock lock(mutex_);
+  for (const Connections::Id id : connections_.Overdue(now)) End(id);
+}
+
+void HttpServer::Impl::Opened(MHD_Connection* connection, void** open) {
+  const int socket = SocketOf(connection);
+  SetUp(socket, limits_);
+  auto its = std::make_unique<Open>();
+  const MutexLock lock(mutex_);
+  its->id = ++last_;
+  sockets_[its->id] = socket;
+  const auto ends = connections_.Open(its->id, PeerOf(connection), ReadClocks().instant);
+  if (ends) End(*ends);
+  *open = its.release();
+}
+
+void HttpServer::Impl::Closed(void** open) {
+  const std::unique_ptr<Open> its(static_cast<Open*>(std::exchange(*open, nullptr)));
+  if (!its) return;
+  const MutexLock lock(mutex_);
+  sockets_.erase(its->id);
+  connections_.Close(its->id);
+}
+
+void HttpServer::Impl::OnConnection(void* self, MHD_Connection* connection, void** open,
+                                    MHD_ConnectionNotificationCode what) {
+  auto& impl = *static_cast<Impl*>(self);
+  if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+    impl.Opened(connection, open);
+  } else {
+    impl.Closed(open);
+  }
+}
+
+MHD_Result HttpServer::Impl::OnRequest(void* self, MHD_Connection* connection, const char* url,
+                                       const char* method, const char*, const char* upload,
+                                       std::size_t* upload_size, void** kept) {
+  auto& impl = *static_cast<Impl*>(self);
+  if (*kept == nullptr) return impl.Begin(connection, url, method, kept);
+  const Kept exchange = *static_cast<Kept*>(*kept);
+  if (*upload_size > 0) {
+    if (exchange->request.body.size() + *upload_size > impl.limits_.body) return MHD_NO;
+    exchange->request.body.append(upload, *upload_size);
+    *upload_size = 0;
+    return MHD_YES;
+  }
+  return impl.Continue(connection, exchange);
+}
+
+MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, const char* method,
+                                   void** kept) {
+  auto exchange = std::make_shared<Exchange>(connection, RequestOf(connection, url, method));
+  const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+  bool fits = false;
+  {
+    const MutexLock lock(mutex_);
+    exchange->connection_id = info == nullptr || info->socket_context == nullptr
+                                  ? 0
+                                  : static_cast<Open*>(info->socket_context)->id;
+    fits = !stopping_ && connections_.Begin(exchange->connection_id, ReadClocks().instant);
+    exchanges_[exchange.get()] = exchange;
+  }
+  *kept = new Kept(exchange);
+  if (!fits) {
+    Response busy = Problem(503, "too many connections; try again in a few seconds");
+    busy.headers.emplace_back("Retry-After", "5");
+    return Queue(connection, busy, exchange, true);
+  }
+  if (const auto refused = handler_.Refuse(exchange->request)) {
+    return Queue(connection, *refused, exchange, true);
+  }
+  if (const auto wrong = WrongContent(exchange->request, limits_)) {
+    return Queue(connection, *wrong, exchange, true);
+  }
+  return MHD_YES;
+}
+
+/// Answers that are not read must not fill the memory.
+MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& response,
+                                   const Kept& exchange, bool last) {
+  if (response.owner && *bytes_ > 0 && *bytes_ + response.body.size() > limits_.answers) {
+    Response busy = Problem(503, "too many answers are still being sent; try again in a minute");
+    busy.headers.emplace_back("Retry-After", "60");
+    return Send(connection, busy, exchange, bytes_, true);
+  }
+  if (response.stream) {
+    const MutexLock lock(mutex_);
+    connections_.Stream(exchange->connection_id);
+  }
+  return Send(connection, response, exchange, bytes_, last);
+}
+
+MHD_Result HttpServer::Impl::Continue(MHD_Connection* connection, const Kept& exchange) {
+  if (!std::exchange(exchange->asked, true)) {
+    handler_.Handle(exchange->request,
+                    [exchange](Response response) { exchange->Answer(std::move(response)); });
+  }
+  auto response = exchange->TakeOrSuspend();
+  if (!response) return MHD_YES;
+  return Queue(connection, *response, exchange);
+}
+
+void HttpServer::Impl::OnCompleted(void* self, MHD_Connection*, void** kept,
+                                   MHD_RequestTerminationCode) {
+  auto& impl = *static_cast<Impl*>(self);
+  const std::unique_ptr<Kept> owned(static_cast<Kept*>(std::exchange(*kept, nullptr)));
+  if (!owned) return;
+  (*owned)->Complete();
+  const MutexLock lock(impl.mutex_);
+  impl.exchanges_.erase(owned->get());
+  impl.connections_.End((*owned)->connection_id, ReadClocks().instant);
+}
+
+Result<std::unique_ptr<HttpServer>> HttpServer::Start(ListenSocket socket, HttpHandler& handler,
+                                                      const Limits& limits) {
+  auto impl = std::make_shared<Impl>(handler, limits);
+  if (const Status status = impl->Start(std::move(socket)); !status) return Error{status.error()};
+  return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
+}
+
+HttpServer::~HttpServer() { Stop(); }
+void HttpServer::Stop() { impl_->Stop(); }
+void HttpServer::EndOverdue(Instant now) { impl_->EndOverdue(now); }
+std::size_t HttpServer::connections() const { return impl_->connections(); }
+
+}  // namespace baudgate::web

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/points_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "gateway/base/spelling.h"
+#include "gateway/outputs/status/status_json.h"
+
+namespace baudgate::web {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+bool Fits(const config::Line& line, const config::Device& device, const config::Point& point,
+          const std::string& text) {
+  if (text.empty()) return true;
+  const std::string name = config::Lower(line.name + "." + device.name + "." + point.name);
+  return name.find(text) != std::string::npos ||
+         config::Lower(*point.description).find(text) != std::string::npos;
+}
+
+Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
+  const config::Point& point = record.device->points[index];
+  Json json = {{"id", id}, {"line", record.line->name}, {"device", record.device->name}};
+  Json status = control::PointJson(record, index, now.instant);
+  json["point"] = std::move(status["point"]);
+  json["unit"] = std::move(status["unit"]);
+  json["type"] = config::Name(point.type);
+  json["description"] = *point.description;
+  json["access"] = AccessWord(point.access);
+  for (const char* key : {"value", "quality", "quality_text", "age_ms"}) {
+    json[key] = std::move(status[key]);
+  }
+  return json;
+}
+
+void AppendValue(const Value& value, std::string& out) {
+  auto to = std::back_inserter(out);
+  if (const auto* number = std::get_if<double>(&value)) {
+    if (std::isfinite(*number)) {
+      fmt::format_to(to, "{}", *number);
+    } else {
+      out += "null";
+    }
+  } else if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    fmt::format_to(to, "{}", *whole);
+  } else if (const auto* counter = std::get_if<std::uint64_t>(&value)) {
+    fmt::format_to(to, "{}", *counter);
+  } else if (const auto* flag = std::get_if<bool>(&value)) {
+    out += *flag ? "true" : "false";
+  } else if (const auto* text = std::get_if<std::string>(&value)) {
+    out += JsonText(*text);
+  } else {
+    out += "null";
+  }
+}
+
+}  // namespace
+
+PointNumbers::PointNumbers(const PointStore& store) {
+  std::uint32_t next = 0;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    first_.push_back(next);
+    next += static_cast<std::uint32_t>(store.device(device).points.size());
+  }
+}
+
+Json PointsJson(const PointStore& store, const PointFilter& filter, Now now) {
+  const PointNumbers numbers(store);
+  const std::string text = config::Lower(filter.text);
+  Json points = Json::array();
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device) || (filter.device && *filter.device != device)) continue;
+    if (!filter.line.empty() && store.line(device).name != filter.line) continue;
+    DeviceRecord record;
+    store.Read(device, [&](const DeviceRecord& held) { record = held; });
+    for (std::size_t i = 0; i < record.points.size(); ++i) {
+      const config::Point& point = record.device->points[i];
+      if (!Fits(*record.line, *record.device, point, text)) continue;
+      const auto index = static_cast<std::uint32_t>(i);
+      points.push_back(PointJson(record, i, numbers.Of(device, index), now));
+    }
+  }
+  return {{"time", FormatWallTime(now.wall)}, {"points", std::move(points)}};
+}
+
+void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
+               std::string& out) {
+  const PointRecord& its = record.points[point];
+  const Quality quality = QualityAt(record, point, now);
+  fmt::format_to(std::back_inserter(out), "[{},", id);
+  AppendValue(its.value, out);
+  fmt::format_to(std::back_inserter(out), ",{},{},", quality.word(), JsonText(Name(quality)));
+  if (its.read_at) {
+    fmt::format_to(
+        std::back_inserter(out), "{}],",
+        std::chrono::floor<std::chrono::milliseconds>(its.source_time).time_since_epoch().count());
+  } else {
+    out += "null],";
+  }
+}
+
+std::string_view AccessWord(config::Access access) {
+  switch (access) {
+    case config::Access::read:
+      return "read";
+    case config::Access::write:
+      return "write";
+    default:
+      return "read_write";
+  }
+}
+
+std::string JsonText(std::string_view text) {
+  return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace baudgate::web

@@ -1,0 +1,47 @@
+// The points of the store as JSON: what they are, and how they stand.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/bus/points/point_store.h"
+
+namespace baudgate::web {
+
+/// A number for each point of the store, as long as the gateway runs: what a reload begins gets new
+/// ones behind the others.
+class PointNumbers {
+ public:
+  explicit PointNumbers(const PointStore& store);
+  std::uint32_t Of(std::uint32_t device, std::uint32_t point) const {
+    return first_.at(device) + point;
+  }
+
+ private:
+  std::vector<std::uint32_t> first_;
+};
+
+struct PointFilter {
+  std::string line{};
+  std::optional<std::uint32_t> device{};
+  std::string text{};  ///< a part of LINE.DEVICE.POINT or of the description, in any case
+};
+
+/// {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
+nlohmann::ordered_json PointsJson(const PointStore& store, const PointFilter& filter, Now now);
+
+/// Adds "[id,value,quality,"text",read_at_ms],": a point as streams have it.
+void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
+               std::string& out);
+
+/// "read", "write", "read_write".
+std::string_view AccessWord(config::Access access);
+
+/// The text in quotation marks.
+std::string JsonText(std::string_view text);
+
+}  // namespace baudgate::web

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/web_server.h"
+
+#include <asio/post.hpp>
+#include <utility>
+
+#include "gateway/outputs/web/assets.h"
+#include "gateway/outputs/web/token_file.h"
+#include "transports/run_on.h"
+
+namespace baudgate::web {
+namespace {
+
+constexpr Duration kLook = 1s;
+/// Requests that wait for the two threads; beyond, 503.
+constexpr std::size_t kMostWaiting = 256;
+
+}  // namespace
+
+Result<ListenSocket> WebServer::ListenAt(const config::HostPort& at) {
+  asio::error_code failed;
+  const auto address = asio::ip::make_address(at.host, failed);
+  if (failed) return Error{"'" + at.host + "' is no address; check web.listen"};
+  return ListenSocket::Open({address, at.port}, "web.listen");
+}
+
+Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config::Web* now) {
+  Opened opened;
+  if (!next.token_file.empty()) {
+    auto token = ReadToken(next.token_file);
+    if (!token) return Error{"web: " + token.error()};
+    opened.token = std::move(*token);
+  }
+  if (now == nullptr || now->listen != next.listen) {
+    auto socket = ListenAt(next.listen);
+    if (!socket) return Error{"web: " + next.Place() + ": " + socket.error()};
+    opened.socket = std::move(*socket);
+  }
+  return opened;
+}
+
+WebServer::WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits)
+    : limits_(limits),
+      access_(config.web.listen.port, links.info.version, links.info.events),
+      live_(config, links, live_loop_.io()),
+      past_(config, links.store, links.lines, links.info, past_loop_.io()) {
+  access_.SetHistory(links.info.history != nullptr);
+}
+
+Result<std::unique_ptr<WebServer>> WebServer::Start(
+    const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
+    const Limits& limits) {
+  const auto history = links.info.history;
+  std::unique_ptr<WebServer> server(new WebServer(*config, std::move(links), limits));
+  server->access_.Set(*config, std::move(opened.token));
+  server->live_.Apply(config, history);
+  server->past_.Apply(config, history);
+  auto http = HttpServer::Start(std::move(opened.socket), *server, limits);
+  if (!http) return Error{http.error()};
+  server->http_ = std::move(*http);
+  server->live_loop_.Start();
+  server->past_loop_.Start();
+  asio::post(server->live_loop_.io(), [raw = server.get()] { raw->Look(); });
+  return server;
+}
+
+WebServer::~WebServer() { Stop(); }
+
+void WebServer::Stop() {
+  if (!http_) return;
+  http_->Stop();
+  past_loop_.Stop();
+  live_loop_.Stop([this] {
+    live_.EndStreams();
+    tick_.cancel();
+    look_.cancel();
+  });
+  http_.reset();
+}
+
+Status WebServer::Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
+                        const std::shared_ptr<const history::HistorySource>& history) {
+  access_.Set(*config, std::move(opened.token));
+  ApplyHistory(config, history);
+  if (!opened.socket.is_open()) return {};
+  auto next = HttpServer::Start(std::move(opened.socket), *this, limits_);
+  if (!next) return Error{next.error()};
+  std::unique_ptr<HttpServer> before;
+  RunOn(live_loop_.io(), [&] { before = std::exchange(http_, std::move(*next)); });
+  before->Stop();
+  return {};
+}
+
+void WebServer::ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                             const std::shared_ptr<const history::HistorySource>& history) {
+  past_.Apply(config, history);
+  RunOn(live_loop_.io(), [&] { live_.Apply(config, history); });
+  access_.SetHistory(history != nullptr);
+}
+
+std::optional<Response> WebServer::Refuse(const Request& request) {
+  return access_.Refuse(request, ReadClocks().instant);
+}
+
+void WebServer::Handle(const Request& request, Answered answered) {
+  if (auto response = access_.Answer(request, ReadClocks().instant)) {
+    return answered(*std::move(response));
+  }
+  if (auto asset = AssetResponse(request)) return answered(std::move(*asset));
+  if (!request.path.starts_with("/api/") && request.path != "/metrics") {
+    return answered(Problem(404, "there is nothing at " + request.path));
+  }
+  Ask(request, std::move(answered));
+}
+
+void WebServer::Ask(const Request& request, Answered answered) {
+  if (waiting_ >= kMostWaiting) return answered(Problem(503, "too many requests at once"));
+  ++waiting_;
+  const bool past = PastApi::Has(request.path);
+  asio::post(
+      (past ? past_loop_ : live_loop_).io(), [this, past, request, answered = std::move(answered)] {
+        --waiting_;
+        const Now now = ReadClocks();
+        if (request.path == Access::kAcknowledge) return live_.Acknowledge(request, answered);
+        const bool known =
+            past ? past_.Answer(request, now, answered) : live_.Answer(request, now, answered);
+        if (!known) answered(Problem(404, "there is nothing at " + request.path));
+        if (!past) Tick();
+      });
+}
+
+/// While anybody looks.
+void WebServer::Tick() {
+  if (ticking_) return;
+  ticking_ = live_.Tick(ReadClocks());
+  if (!ticking_) return;
+  tick_.expires_after(LivePoints::kTick);
+  tick_.async_wait([this](const asio::error_code& stopped) {
+    ticking_ = false;
+    if (!stopped) Tick();
+  });
+}
+
+/// Once a second.
+void WebServer::Look() {
+  if (http_) http_->EndOverdue(ReadClocks().instant);
+  live_.Beat();
+  look_.expires_after(kLook);
+  look_.async_wait([this](const asio::error_code& stopped) {
+    if (!stopped) Look();
+  });
+}
+
+}  // namespace baudgate::web

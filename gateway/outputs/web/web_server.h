@@ -1,0 +1,69 @@
+// The page, the JSON and the metrics of a gateway: clients are checked on the server's thread,
+// what is asked is made on two others, one for the present and one for what lies on the disk.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <asio/steady_timer.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gateway/outputs/web/access.h"
+#include "gateway/outputs/web/http_server.h"
+#include "gateway/outputs/web/live_api.h"
+#include "gateway/outputs/web/past_api.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate::web {
+
+class WebServer final : public HttpHandler {
+ public:
+  struct Opened {
+    ListenSocket socket{};               ///< not open: the port stays
+    std::optional<std::string> token{};  ///< empty: no login
+  };
+  /// `at` is an address of this machine, not a name.
+  static Result<ListenSocket> ListenAt(const config::HostPort& at);
+  /// What may fail, before anything is changed. `now`: where a server listens already.
+  static Result<Opened> Open(const config::Web& next, const config::Web* now);
+
+  /// Serves. All of `links` that it does not share outlives it.
+  static Result<std::unique_ptr<WebServer>> Start(
+      const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
+      const Limits& limits = {});
+  ~WebServer() override;  ///< Stop
+
+  /// A reload, done when it returns. With an open socket it listens there from then on; an error:
+  /// it does not listen at all.
+  Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
+               const std::shared_ptr<const history::HistorySource>& history);
+  /// The same, only the history.
+  void ApplyHistory(const std::shared_ptr<const config::Config>& config,
+                    const std::shared_ptr<const history::HistorySource>& history);
+  /// Ends all streams and closes the port. Idempotent.
+  void Stop();
+
+  std::optional<Response> Refuse(const Request& request) override;
+  void Handle(const Request& request, Answered answered) override;
+
+ private:
+  WebServer(const config::Config& config, LiveApi::Links links, const Limits& limits);
+
+  void Ask(const Request& request, Answered answered);
+  void Tick();
+  void Look();
+
+  const Limits limits_;
+  Access access_;
+  LoopThread live_loop_{"web"};
+  LoopThread past_loop_{"web-past"};
+  LiveApi live_;
+  PastApi past_;
+  asio::steady_timer tick_{live_loop_.io()};
+  asio::steady_timer look_{live_loop_.io()};
+  bool ticking_ = false;  // of the live loop
+  std::atomic<std::size_t> waiting_ = 0;
+  std::unique_ptr<HttpServer> http_;
+};
+
+}  // namespace baudgate::web

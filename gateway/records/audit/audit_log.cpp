@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/audit/audit_log.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace baudgate::audit {
+namespace {
+
+constexpr const char* kStalled = "the disk does not answer in time";
+
+AuditLog::Options WithWriter(AuditLog::Options options) {
+  if (!options.writer) options.writer = std::make_shared<EventsWriter>();
+  return options;
+}
+
+}  // namespace
+
+AuditLog::AuditLog(Options options)
+    : options_(WithWriter(std::move(options))),
+      file_(options_.file, options_.vfs, kRooms, options_.writer),
+      disk_(options_.clocks().wall),
+      worker_(options_.writer->thread, [this](bool last) { return Round(last); }) {
+  {
+    const MutexLock lock(mutex_);
+    if (options_.file.empty()) SetDisk(Disk::failing, options_.why_no_file);
+  }
+  worker_.Start();
+}
+
+AuditLog::~AuditLog() {
+  worker_.Stop();
+  const MutexLock lock(mutex_);
+  if (book_.unwritten() == 0) return;
+  options_.warn(fmt::format("audit: the gateway ends, and {} records of writes are lost: {}",
+                            book_.unwritten(), disk_.trouble()));
+}
+
+std::optional<Ticket> AuditLog::Begin(WriteRecord record) {
+  std::optional<Ticket> ticket;
+  {
+    const MutexLock lock(mutex_);
+    ticket = book_.Begin(std::move(record));
+  }
+  worker_.Wake();
+  return ticket;
+}
+
+void AuditLog::End(Ticket ticket, const Ending& ending) {
+  {
+    const MutexLock lock(mutex_);
+    book_.End(ticket, ending);
+  }
+  worker_.Wake();
+}
+
+void AuditLog::Note(WriteRecord record, Instant asked) {
+  const Instant now = options_.clocks().instant;
+  record.took = now - asked;
+  bool due = false;
+  {
+    const MutexLock lock(mutex_);
+    repeats_.Add(std::move(record), now);
+    due = book_.due();
+  }
+  if (due) worker_.Wake();  // repeats wait for the next tick
+}
+
+WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {
+  MutexLock lock(mutex_);
+  while (book_.newest_written() < ticket) {
+    if (disk_.is_failing()) return Written::failing;
+    if (disk_.is_stalled()) return Written::late;
+    if (lock.WaitUntil(changed_, until) || book_.newest_written() >= ticket) continue;
+    if (disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
+    return Written::late;
+  }
+  return Written::yes;
+}
+
+void AuditLog::Watch() {
+  {
+    const MutexLock lock(mutex_);
+    const bool late = watch_.Tick(book_.due());
+    if (late && disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
+    if (!watch_.look_due()) return;
+    look_at_ = {};
+  }
+  worker_.Wake();
+}
+
+std::string AuditLog::Trouble() const {
+  const MutexLock lock(mutex_);
+  if (disk_.is_opening()) return options_.file.string() + " is being checked";
+  return disk_.trouble();
+}
+
+AuditState AuditLog::state() const {
+  const MutexLock lock(mutex_);
+  AuditState state;
+  disk_.Fill(state);
+  state.put_aside = disk_.put_aside();
+  state.file = options_.file.string();
+  state.require = options_.require;
+  state.waiting = book_.unwritten();
+  state.lost = book_.lost();
+  return state;
+}
+
+Result<Page> AuditLog::Read(const PageQuery& query) const {
+  if (options_.file.empty()) return Error{options_.why_no_file};
+  {
+    const MutexLock lock(mutex_);
+    if (disk_.is_stalled()) return Error{disk_.trouble()};
+    if (disk_.is_opening()) return Page{.records = {}, .next = query.after};
+  }
+  bool damaged = false;
+  auto page = ReadPage(options_.file, query, &damaged);
+  if (damaged) {
+    const MutexLock lock(mutex_);
+    watch_.Doubt();
+  }
+  return page;
+}
+
+std::optional<PastRequests> AuditLog::Past() const {
+  if (options_.file.empty()) return PastRequests();
+  const MutexLock lock(mutex_);
+  if (past_) return PastRequests{*past_, true};
+  // Without a record nothing is written then.
+  if (options_.require || !disk_.is_failing()) return std::nullopt;
+  return PastRequests{{}, false};
+}
+
+// ---------------------------------------------------------------- the writing thread
+
+Instant AuditLog::Round(bool last) {
+  FileWatch::Look look;
+  {
+    const MutexLock lock(mutex_);
+    const Instant now = options_.clocks().instant;
+    if (!last && !IsTime(now)) return look_at_;
+    repeats_.Tick(now);
+    if (last) repeats_.Close();
+    look = watch_.TakeLook();
+    watch_.Begin();
+  }
+  WriteDue(look);
+  const MutexLock lock(mutex_);
+  const bool idle = !disk_.is_failing() && repeats_.empty();
+  look_at_ = idle ? kWhenWoken : options_.clocks().instant + kTick;
+  return look_at_;
+}
+
+/// A disk that fails is left in peace until the next look.
+bool AuditLog::IsTime(Instant now) const {
+  if (disk_.is_opening() || now >= look_at_) return true;
+  return book_.due() && !disk_.is_failing();
+}
+
+void AuditLog::WriteDue(FileWatch::Look look) {
+  if (options_.file.empty()) return;
+  Status status;
+  if (look.whole && file_.is_open()) status = file_.Check();
+  if (!status) return OnWritten(status, {});
+  if (const auto opened = file_.Open()) {
+    if (!opened->put_aside.empty()) options_.warn("audit: " + opened->put_aside);
+    if (opened->lost) options_.warn("audit: " + *opened->lost);
+    if (!opened->ok) status = Error{opened->error};
+    if (opened->ok && !std::exchange(was_open_, true)) {
+      if (options_.unsettled) options_.unsettled(file_.unsettled());
+      auto past = file_.PastRequestsAt(options_.clocks().wall);
+      const MutexLock lock(mutex_);
+      past_ = past ? std::move(*past) : std::vector<PastRequest>();
+    }
+    const MutexLock lock(mutex_);
+    if (opened->new_file) book_.NewFile();
+    look.due = true;
+  }
+  if (look.due) SetPutAside();
+  std::vector<Draft> drafts;
+  if (status) {
+    {
+      const MutexLock lock(mutex_);
+      drafts = book_.Due();
+    }
+    status = file_.Write(drafts);
+  }
+  OnWritten(status, drafts);
+  if (status) file_.Tidy(options_.clocks());
+}
+
+void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts) {
+  {
+    const MutexLock lock(mutex_);
+    watch_.End();
+    if (status) book_.OnWritten(drafts);
+    SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+  }
+  changed_.notify_all();
+}
+
+void AuditLog::SetPutAside() {
+  std::vector<std::string> files = file_.PutAside();
+  const MutexLock lock(mutex_);
+  disk_.SetPutAside(std::move(files));
+}
+
+/// The log hears of the first trouble and of its end.
+void AuditLog::SetDisk(Disk disk, const std::string& trouble) {
+  const DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
+  if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));
+  if (news.ended) {
+    options_.inform("audit: writes are recorded again in " + options_.file.string());
+  }
+}
+
+std::string AuditLog::Consequence() const {
+  return options_.require ? "writes to points are refused (audit: require)"
+                          : "writes are sent all the same, and their records are kept in memory "
+                            "until it works again (audit: best_effort)";
+}
+
+}  // namespace baudgate::audit

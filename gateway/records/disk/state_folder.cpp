@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/disk/state_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <future>
+#include <system_error>
+#include <utility>
+
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/user_name.h"
+#include "gateway/base/worker.h"
+#include "gateway/records/disk/versions.h"
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr mode_t kLockMode = 0644;
+constexpr const char* kLock = "lock";
+
+/// `open` is the file of this name, and not one that was removed.
+bool IsFile(int open, const fs::path& file) {
+  struct stat its {};
+  struct stat found {};
+  return ::fstat(open, &its) == 0 && ::stat(file.c_str(), &found) == 0 &&
+         its.st_dev == found.st_dev && its.st_ino == found.st_ino;
+}
+
+/// Behind an error of the system; empty: it would not help.
+std::string HowToMake(const fs::path& folder, int error) {
+  if (error == ENOTDIR || error == EEXIST)
+    return "; that is a file: name a folder in gateway.state";
+  if (error != EACCES && error != EPERM) return {};
+  const std::string user = NameOfUser(::geteuid());
+  return fmt::format("; make it: sudo install -d -o {} {}", user, folder.string());
+}
+
+std::string Environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::string() : value;
+}
+
+bool CanMakeSystemState() {
+  const fs::path folder(kSystemState);
+  std::error_code error;
+  const fs::path asked = fs::exists(folder, error) ? folder : folder.parent_path();
+  return ::access(asked.c_str(), W_OK | X_OK) == 0;
+}
+
+bool RoutesWrite(const config::Config& config) {
+  const bool permitted =
+      config.modbus.enabled && std::ranges::any_of(config.modbus.listen, [](const auto& listener) {
+        return listener.permit != config::Permit::read;
+      });
+  return permitted && !config.modbus.routes.empty();
+}
+
+}  // namespace
+
+bool CanWrite(const config::Config& config) {
+  if (RoutesWrite(config)) return true;
+  return std::ranges::any_of(config.lines, [](const config::Line& line) {
+    if (line.ask == config::Ask::write || line.lend) return true;
+    return std::ranges::any_of(line.devices, [](const config::Device& device) {
+      return std::ranges::any_of(device.points,
+                                 [](const config::Point& point) { return point.writing.allowed; });
+    });
+  });
+}
+
+bool KeepsEvents(const config::Config& config) {
+  if (config.events.given) return true;
+  return std::ranges::any_of(config.lines, [](const config::Line& line) {
+    return std::ranges::any_of(line.devices, [](const config::Device& device) {
+      return device.events || device.point_events;
+    });
+  });
+}
+
+std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog) {
+  if (RoutesWrite(config)) {
+    return "writes through routes; none where every listener has write: deny";
+  }
+  if (CanWrite(config)) return "writes";
+  if (KeepsEvents(config)) return "events";
+  if (config.history.on()) return "values";
+  const bool remembered = std::ranges::any_of(config.lines, [&](const config::Line& line) {
+    return std::ranges::any_of(line.devices, [&](const config::Device& device) {
+      const auto remembers = catalog.FindProtocol(device.protocol)->remembers;
+      return remembers != nullptr && remembers(device);
+    });
+  });
+  return remembered ? "what is remembered of devices" : "";
+}
+
+StatePlaces StatePlaces::Here(const std::string& configured) {
+  return {configured, Environment("STATE_DIRECTORY"), CanMakeSystemState(),
+          Environment("XDG_STATE_HOME"), Environment("HOME")};
+}
+
+fs::path StateFolderOf(const StatePlaces& places, const std::string& gateway) {
+  if (!places.configured.empty()) return fs::path(places.configured) / gateway;
+  if (!places.state_directory.empty()) {
+    return fs::path(places.state_directory.substr(0, places.state_directory.find(':'))) / gateway;
+  }
+  if (places.system) return fs::path(kSystemState) / gateway;
+  if (!places.xdg_state_home.empty()) return fs::path(places.xdg_state_home) / "baudgate" / gateway;
+  if (places.home.empty()) return {};
+  return fs::path(places.home) / ".local/state/baudgate" / gateway;
+}
+
+namespace {
+
+fs::path OwnFolderOf(const std::string& directory, const config::Config& config) {
+  const fs::path folder = fs::path(directory) / config.name;
+  const bool own =
+      !directory.empty() && folder != StateFolderOf(StatePlaces::Here(config.state), config.name);
+  return own ? folder : fs::path();
+}
+
+}  // namespace
+
+fs::path EventsFolderOf(const config::Config& config) {
+  return OwnFolderOf(config.events.directory, config);
+}
+
+fs::path HistoryFolderOf(const config::Config& config) {
+  return OwnFolderOf(config.history.directory, config);
+}
+
+std::optional<StateFolder::Failure> StateFolder::Open() {
+  const MutexLock guard(mutex_);
+  if (lock_ >= 0 && IsFile(lock_, path_ / kLock)) return std::nullopt;
+  if (lock_ >= 0) ::close(std::exchange(lock_, -1));  // somebody has removed the folder
+  std::error_code error;
+  fs::create_directories(path_, error);
+  const fs::path file = path_ / kLock;
+  const int lock =
+      error ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK, kLockMode);
+  if (lock < 0) {
+    const int code = error ? error.value() : errno;
+    if (!error && code == EISDIR) return Failure{false, file.string() + ": is a folder; remove it"};
+    return Failure{false, fmt::format("{}: {}{}", path_.string(), SystemTrouble(code),
+                                      HowToMake(path_, code))};
+  }
+  if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    ::close(lock);
+    return Failure{true, "the state folder " + path_.string() +
+                             " is in use: another baudgate of this gateway.name runs; stop it, or "
+                             "give this one another gateway.name or gateway.state"};
+  }
+  if (std::string newer = NewerStateIn(path_); !newer.empty()) {
+    ::close(lock);
+    return Failure{true, std::move(newer)};
+  }
+  lock_ = lock;
+  return std::nullopt;
+}
+
+std::optional<StateFolder::Failure> StateFolder::OpenWithin(
+    const std::shared_ptr<StateFolder>& folder, Duration patience) {
+  auto opening = std::make_shared<std::promise<std::optional<Failure>>>();
+  auto opened = opening->get_future();
+  const Status begun =
+      StartDetached("state folder", [folder, opening] { opening->set_value(folder->Open()); });
+  if (!begun) return folder->Open();
+  if (opened.wait_for(patience) == std::future_status::ready) return opened.get();
+  return Failure{false, folder->path().string() + ": its disk does not answer"};
+}
+
+StateFolder::~StateFolder() {
+  const MutexLock guard(mutex_);
+  if (lock_ >= 0) ::close(lock_);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/events/event_queue.h"
+
+#include <utility>
+
+namespace baudgate::events {
+
+void EventQueue::Add(Batch batch) {
+  {
+    const MutexLock lock(pending_.mutex);
+    pending_.book.Add(std::move(batch));
+  }
+  pending_.wake();
+}
+
+void EventQueue::Tell(EventRecord record) {
+  const Instant now = options_.clocks().instant;
+  {
+    const MutexLock lock(pending_.mutex);
+    pending_.book.Tell(std::move(record), now);
+  }
+  pending_.wake();
+}
+
+/// Records wait in memory while the disk fails, so their number is limited.
+void EventQueue::Keep(KeptRecord record) {
+  {
+    const MutexLock lock(pending_.mutex);
+    if (pending_.records.size() < EventBook::kMostOwn) {
+      pending_.records.push_back(std::move(record));
+    }
+  }
+  pending_.wake();
+}
+
+void EventQueue::Started(const std::string& version) {
+  if (!options_.tells_own) return;
+  {
+    const MutexLock lock(pending_.mutex);
+    pending_.run.OnStarted(version, options_.clocks().wall);
+  }
+  pending_.wake();
+}
+
+void EventQueue::TellEnd() {
+  const Now now = options_.clocks();
+  const MutexLock lock(pending_.mutex);
+  pending_.book.TellLeftOut(now, true);
+  if (auto end = pending_.run.TakeEnd(now.wall)) pending_.book.TellAlways(std::move(*end));
+}
+
+void EventQueue::End(Duration most) {
+  const Instant until = options_.clocks().instant + most;
+  TellEnd();
+  pending_.wake();
+  MutexLock lock(pending_.mutex);
+  while (!pending_.IsIdle() && pending_.disk.trouble().empty() &&
+         lock.WaitUntil(pending_.changed, until)) {
+  }
+}
+
+std::size_t EventQueue::Acknowledge(const AckQuery& query,
+                                    std::function<void(const Acknowledged&)> done) {
+  Acknowledged now;
+  {
+    const MutexLock lock(pending_.mutex);
+    now.at = options_.clocks().wall;
+    now.alarms = TellAcks(query, pending_.Alarms(), pending_.book, now.at);
+    now.trouble = pending_.disk.trouble();
+    if (now.alarms > 0 && now.trouble.empty()) {
+      pending_.acks.push_back({now.alarms, now.at, std::exchange(done, nullptr)});
+    }
+  }
+  pending_.wake();
+  if (done) done(now);
+  return now.alarms;
+}
+
+void EventQueue::WhenOpened(std::function<void()> opened) {
+  {
+    const MutexLock lock(pending_.mutex);
+    if (!pending_.book.opened()) {
+      pending_.on_opened = std::move(opened);
+      return;
+    }
+  }
+  opened();
+}
+
+bool EventQueue::opened() const {
+  const MutexLock lock(pending_.mutex);
+  return pending_.book.opened();
+}
+
+/// Events that were told before the reload may raise alarms of lines that have ended. So they are
+/// written first, and alarms are compared with the configuration after that.
+void EventQueue::Renumber(SourceNames sources, Watched watches) {
+  const Now at = options_.clocks();
+  const MutexLock lock(pending_.mutex);
+  pending_.watched.Renew(std::move(watches));
+  pending_.book.TellLeftOut(at, true);
+  if (options_.feed) options_.feed->Renumber(sources);
+  pending_.numbers.Renew(std::move(sources));
+  pending_.wake();
+}
+
+std::string EventQueue::said(Source source) const {
+  const MutexLock lock(pending_.mutex);
+  return pending_.book.said(pending_.numbers.NameOf(source));
+}
+
+EventsState EventQueue::state() const {
+  const MutexLock lock(pending_.mutex);
+  EventsState state;
+  pending_.disk.Fill(state);
+  state.put_aside = pending_.disk.put_aside();
+  state.file = options_.file.string();
+  state.in_memory = options_.in_memory;
+  state.oldest = pending_.oldest;
+  state.waiting = pending_.book.waiting();
+  state.newest = pending_.book.newest();
+  state.repeats = pending_.book.repeats();
+  state.left_out = pending_.book.left_out();
+  for (const Alarm& alarm : pending_.Alarms()) {
+    state.alarms_active += IsActive(alarm.state) ? 1 : 0;
+    state.alarms_unacknowledged += IsUnacknowledged(alarm.state) ? 1 : 0;
+  }
+  return state;
+}
+
+std::vector<Alarm> EventQueue::Alarms() const {
+  const MutexLock lock(pending_.mutex);
+  return pending_.Alarms();
+}
+
+}  // namespace baudgate::events

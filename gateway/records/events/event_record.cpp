@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/events/event_record.h"
+
+namespace baudgate::events {
+namespace {
+
+std::string TextOf(const config::EventText* known, const std::string& said) {
+  std::string text = known == nullptr ? std::string() : known->text;
+  if (!said.empty()) text += (text.empty() ? "" : ": ") + said;
+  Shorten(text);
+  return text;
+}
+
+/// An alarm of a device is called "channel:code", by the event that raises it.
+void MarkAlarm(const config::Device& device, EventRecord& record) {
+  const auto& table = device.event_texts;
+  const auto name = [&](std::uint32_t code) {
+    return std::to_string(record.channel) + ":" + std::to_string(code);
+  };
+  const auto* known = config::FindEvent(table, record.channel, record.code);
+  if (known != nullptr && known->alarm != config::AlarmPriority::none) {
+    record.subject = name(record.code);
+    record.mark = {.step = known->until ? AlarmMark::Step::raise : AlarmMark::Step::pulse,
+                   .priority = known->alarm};
+  } else if (const auto* ended = config::FindEndedAlarm(table, record.channel, record.code)) {
+    record.subject = name(ended->code);
+    record.mark = {.step = AlarmMark::Step::clear, .priority = ended->alarm};
+  }
+}
+
+}  // namespace
+
+void Shorten(std::string& text) {
+  if (text.size() <= kLongestText) return;
+  std::size_t size = kLongestText;
+  while (size > 0 && (static_cast<unsigned char>(text[size]) & 0xC0U) == 0x80U) --size;
+  text.resize(size);
+}
+
+std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,
+                                   const config::Device& device, WallTime received,
+                                   std::optional<Duration> oldest) {
+  std::vector<std::optional<SaidTime>> said;
+  for (const DeviceEvent& event : batch.events) said.push_back(event.time);
+  const std::vector<PlacedTime> times = Place(said, received, oldest);
+  std::vector<EventRecord> records;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const DeviceEvent& event = batch.events[i];
+    const auto* known = config::FindEvent(device.event_texts, event.channel, event.code);
+    EventRecord& record = records.emplace_back();
+    record.received = received;
+    record.device_time = times[i].time;
+    record.clock = times[i].quality;
+    record.line = line;
+    record.device = device.name;
+    record.channel = event.channel;
+    record.code = event.code;
+    if (known != nullptr) {
+      record.state = known->state;
+      record.record = known->record;
+    }
+    record.text = TextOf(known, event.text);
+    MarkAlarm(device, record);
+  }
+  return records;
+}
+
+}  // namespace baudgate::events

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/events/own_alarms.h"
+
+#include <optional>
+
+#include "gateway/records/events/own_records.h"
+
+namespace baudgate::events {
+namespace {
+
+using Step = AlarmMark::Step;
+
+/// "no answer for 30s: no reply within 500ms".
+std::string TextOf(Trouble trouble, Duration lasted, const std::string& why) {
+  std::string text(Name(trouble));
+  if (lasted > Duration::zero()) text += " for " + FormatDuration(lasted);
+  return why.empty() ? text : text + ": " + why;
+}
+
+}  // namespace
+
+std::optional<config::AlarmSetting> OwnAlarms::SettingOf(const Key& key) const {
+  return events::SettingOf(*config_, key.second, key.first.line, key.first.device);
+}
+
+/// It is so, and its own alarm tells of it. What a restarted line has not reported again may be
+/// over, and perhaps nobody will say so.
+bool OwnAlarms::Explains(const Key& key) const {
+  const auto state = states_.find(key);
+  const auto setting = SettingOf(key);
+  return state != states_.end() && !state->second.stale && setting && setting->on();
+}
+
+/// By what it depends on: a device on its line, a line on its port, a unit on its server.
+bool OwnAlarms::IsExplained(const Key& key) const {
+  const auto& [place, trouble] = key;
+  if (unused_.contains(place)) return true;
+  if (trouble == Trouble::unit_silent && place.line.empty()) {
+    return Explains({{"", ServerOf(*config_, place.device)}, Trouble::server_away});
+  }
+  if (place.line.empty() || trouble == Trouble::port_down) return false;
+  const Place line{place.line, ""};
+  if (unused_.contains(line) || Explains({line, Trouble::port_down})) return true;
+  return trouble != Trouble::ring_open && Explains({line, Trouble::ring_open});
+}
+
+void OwnAlarms::Begin(Trouble trouble, const Place& place, const std::string& why, Now now) {
+  State& state = states_.try_emplace({place, trouble}, State{.since = now.instant}).first->second;
+  state.why = why;
+  state.stale = state.by_port = false;
+}
+
+/// Adds the end of the alarm, unless it was told already. `answers` false: the trouble is ignored
+/// from now on, whether it is over or not.
+void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
+  const auto state = states_.find(key);
+  const bool raised = state != states_.end() && std::exchange(state->second.raised, false);
+  const bool first = !over_.contains(key);
+  if (answers) over_.insert(key);
+  if (!raised && !first) return;
+  records.push_back(OwnAlarmRecord(key.second, key.first.line, key.first.device,
+                                   {.step = Step::clear, .first = true},
+                                   std::string(Name(key.second)) + ", over", now.wall));
+}
+
+OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Place& place, Now now) {
+  Records records;
+  const Key key{place, trouble};
+  const bool first = !over_.contains(key);
+  EndOf(key, now, records);
+  states_.erase(key);
+  if (first && trouble == Trouble::no_answer) OnFirstAnswer(place, now, records);
+  if (trouble != Trouble::port_down) return records;
+  for (auto at = states_.begin(); at != states_.end();) {
+    const bool by_it = at->second.by_port && at->first.first.line == place.line;
+    if (by_it && at->second.raised) EndOf(at->first, now, records, false);
+    at = by_it ? states_.erase(at) : std::next(at);
+  }
+  return records;
+}
+
+/// After a start nobody reports an open ring or a wrong device as over. The first answer shows it:
+/// the ring is closed, and the device is the right one unless it is soon said that it is not.
+void OwnAlarms::OnFirstAnswer(const Place& device, Now now, Records& records) {
+  const Key ring{{device.line, ""}, Trouble::ring_open};
+  const auto open = states_.find(ring);
+  if (open == states_.end() || open->second.stale) {
+    EndOf(ring, now, records);
+    states_.erase(ring);
+  }
+  may_be_over_[{device, Trouble::wrong_device}] = now.instant + kIdentified;
+}
+
+OwnAlarms::Records OwnAlarms::Happen(Trouble trouble, const Place& place, const std::string& why,
+                                     Now now) {
+  const auto setting = SettingOf({place, trouble});
+  if (!setting || !setting->on()) return {};
+  return {OwnAlarmRecord(trouble, place.line, place.device,
+                         {.step = Step::pulse, .priority = setting->priority},
+                         TextOf(trouble, {}, why), now.wall)};
+}
+
+OwnAlarms::Records OwnAlarms::SetInUse(const Place& place, bool in_use, Now now) {
+  Records records;
+  if (in_use) {
+    unused_.erase(place);
+    return records;
+  }
+  unused_.insert(place);
+  if (place.device.empty()) return records;
+  for (const Trouble trouble : {Trouble::no_answer, Trouble::wrong_device}) {
+    EndOf({place, trouble}, now, records, false);
+  }
+  return records;
+}
+
+/// Behind a port that is down nobody tells that a device does not answer. Where the line has no
+/// alarm that would say so, its devices have theirs.
+void OwnAlarms::BlameDevices() {
+  for (const config::Line& line : config_->lines) {
+    const auto down = states_.find({{line.name, ""}, Trouble::port_down});
+    if (down == states_.end() || line.alarms.on()) continue;
+    for (const config::Device& device : line.devices) {
+      states_.try_emplace({{line.name, device.name}, Trouble::no_answer},
+                          State{.since = down->second.since,
+                                .why = "its port is down: " + down->second.why,
+                                .by_port = true});
+    }
+  }
+}
+
+OwnAlarms::Records OwnAlarms::Look(Now now) {
+  Records records;
+  BlameDevices();
+  for (auto& [key, state] : states_) {
+    if (state.raised) continue;
+    const auto setting = SettingOf(key);
+    if (!setting || !setting->on()) continue;
+    const bool explained = IsExplained(key);
+    if (explained) state.since = now.instant;
+    if (explained || now.instant - state.since < setting->delay) continue;
+    state.raised = true;
+    records.push_back(
+        OwnAlarmRecord(key.second, key.first.line, key.first.device,
+                       {.step = Step::raise, .priority = setting->priority, .first = true},
+                       TextOf(key.second, setting->delay, state.why), now.wall));
+  }
+  for (auto at = may_be_over_.begin(); at != may_be_over_.end();) {
+    if (at->second > now.instant) {
+      ++at;
+      continue;
+    }
+    const auto state = states_.find(at->first);
+    if (state == states_.end() || state->second.stale) {
+      EndOf(at->first, now, records);
+      states_.erase(at->first);
+    }
+    at = may_be_over_.erase(at);
+  }
+  return records;
+}
+
+void OwnAlarms::Renew(std::shared_ptr<const config::Config> config,
+                      const std::set<std::string>& begun) {
+  config_ = std::move(config);
+  const auto is_new = [&](const Key& key) {
+    return begun.contains(key.first.line) && key.second != Trouble::unit_silent;
+  };
+  for (auto at = states_.begin(); at != states_.end();) {
+    auto& [key, state] = *at;
+    const auto setting = SettingOf(key);
+    if (!setting || !setting->on()) state.raised = false;
+    state.stale = state.stale || is_new(key);
+    const bool gone = !setting || (is_new(key) && !state.raised);
+    at = gone ? states_.erase(at) : std::next(at);
+  }
+  std::erase_if(over_, [&](const Key& key) { return is_new(key) || !SettingOf(key); });
+  std::erase_if(may_be_over_, [&](const auto& one) { return is_new(one.first); });
+  std::erase_if(unused_, [&](const Place& place) { return begun.contains(place.line); });
+}
+
+}  // namespace baudgate::events

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/events/past_table.h"
+
+namespace baudgate::events {
+namespace {
+
+constexpr const char* kAddPoint =
+    "INSERT OR IGNORE INTO past_points (line, device, name) VALUES (?,?,?)";
+constexpr const char* kFindPoint =
+    "SELECT point FROM past_points WHERE line=? AND device=? AND name=?";
+constexpr const char* kOfSeries =
+    "SELECT point FROM past_points WHERE line=? AND device=? AND substr(name, 1, length(?3))=?3";
+constexpr const char* kInsertPast =
+    "INSERT INTO past (point, time, span, value, quality) VALUES (?,?,?,?,?)";
+constexpr const char* kDropPast = "DELETE FROM past WHERE seq<=(SELECT max(seq) FROM past)-?";
+
+constexpr std::int64_t Micros(Duration time) { return time / std::chrono::microseconds(1); }
+
+}  // namespace
+
+PastTable::PastTable(Database& database, std::int64_t most)
+    : most_(most),
+      add_point_(database, kAddPoint),
+      find_point_(database, kFindPoint),
+      of_series_(database, kOfSeries),
+      insert_(database, kInsertPast),
+      drop_(database, kDropPast) {}
+
+std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const std::string& device,
+                                               const std::string& name) {
+  for (Statement* statement : {&add_point_, &find_point_}) {
+    statement->Bind(1, line);
+    statement->Bind(2, device);
+    statement->Bind(3, name);
+  }
+  if (!add_point_.Run()) return std::nullopt;
+  const bool found = find_point_.Next() == Statement::Step::row;
+  const auto point = found ? std::optional(find_point_.Number(0)) : std::nullopt;
+  find_point_.Reset();
+  return point;
+}
+
+bool PastTable::InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value) {
+  insert_.Bind(1, point);
+  insert_.Bind(2, Micros(record.begin));
+  insert_.Bind(3, Micros(record.span));
+  insert_.Bind(4, value == nullptr ? Value() : value->value);
+  insert_.Bind(5, value == nullptr ? Value() : Value(std::int64_t{value->quality.word()}));
+  return insert_.Run();
+}
+
+bool PastTable::InsertGap(const std::string& line, const std::string& device,
+                          const PastRecord& record) {
+  std::vector<std::int64_t> points;
+  of_series_.Bind(1, line);
+  of_series_.Bind(2, device);
+  of_series_.Bind(3, record.series + ".");
+  Statement::Step step = of_series_.Next();
+  for (; step == Statement::Step::row; step = of_series_.Next()) {
+    points.push_back(of_series_.Number(0));
+  }
+  of_series_.Reset();
+  bool ok = step == Statement::Step::done;
+  for (const std::int64_t point : points) ok = ok && InsertRow(point, record, nullptr);
+  return ok;
+}
+
+bool PastTable::Insert(const std::string& line, const std::string& device,
+                       const std::vector<PastRecord>& records) {
+  for (const PastRecord& record : records) {
+    if (record.values.empty() && !InsertGap(line, device, record)) return false;
+    for (const PastValue& value : record.values) {
+      const auto point = PointOf(line, device, record.series + "." + value.name);
+      if (!point || !InsertRow(*point, record, &value)) return false;
+    }
+  }
+  if (records.empty()) return true;
+  drop_.Bind(1, most_);
+  return drop_.Run();
+}
+
+}  // namespace baudgate::events

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/events/record_table.h"
+
+namespace baudgate::events {
+namespace {
+
+/// The last number of the kind, and whether this one is there.
+constexpr const char* kFindRecord =
+    "SELECT coalesce((SELECT max(seq) FROM records WHERE kind=?1), 0), EXISTS (SELECT 1 FROM "
+    "records WHERE kind=?1 AND line=?2 AND device=?3 AND name=?4 AND device_time=?5 AND event=?6)";
+constexpr const char* kInsertRecord =
+    "INSERT INTO records (kind, seq, line, device, name, event, device_time, clock_quality, "
+    "read_time, state, text) VALUES (?,?,?,?,?,?,?,?,?,?,?)";
+constexpr const char* kValue =
+    "INSERT INTO record_values (kind, seq, ordinal, name, value, unit, quality) VALUES "
+    "(?,?,?,?,?,?,?)";
+constexpr const char* kOwe =
+    "INSERT OR REPLACE INTO owed_records (event, line, device, name, device_time, clock_quality) "
+    "VALUES (?,?,?,?,?,?)";
+constexpr const char* kSettle = "DELETE FROM owed_records WHERE event=?";
+constexpr const char* kDropValues =
+    "DELETE FROM record_values WHERE kind='event' AND seq IN (SELECT seq FROM records WHERE "
+    "kind='event' AND event>0 AND event<=?)";
+constexpr const char* kDropRecords =
+    "DELETE FROM records WHERE kind='event' AND event>0 AND event<=?";
+constexpr const char* kDropOldValues = "DELETE FROM record_values WHERE kind=? AND seq<=?";
+constexpr const char* kDropOld = "DELETE FROM records WHERE kind=? AND seq<=?";
+constexpr const char* kDropOwed = "DELETE FROM owed_records WHERE event<=?";
+
+std::int64_t NumberOf(ClockQuality clock) { return static_cast<std::uint16_t>(clock); }
+
+}  // namespace
+
+RecordTable::RecordTable(Database& database, std::int64_t most)
+    : database_(database),
+      most_(most),
+      find_(database, kFindRecord),
+      insert_(database, kInsertRecord),
+      value_(database, kValue),
+      owe_(database, kOwe),
+      settle_(database, kSettle),
+      drop_values_(database, kDropValues),
+      drop_(database, kDropRecords),
+      drop_old_values_(database, kDropOldValues),
+      drop_old_(database, kDropOld),
+      drop_owed_(database, kDropOwed) {}
+
+bool RecordTable::Insert(const KeptRecord& record) {
+  find_.Bind(1, record.kind);
+  find_.Bind(2, record.line);
+  find_.Bind(3, record.device);
+  find_.Bind(4, record.name);
+  find_.Bind(5, record.device_time);
+  find_.Bind(6, record.event);
+  if (find_.Next() != Statement::Step::row) return false;
+  const std::int64_t seq = find_.Number(0) + 1;
+  const bool known = find_.Number(1) != 0;
+  find_.Reset();
+  if (record.event != 0) {
+    settle_.Bind(1, record.event);
+    if (!settle_.Run()) return false;
+  }
+  if (known) return true;
+  insert_.Bind(1, record.kind);
+  insert_.Bind(2, seq);
+  insert_.Bind(3, record.line);
+  insert_.Bind(4, record.device);
+  insert_.Bind(5, record.name);
+  insert_.Bind(6, record.event);
+  insert_.Bind(7, record.device_time);
+  insert_.Bind(8, NumberOf(record.clock));
+  insert_.Bind(9, record.read);
+  insert_.Bind(10, Name(record.state));
+  insert_.Bind(11, record.text);
+  return insert_.Run() && InsertValues(record, seq);
+}
+
+/// A few of those beyond the room go with what comes.
+bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
+  std::int64_t ordinal = 0;
+  for (const RecordValue& value : record.values) {
+    value_.Bind(1, record.kind);
+    value_.Bind(2, seq);
+    value_.Bind(3, ordinal++);
+    value_.Bind(4, value.name);
+    value_.Bind(5, value.value);
+    value_.Bind(6, value.unit);
+    value_.Bind(7, std::int64_t{value.quality.word()});
+    if (!value_.Run()) return false;
+  }
+  if (record.kind == kEventRecord) return true;
+  for (Statement* drop : {&drop_old_values_, &drop_old_}) {
+    drop->Bind(1, record.kind);
+    drop->Bind(2, seq - most_);
+    if (!drop->Run()) return false;
+  }
+  return true;
+}
+
+bool RecordTable::Owe(const OwedRecord& owed) {
+  owe_.Bind(1, owed.event);
+  owe_.Bind(2, owed.line);
+  owe_.Bind(3, owed.device);
+  owe_.Bind(4, owed.name);
+  owe_.Bind(5, owed.device_time);
+  owe_.Bind(6, NumberOf(owed.clock));
+  return owe_.Run();
+}
+
+bool RecordTable::Drop(std::int64_t event) {
+  for (Statement* drop : {&drop_values_, &drop_, &drop_owed_}) {
+    drop->Bind(1, event);
+    if (!drop->Run()) return false;
+  }
+  return true;
+}
+
+bool RecordTable::ReadOwed(std::vector<OwedRecord>& owed) {
+  Statement rows(database_,
+                 "SELECT event, line, device, name, device_time, clock_quality FROM owed_records "
+                 "ORDER BY event");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    owed.push_back({rows.Number(0), std::string(rows.Text(1)), std::string(rows.Text(2)),
+                    std::string(rows.Text(3)), rows.Time(4), ClockQualityOf(rows.Number(5))});
+  }
+  return step == Statement::Step::done;
+}
+
+}  // namespace baudgate::events

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/history/day_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <map>
+#include <utility>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::history {
+namespace {
+
+constexpr std::array<const char*, 1> kValueMigrations = {R"sql(
+CREATE TABLE points (
+  point INTEGER PRIMARY KEY,
+  name  TEXT NOT NULL UNIQUE,
+  type  TEXT NOT NULL
+);
+CREATE TABLE runs (
+  run   INTEGER PRIMARY KEY,
+  began INTEGER NOT NULL,
+  until INTEGER NOT NULL,
+  why   TEXT NOT NULL
+);
+CREATE TABLE rows_a (point INTEGER, run INTEGER, time INTEGER, value, quality INTEGER);
+CREATE TABLE rows_b (point INTEGER, run INTEGER, time INTEGER, value, quality INTEGER);
+CREATE VIEW rows AS SELECT * FROM rows_a UNION ALL SELECT * FROM rows_b;
+CREATE TABLE chunks (
+  point INTEGER NOT NULL,
+  run   INTEGER NOT NULL,
+  first INTEGER NOT NULL,
+  last  INTEGER NOT NULL,
+  count INTEGER NOT NULL,
+  bytes BLOB NOT NULL
+);
+CREATE INDEX chunks_point ON chunks (point, run, first);
+)sql"};
+/// FULL: what was committed is on the disk, once a second. With NORMAL the system would keep it for
+/// up to half a minute.
+constexpr DatabaseKind kValues = {kValuesApplication, kValueMigrations,
+                                  "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
+                                  "PRAGMA wal_autocheckpoint=256;"};
+
+constexpr std::array<const char*, 2> kTables = {"rows_a", "rows_b"};
+
+std::int64_t Whole(const Value& value) {
+  const auto* number = std::get_if<std::int64_t>(&value);
+  return number == nullptr ? 0 : *number;
+}
+
+}  // namespace
+
+std::string DayFileName(Millis day) {
+  const std::chrono::year_month_day date(std::chrono::floor<std::chrono::days>(ToWall(day)));
+  return fmt::format("values-{:04}{:02}{:02}.db", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
+std::optional<Millis> DayOf(const std::string& file_name) {
+  constexpr std::string_view kBegin = "values-";
+  constexpr std::string_view kEnd = ".db";
+  if (file_name.size() != kBegin.size() + 8 + kEnd.size()) return std::nullopt;
+  if (!file_name.starts_with(kBegin) || !file_name.ends_with(kEnd)) return std::nullopt;
+  const std::string_view digits = std::string_view(file_name).substr(kBegin.size(), 8);
+  const auto year = ParseInteger<unsigned>(digits.substr(0, 4));
+  const auto month = ParseInteger<unsigned>(digits.substr(4, 2));
+  const auto day = ParseInteger<unsigned>(digits.substr(6, 2));
+  if (!year || !month || !day) return std::nullopt;
+  const std::chrono::year_month_day date(std::chrono::year(static_cast<int>(*year)),
+                                         std::chrono::month(*month), std::chrono::day(*day));
+  if (!date.ok()) return std::nullopt;
+  return ToMillis(std::chrono::sys_days(date));
+}
+
+Value AsType(Value value, config::Type type) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+    if (type == config::Type::boolean) return *whole != 0;
+    if (type == config::Type::uint64) return static_cast<std::uint64_t>(*whole);
+  } else if (const auto* text = std::get_if<std::string>(&value);
+             text != nullptr && type == config::Type::uint64) {
+    const auto counter = ParseInteger<std::uint64_t>(*text);
+    if (counter) return *counter;
+  }
+  return value;
+}
+
+DayFile::DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
+    : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
+
+DayFile::Opened DayFile::Open(const std::string& damage) {
+  Opened opened;
+  OpenedDatabase file = OpenDatabase(path_, kValues, vfs_, damage);
+  opened.put_aside = std::move(file.put_aside);
+  opened.lost = std::move(file.lost);
+  error_ = std::move(file.error);
+  if (!file.database) return opened;
+  damaged_ = false;
+  database_ = std::move(file.database);
+  open_ = OpenFile(path_, vfs_, *database_);
+  for (std::size_t i = 0; i < kTables.size(); ++i) {
+    insert_[i] =
+        Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
+  }
+  run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
+  opened.ok = PackLeftovers(kTables[0]) && PackLeftovers(kTables[1]) && ReadPoints();
+  if (!opened.ok) return opened;
+  opened.last_run = Whole(database_->First("SELECT coalesce(max(run), 0) FROM runs"));
+  return opened;
+}
+
+bool DayFile::Fail() {
+  error_ = path_.string() + ": " + database_->error();
+  damaged_ = database_->damaged();
+  database_->Rollback();
+  return false;
+}
+
+bool DayFile::ReadPoints() {
+  std::map<std::string, std::size_t, std::less<>> places;
+  for (std::size_t i = 0; i < names_.size(); ++i) places[names_[i].name] = i;
+  std::vector<std::size_t> changed;
+  {
+    Statement rows(*database_, "SELECT point, name, type FROM points");
+    Statement::Step step = rows.Next();
+    for (; step == Statement::Step::row; step = rows.Next()) {
+      const auto found = places.find(rows.Text(1));
+      if (found == places.end()) continue;
+      ids_[found->second] = rows.Number(0);
+      if (rows.Text(2) != Name(names_[found->second].type)) changed.push_back(found->second);
+    }
+    if (step != Statement::Step::done) return Fail();
+  }
+  Statement update(*database_, "UPDATE points SET type=? WHERE point=?");
+  for (const std::size_t place : changed) {
+    update.Bind(1, Name(names_[place].type));
+    update.Bind(2, ids_[place]);
+    if (!update.Run()) return Fail();
+  }
+  return true;
+}
+
+std::int64_t DayFile::IdOf(PointNumber point) {
+  if (ids_[point] != 0) return ids_[point];
+  Statement insert(*database_, "INSERT INTO points (name, type) VALUES (?,?) RETURNING point");
+  insert.Bind(1, names_[point].name);
+  insert.Bind(2, Name(names_[point].type));
+  if (insert.Next() != Statement::Step::row) return 0;
+  const std::int64_t id = insert.Number(0);
+  return insert.Next() == Statement::Step::done ? id : 0;
+}
+
+bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& runs) {
+  if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
+  std::vector<std::pair<PointNumber, std::int64_t>> fresh;  // not before they are committed
+  Statement& insert = insert_[table_];
+  bool ok = true;
+  for (const Sample& sample : samples) {
+    if (ids_[sample.point] == 0) {
+      const std::int64_t id = IdOf(sample.point);
+      if (id == 0) ok = false;
+      ids_[sample.point] = id;
+      fresh.emplace_back(sample.point, id);
+    }
+    insert.Bind(1, ids_[sample.point]);
+    insert.Bind(2, sample.run);
+    insert.Bind(3, sample.entry.time);
+    insert.Bind(4, sample.entry.value);
+    insert.Bind(5, std::int64_t{sample.entry.quality.word()});
+    ok = ok && insert.Run();
+    if (!ok) break;
+  }
+  for (const Run& run : runs) {
+    run_.Bind(1, run.number);
+    run_.Bind(2, run.began);
+    run_.Bind(3, run.until);
+    run_.Bind(4, Name(run.why));
+    ok = ok && run_.Run();
+  }
+  ok = ok && database_->Execute("COMMIT");
+  if (!ok) {
+    for (const auto& [point, id] : fresh) ids_[point] = 0;
+    return Fail();
+  }
+  for (const Sample& sample : samples) active_.Add(sample);
+  return true;
+}
+
+void DayFile::BeginPacking() {
+  packed_ = std::move(active_);
+  active_ = {};
+  table_ = 1 - table_;
+  packing_ = true;
+}
+
+bool DayFile::Pack(std::size_t entries) {
+  if (!packed_.Pack(entries, chunks_)) {
+    error_ = path_.string() + ": there is no memory to compress values";
+    return false;
+  }
+  if (!packed_.empty()) return true;
+  if (!WriteChunks(kTables[1 - table_])) return false;
+  packing_ = false;
+  packed_ = {};
+  chunks_ = {};
+  return true;
+}
+
+bool DayFile::WriteChunks(const char* table) {
+  if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
+  Statement insert(*database_, "INSERT INTO chunks VALUES (?,?,?,?,?,?)");
+  bool ok = true;
+  for (const Chunk& chunk : chunks_) {
+    insert.Bind(1, ids_[chunk.point]);
+    insert.Bind(2, chunk.run);
+    insert.Bind(3, chunk.first);
+    insert.Bind(4, chunk.last);
+    insert.Bind(5, chunk.count);
+    insert.Bind(6, View(chunk.bytes));
+    ok = ok && insert.Run();
+    if (!ok) break;
+  }
+  ok = ok && database_->Execute(fmt::format("DELETE FROM {}", table));
+  ok = ok && database_->Execute("COMMIT");
+  return ok || Fail();
+}
+
+/// Rows of a gateway that ended before packing them, and of points that are not kept any more.
+bool DayFile::PackLeftovers(const char* table) {
+  std::vector<PointNumber> known;
+  OpenRows left;
+  {
+    Statement rows(*database_,
+                   fmt::format("SELECT r.point, r.run, r.time, r.value, r.quality, p.type FROM {} "
+                               "AS r LEFT JOIN points AS p USING (point) ORDER BY r.point, r.run, "
+                               "r.time",
+                               table));
+    Statement::Step step = rows.Next();
+    for (; step == Statement::Step::row; step = rows.Next()) {
+      const auto point = static_cast<std::uint64_t>(rows.Number(0));
+      if (point == 0 || point > 0xFFFF'FFFF) continue;
+      const bool boolean = rows.Text(5) == Name(config::Type::boolean);
+      const bool counter = rows.Text(5) == Name(config::Type::uint64);
+      const config::Type type = boolean   ? config::Type::boolean
+                                : counter ? config::Type::uint64
+                                          : config::Type::float64;
+      const auto quality = static_cast<std::uint16_t>(rows.Number(4));
+      if (known.empty() || known.back() != point) known.push_back(static_cast<PointNumber>(point));
+      // Here points are numbered as they come: their numbers in the file may be anything.
+      left.Add({static_cast<PointNumber>(known.size() - 1),
+                rows.Number(1),
+                {rows.Number(2), AsType(rows.At(3), type), Quality::OfWord(quality)}});
+    }
+    if (step != Statement::Step::done) return Fail();
+  }
+  if (known.empty()) return true;
+  if (!left.Pack(~std::size_t{0}, chunks_)) return false;
+  const std::vector<std::int64_t> ids = std::exchange(ids_, {known.begin(), known.end()});
+  const bool ok = WriteChunks(table);
+  ids_ = ids;
+  chunks_.clear();
+  return ok;
+}
+
+}  // namespace baudgate::history

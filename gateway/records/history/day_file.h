@@ -1,0 +1,88 @@
+// values-YYYYMMDD.db: what is kept of one day (UTC). Newest entries are rows, which two tables take
+// in turn; the rows of the other become chunks in one transaction, so that an entry is never in the
+// file twice. docs/history.md has the tables.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gateway/records/disk/database_file.h"
+#include "gateway/records/disk/open_file.h"
+#include "gateway/records/history/open_rows.h"
+
+namespace baudgate::history {
+
+/// "BGva".
+inline constexpr std::int64_t kValuesApplication = 0x42477661;
+
+/// "values-20261123.db" of the day that begins then.
+std::string DayFileName(Millis day);
+/// Empty: it is not the name of such a file.
+std::optional<Millis> DayOf(const std::string& file_name);
+
+/// One thread. After a call that failed error() has words, and the file may be closed.
+class DayFile {
+ public:
+  /// `names` outlives it.
+  DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {});
+
+  struct Opened {
+    bool ok = false;
+    std::string put_aside{};  ///< see OpenedDatabase
+    std::optional<std::string> lost{};
+    std::int64_t last_run = 0;  ///< that the file knows
+  };
+  /// `damage`: was found while it was in use.
+  Opened Open(const std::string& damage = {});
+
+  /// All or none: rows, and the runs as they are now. Samples have numbers of runs as in the file.
+  bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
+
+  /// Rows that wait to become chunks are set aside; new ones go to the other table. Not while the
+  /// last ones are being packed.
+  void BeginPacking();
+  bool packing() const { return packing_; }
+  /// Packs about so many entries. The last step writes the chunks. Again after a failure.
+  bool Pack(std::size_t entries);
+
+  std::size_t open_rows() const { return active_.size(); }
+  Millis oldest_row() const { return active_.oldest(); }
+  const std::string& error() const { return error_; }
+  bool damaged() const { return damaged_; }
+  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  /// What a reader has found is looked for: all of it is read.
+  std::optional<std::string> Damage() { return database_->Damage(); }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  bool Fail();
+  bool ReadPoints();
+  bool PackLeftovers(const char* table);
+  bool WriteChunks(const char* table);
+  std::int64_t IdOf(PointNumber point);
+
+  const std::filesystem::path path_;
+  const std::vector<PointName>& names_;
+  const std::string vfs_;
+  std::unique_ptr<Database> database_;
+  OpenFile open_;
+  Statement insert_[2];
+  Statement run_;
+  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
+  std::size_t table_ = 0;          // that takes rows
+  OpenRows active_;
+  OpenRows packed_;  // of the other table
+  std::vector<Chunk> chunks_;
+  bool packing_ = false;
+  bool damaged_ = false;
+  std::string error_;
+};
+
+/// A value as it is kept in a row, in the kind of its point.
+Value AsType(Value value, config::Type type);
+
+}  // namespace baudgate::history

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/history/folder_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <system_error>
+#include <tuple>
+#include <utility>
+
+#include "gateway/records/history/day_file.h"
+#include "gateway/records/history/trend_file.h"
+
+namespace baudgate::history {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "values-20261123.db.bad2".
+bool IsAside(const std::string& name) {
+  const bool ours = name.starts_with("values-") || name.starts_with(kTrendsFile);
+  return ours && name.find(".db.bad") != std::string::npos;
+}
+
+void Add(FolderFiles& folder_files, std::string name, std::uint64_t size,
+         fs::file_time_type written) {
+  for (const char* part : {"-wal", "-shm"}) {
+    if (name.ends_with(part)) name.resize(name.size() - 4);
+  }
+  if (const auto day = DayOf(name)) {
+    auto found = std::ranges::find(folder_files.days, *day, &FolderFiles::Day::day);
+    if (found == folder_files.days.end()) found = folder_files.days.insert(found, {*day, 0});
+    found->bytes += size;
+  } else if (name == kTrendsFile) {
+    folder_files.trends += size;
+  } else if (IsAside(name)) {
+    auto found = std::ranges::find(folder_files.aside, name, &FolderFiles::Aside::name);
+    if (found == folder_files.aside.end())
+      found = folder_files.aside.insert(found, {name, 0, written});
+    found->bytes += size;
+    found->written = std::max(found->written, written);
+  }
+}
+
+}  // namespace
+
+std::uint64_t FolderFiles::bytes() const {
+  std::uint64_t sum = trends;
+  for (const Day& day : days) sum += day.bytes;
+  for (const Aside& file : aside) sum += file.bytes;
+  return sum;
+}
+
+FolderFiles ListFiles(const fs::path& folder) {
+  FolderFiles folder_files;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    std::error_code gone;  // meanwhile
+    const auto type = at->status(gone).type();
+    if (gone || type == fs::file_type::not_found) continue;
+    // A folder or a FIFO in place of a day: whoever reads it says so.
+    const bool regular = type == fs::file_type::regular;
+    const std::uintmax_t size = regular ? at->file_size(gone) : 0;
+    const auto written = regular ? at->last_write_time(gone) : fs::file_time_type{};
+    if (!gone) Add(folder_files, name, size, written);
+  }
+  std::ranges::sort(folder_files.days, {}, &FolderFiles::Day::day);
+  std::ranges::sort(folder_files.aside,
+                    [](const FolderFiles::Aside& a, const FolderFiles::Aside& b) {
+                      return std::tie(a.written, a.name) < std::tie(b.written, b.name);
+                    });
+  return folder_files;
+}
+
+std::vector<TooMuch> FindTooMuch(FolderFiles folder_files, std::uint64_t limit, Millis keep,
+                                 Millis today, std::optional<Millis> sure) {
+  std::vector<TooMuch> gone;
+  std::uint64_t bytes = folder_files.bytes();
+  std::erase_if(folder_files.days, [&](const FolderFiles::Day& day) {
+    const bool old = sure && day.day < today && day.day + kDay + keep <= FloorTo(*sure, kDay);
+    if (!old) return false;
+    gone.push_back({DayFileName(day.day), day.day, true});
+    bytes -= day.bytes;
+    return true;
+  });
+  for (const FolderFiles::Aside& file : folder_files.aside) {
+    if (bytes <= Ceiling(limit)) break;
+    gone.push_back({file.name});
+    bytes -= file.bytes;
+  }
+  for (const FolderFiles::Day& day : folder_files.days) {
+    if (day.day >= today || bytes <= Ceiling(limit)) break;
+    gone.push_back({DayFileName(day.day), day.day});
+    bytes -= day.bytes;
+  }
+  return gone;
+}
+
+std::string Largest(const FolderFiles& folder_files) {
+  std::vector<std::pair<std::uint64_t, std::string>> files = {{folder_files.trends, kTrendsFile}};
+  for (const FolderFiles::Day& day : folder_files.days)
+    files.emplace_back(day.bytes, DayFileName(day.day));
+  for (const FolderFiles::Aside& file : folder_files.aside)
+    files.emplace_back(file.bytes, file.name);
+  std::ranges::sort(files, std::greater());
+  const auto megabytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / 1e6; };
+  std::string text = fmt::format("{} has {:.1f} MB", files[0].second, megabytes(files[0].first));
+  if (files.size() > 1 && files[1].first > 0) {
+    text += fmt::format(", {} {:.1f} MB", files[1].second, megabytes(files[1].first));
+  }
+  return text;
+}
+
+void RemoveFile(const fs::path& folder, const std::string& file) {
+  const std::string path = (folder / file).string();
+  std::error_code ignored;
+  // The log first: one without its file would be another file's.
+  for (const char* part : {"-wal", "-shm", ""}) fs::remove(path + part, ignored);
+}
+
+}  // namespace baudgate::history

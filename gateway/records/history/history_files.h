@@ -1,0 +1,77 @@
+// The files of the history that are open, and the damage that was found while they were: a damaged
+// file is closed, and put aside when it is opened next.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/records/history/day_file.h"
+#include "gateway/records/history/store_limits.h"
+#include "gateway/records/history/trend_file.h"
+
+namespace baudgate::history {
+
+/// One line for the log.
+struct News {
+  std::string text;
+  bool trouble = true;
+};
+
+class HistoryFiles {
+ public:
+  /// `vfs`: as in Database. `news` outlives this, and gets files that were put aside, or that
+  /// somebody else has removed.
+  HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
+               std::vector<News>& news);
+
+  /// Does nothing if it is open.
+  Status OpenTrends();
+  /// Opens the files of these days and keeps that of `today` open. Returns the last run that they
+  /// know.
+  Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
+  /// Opens the file if it is not open; see TakeLost.
+  Result<DayFile*> Day(Millis day);
+  /// Why the last call of this file failed. It is closed if it is damaged.
+  Error Failed(DayFile& file);
+  /// While they are open. `sure`: see SureTime.
+  Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
+                     std::optional<Millis> sure);
+  /// The latest run in trends.db.
+  std::int64_t last_run() const { return last_run_; }
+
+  /// Whether they are still there, and whole.
+  void Look();
+  /// Readers have found damage in these: those that are open are read as a whole.
+  void Check(const std::set<std::string>& files);
+  /// Since the last call values of the run that goes on were lost with their file.
+  bool TakeLost() { return std::exchange(lost_, false); }
+
+  /// A step: rows of past hours become chunks, and files of past days are closed.
+  Status Pack(Millis now, const StoreLimits& limits);
+  void CloseDay(Millis day) { days_.erase(day); }
+
+ private:
+  void NoteOpened(const std::string& put_aside, const std::optional<std::string>& lost);
+  bool NoteLook(const OpenFile::Look& look, const std::filesystem::path& path);
+
+  const std::filesystem::path folder_;
+  const std::vector<PointName> names_;
+  const std::string vfs_;
+  std::vector<News>& news_;
+  std::map<Millis, std::unique_ptr<DayFile>> days_;  // that are open
+  std::unique_ptr<TrendFile> trends_;
+  std::map<Millis, std::string> damaged_days_;
+  std::string damaged_trends_;  // empty: nothing was found
+  std::int64_t last_run_ = 0;
+  bool lost_ = false;
+};
+
+}  // namespace baudgate::history

@@ -1,0 +1,94 @@
+// Out of what changes in the point store: what is kept, and what it comes to by minutes and hours.
+// No thread, no clock, no disk: gateway/records/history/history_log.h has the first two,
+// value_store.h the third.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "gateway/bus/points/point_store.h"
+#include "gateway/records/history/batch.h"
+#include "gateway/records/history/log_rule.h"
+
+namespace baudgate::history {
+
+/// Since the start.
+struct RecorderCounters {
+  std::uint64_t readings = 0;
+  std::uint64_t merged = 0;   ///< readings that a later one had replaced before it was looked
+  std::uint64_t kept = 0;     ///< entries
+  std::uint64_t dropped = 0;  ///< entries for which there was no room
+};
+
+class Recorder {
+ public:
+  /// A clock that goes faster or slower than this between two looks was set.
+  static constexpr Duration kStep = 250ms;
+  /// A gap of the clock longer than this: the process was stopped, or its machine was.
+  static constexpr Duration kStandstill = 5s;
+  /// Spans end this long after their time, so that readings from within them have come.
+  static constexpr Millis kSettle = 2 * kSecond;
+
+  /// `store` outlives it.
+  Recorder(const config::History& history, const PointStore& store, Now now);
+
+  /// `room`: so many entries fit into the queue. Once they do not, nothing is kept until there is
+  /// room for all points and more, and a new run begins.
+  void Take(const Changes& changes, Now now, std::size_t room, Batch& out);
+  /// Now and then, at least once a second.
+  void Tick(Now now, std::size_t room, Batch& out);
+  /// What was kept of this run is lost: another one begins.
+  void BeginAnew(Now now, std::size_t room, Batch& out);
+  /// The last: all that is known, until now.
+  void End(Now now, Batch& out);
+
+  const RecorderCounters& counters() const { return counters_; }
+
+ private:
+  static constexpr PointNumber kNone = ~PointNumber{0};
+
+  struct Point {
+    explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {}
+    LogRule rule;
+    std::optional<Entry> latest;
+    std::optional<Entry> kept;  // in this run
+    std::uint64_t seq = 0;      // PointRecord::seq
+    Rollup minute{kMinute};
+    Rollup hour{kHour};
+  };
+  struct Seen {
+    PointNumber point = 0;
+    Value value;
+    Quality quality;
+    std::uint64_t seq = 0;
+    WallTime source_time;
+  };
+
+  void Look(Now now, std::size_t room, Batch& out);
+  void TakeOne(Seen& seen, Millis now, Batch& out);
+  void Offer(PointNumber number, const Entry& entry, Batch& out);
+  void Keep(PointNumber number, const Entry& entry, Batch& out);
+  void BeginRun(RunBegin why, Millis now, Batch& out);
+  void SetClock(Millis old_time, Millis new_time, Batch& out);
+  void EndStandstill(Millis old_time, Now now, Batch& out);
+  void TakeAll(Now now, Batch& out);
+  void ForgetSpans(Millis time, Batch& out);
+  void Emit(PointNumber number, Millis width, Batch& out);
+  template <typename Each>
+  void Roll(Each each, Batch& out);
+
+  const PointStore& store_;
+  std::vector<std::vector<PointNumber>> numbers_;  // by device and point
+  std::vector<Point> points_;
+  Run run_;
+  bool recording_ = true;
+  std::size_t room_ = 0;  // of the look that goes on
+  Now last_;              // look at the clocks
+  std::vector<Seen> seen_;
+  std::vector<Trend> ended_;
+  RecorderCounters counters_;
+};
+
+}  // namespace baudgate::history

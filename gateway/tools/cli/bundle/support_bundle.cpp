@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/bundle/support_bundle.h"
+
+#include <fcntl.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "config/masked_config.h"
+#include "config/yaml/yaml_source.h"
+#include "gateway/base/exit_code.h"
+#include "gateway/base/version.h"
+#include "gateway/tools/cli/bundle/archive.h"
+#include "gateway/tools/cli/client/control_client.h"
+#include "gateway/tools/cli/client/status_view.h"
+#include "gateway/tools/terminal/words.h"
+
+namespace baudgate {
+namespace {
+
+using Json = ControlClient::Json;
+
+std::string Dump(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string SystemText() {
+  std::string text;
+  utsname name{};
+  if (::uname(&name) == 0) {
+    text = std::string("kernel: ") + name.sysname + " " + name.release + " " + name.machine + "\n";
+  }
+  std::ifstream release("/etc/os-release");
+  for (std::string line; std::getline(release, line);) {
+    if (line.starts_with("PRETTY_NAME=")) text += "system: " + line.substr(12) + "\n";
+  }
+  return text;
+}
+
+/// What goes in, and what is missing and why.
+class Bundle {
+ public:
+  Bundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now)
+      : options_(options), catalog_(catalog), now_(now), archive_("baudgate-support", now) {}
+
+  void Fill() {
+    AddGateway();
+    AddConfiguration();
+    AddLog();
+    std::string versions = std::string("this program: baudgate ") + kVersion + "\n";
+    if (!gateway_version_.empty()) versions += "the gateway: baudgate " + gateway_version_ + "\n";
+    Add("versions.txt", versions + SystemText());
+    std::string contents = "baudgate support bundle, " + FormatWallTime(now_) + "\n";
+    for (const std::string& name : names_) contents += "has: " + name + "\n";
+    for (const std::string& what : missing_) contents += "missing: " + what + "\n";
+    archive_.Add("contents.txt", contents);
+  }
+
+  const std::vector<std::string>& missing() const { return missing_; }
+  Result<std::string> Packed() const { return archive_.Packed(); }
+
+ private:
+  void Add(const std::string& name, const std::string& content) {
+    archive_.Add(name, content);
+    names_.push_back(name);
+  }
+  void Miss(const std::string& what, std::string why) {
+    while (!why.empty() && why.back() == '\n') why.pop_back();
+    if (why.starts_with("baudgate: ")) why.erase(0, 10);
+    missing_.push_back(what + ": " + why);
+  }
+
+  void AddGateway() {
+    Json status;
+    std::ostringstream told;
+    if (Ask(options_.socket, {{"command", "status"}}, status, told) != 0) {
+      return Miss("status and traces", told.str());
+    }
+    answers_ = true;
+    Add("status.json", Dump(status));
+    try {
+      Add("status.txt", RenderStatus(status, {}, {}));
+      gateway_version_ = status.value("version", "");
+      const Json& configuration = status.at("configuration");
+      if (configuration.is_object()) file_ = configuration.value("file", "");
+      for (const Json& line : status.at("lines")) AddTrace(line.at("name").get<std::string>());
+    } catch (const Json::exception&) {
+      Miss("the status as text, traces", "the gateway is of another version");
+    }
+  }
+
+  void AddTrace(const std::string& line) {
+    Json answer;
+    std::ostringstream told;
+    const Json request = {{"command", "recorded"}, {"target", line}};
+    if (Ask(options_.socket, request, answer, told) != 0) {
+      return Miss("trace of " + line, told.str());
+    }
+    std::string text;
+    for (const char* part : {"head", "records"}) {
+      for (const Json& one : answer.value(part, Json::array())) {
+        if (one.is_string()) text += one.get<std::string>() + "\n";
+      }
+    }
+    Add("trace/" + line + ".trace", text);
+  }
+
+  void AddConfiguration() {
+    std::string file = options_.config.empty() ? file_ : options_.config;
+    if (file.empty() && answers_) {
+      return Miss("configuration", "the running gateway was not started with a file");
+    }
+    if (file.empty()) file = kInstalledConfig;
+    std::error_code gone;
+    const auto kind = std::filesystem::status(file, gone).type();
+    if (!gone && kind != std::filesystem::file_type::regular) {
+      return Miss("configuration", file + ": is no regular file");  // a pipe would wait
+    }
+    const auto text = config::ReadWholeFile(file);
+    if (!text) return Miss("configuration", file + ": " + text.error());
+    const auto masked = config::MaskedConfig(*text, config::SecretKeys(catalog_));
+    if (!masked) return Miss("configuration", file + ": " + masked.error());
+    Add("configuration.yaml", "# " + file + ", without comments and secrets\n" + *masked);
+  }
+
+  void AddLog() {
+    const auto log = options_.log();
+    if (!log) return Miss("log", log.error());
+    Add("log.txt", *log);
+  }
+
+  const BundleOptions& options_;
+  const config::Catalog& catalog_;
+  const WallTime now_;
+  Archive archive_;
+  bool answers_ = false;
+  std::string gateway_version_;
+  std::string file_;  // of the running gateway
+  std::vector<std::string> names_;
+  std::vector<std::string> missing_;
+};
+
+/// For its owner only: it shows much of a plant.
+Status WriteNew(const std::string& file, const std::string& content) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (descriptor < 0) return Error{file + ": " + std::strerror(errno)};
+  std::size_t written = 0;
+  while (written < content.size()) {
+    const auto count = ::write(descriptor, content.data() + written, content.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) {
+      const Error error{file + ": " + std::strerror(errno)};
+      ::close(descriptor);
+      ::unlink(file.c_str());
+      return error;
+    }
+    written += static_cast<std::size_t>(count);
+  }
+  if (::close(descriptor) == 0) return {};
+  return Error{file + ": " + std::strerror(errno)};
+}
+
+}  // namespace
+
+int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now,
+                     std::ostream& out, std::ostream& err) {
+  Bundle bundle(options, catalog, now);
+  bundle.Fill();
+  const auto packed = bundle.Packed();
+  const Status written = packed ? WriteNew(options.file, *packed) : Status(Error{packed.error()});
+  if (!written) {
+    err << "baudgate: " << written.error() << '\n';
+    return kExitCanNot;
+  }
+  for (const std::string& what : bundle.missing()) err << "baudgate: missing: " << what << '\n';
+  out << options.file << ": " << packed->size() << " bytes; look into it before you send it\n";
+  return kExitDone;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/client/traffic_view.h"
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "gateway/base/shown.h"
+#include "gateway/tools/cli/client/json_fields.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string AgeText(const Json& json) {
+  const Json& age = json.at("age_ms");
+  return age.is_null() ? "-" : FormatAge(std::chrono::milliseconds(age.get<std::int64_t>()));
+}
+
+std::string Milliseconds(const Json& json, const char* key) {
+  return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
+}
+
+/// Requests that ended without a good reply through no fault of the client's.
+std::uint64_t Failed(const Json& route) {
+  return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
+}
+
+std::string RouteTable(const Json& routes, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "units"},
+      {.title = "route to"},
+      {.title = "requests", .right = true},
+      {.title = "ok", .right = true},
+      {.title = "refused", .right = true},
+      {.title = "no reply", .right = true},
+      {.title = "too late", .right = true, .spare = true},
+      {.title = "queue full", .right = true, .spare = true},
+      {.title = "client left", .right = true, .spare = true},
+      {.title = "mean wait", .right = true}};
+  std::vector<TableRow> rows;
+  const auto add = [&rows](const std::string& units, const std::string& target, const Json& of) {
+    rows.push_back(
+        {{units, target, NumberText(of, "requests"), NumberText(of, "ok"),
+          NumberText(of, "refused"), NumberText(of, "no_reply"), NumberText(of, "expired"),
+          NumberText(of, "busy"), NumberText(of, "dropped"), Milliseconds(of, "mean_wait_us")},
+         Failed(of) > 0 ? Tone::warning : Tone::plain});
+  };
+  for (const Json& route : routes) {
+    add(Text(route, "units"), Text(route, "target"), route);
+    const Json& units = route.at("by_unit");
+    if (units.size() < 2) continue;
+    for (const Json& unit : units) add("  " + NumberText(unit, "unit"), "", unit);
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
+std::string MasterTable(const Json& masters, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {{.title = "master on"},
+                                                    {.title = "port"},
+                                                    {.title = "frames", .right = true},
+                                                    {.title = "damaged", .right = true},
+                                                    {.title = "last"}};
+  std::vector<TableRow> rows;
+  for (const Json& master : masters) {
+    const bool open = Text(master, "port_state") == "open";
+    const Tone well = master.at("advice").empty() ? Tone::plain : Tone::warning;
+    rows.push_back({{Text(master, "port"), Text(master, "port_state"), NumberText(master, "frames"),
+                     NumberText(master, "damaged"), AgeText(master)},
+                    open ? well : Tone::alarm});
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
+std::string ClientTable(const Json& clients, const TableView& view) {
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "client"},
+      {.title = "on"},
+      {.title = "priority"},
+      {.title = "requests", .right = true},
+      {.title = "exceptions", .right = true},
+      {.title = "waiting", .right = true},
+      {.title = "bytes in", .right = true, .spare = true},
+      {.title = "bytes out", .right = true, .spare = true},
+      {.title = "last"}};
+  std::vector<TableRow> rows;
+  for (const Json& client : clients) {
+    rows.push_back({{Text(client, "peer"), Text(client, "listener"), Text(client, "priority"),
+                     NumberText(client, "requests"), NumberText(client, "exceptions"),
+                     NumberText(client, "outstanding"), NumberText(client, "bytes_in"),
+                     NumberText(client, "bytes_out"), AgeText(client)},
+                    Tone::plain});
+  }
+  return RenderTable(kColumns, rows, view);
+}
+
+}  // namespace
+
+std::string RenderTraffic(const Json& modbus, const TableView& view) {
+  const Json& routes = modbus.at("routes");
+  const Json& masters = modbus.at("masters");
+  const Json& clients = modbus.at("clients");
+  std::string text;
+  if (!routes.empty()) text += "\n" + RouteTable(routes, view);
+  if (!masters.empty()) text += "\n" + MasterTable(masters, view);
+  if (!clients.empty()) text += "\n" + ClientTable(clients, view);
+  return text;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/commands.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+
+#include "gateway/base/exit_code.h"
+#include "gateway/base/spelling.h"
+#include "gateway/tools/cli/client_commands.h"
+#include "gateway/tools/cli/device_commands.h"
+#include "gateway/tools/cli/live/demo.h"
+#include "gateway/tools/cli/live/run.h"
+#include "gateway/tools/cli/offline/certs.h"
+#include "gateway/tools/cli/offline/check.h"
+#include "gateway/tools/cli/offline/decode.h"
+#include "gateway/tools/cli/offline/map.h"
+#include "gateway/tools/cli/offline/protocols.h"
+#include "gateway/tools/terminal/live_table.h"
+#include "gateway/tools/terminal/output.h"
+#include "gateway/tools/terminal/words.h"
+#ifdef BAUDGATE_WITH_DDS
+#include "gateway/base/exit_code.h"
+#include "gateway/tools/cli/live/discovery_server.h"
+#include "gateway/tools/cli/live/watch.h"
+#endif
+
+namespace baudgate {
+namespace {
+
+void AddConfig(CLI::App& command, std::string& file) {
+  file = kInstalledConfig;
+  command.add_option("-c,--config", file, "Configuration file")->capture_default_str();
+}
+
+void AddRun(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("run", "Run the gateway in the foreground");
+  auto file = std::make_shared<std::string>();
+  AddConfig(*command, *file);
+  command->callback([file, &action] {
+    action = [file](const auto& catalog) { return RunDaemon(*file, catalog); };
+  });
+}
+
+void AddCheck(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("check", "Check a configuration and list every error");
+  auto file = std::make_shared<std::string>();
+  auto json = std::make_shared<bool>(false);
+  AddConfig(*command, *file);
+  command->add_flag("--json", *json, "Print one JSON object");
+  command->callback([file, json, &action] {
+    action = [=](const auto& catalog) {
+      return RunCheck(*file, catalog, std::cout, std::cerr, *json);
+    };
+  });
+}
+
+void AddCerts(CLI::App& app, Action& action) {
+  auto* certs = app.add_subcommand("certs", "Make certificates");
+  certs->require_subcommand(1);
+  auto* command = certs->add_subcommand("dds", "Make an authority and identities for DDS Security");
+  auto options = std::make_shared<CertsOptions>();
+  command->add_option("DIR", options->directory, "Folder; it is made if it is missing")->required();
+  command->add_option("--gateway", options->gateways, "Name of a gateway; may be repeated")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->add_option("--subscribers", options->subscribers, "How many subscribers")
+      ->check(CLI::Range(0, 100));
+  command->add_option("--writers", options->writers, "How many subscribers that may write, too")
+      ->check(CLI::Range(0, 100));
+  command->callback([options, &action] {
+    action = [options](const auto&) { return RunCerts(*options, std::cout, std::cerr); };
+  });
+}
+
+void AddMap(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("map", "Print the register and topic table, point by point");
+  auto file = std::make_shared<std::string>();
+  auto format = std::make_shared<MapFormat>(MapFormat::table);
+  AddConfig(*command, *file);
+  static const std::map<std::string, MapFormat> kFormats = {{"table", MapFormat::table},
+                                                            {"csv", MapFormat::csv},
+                                                            {"json", MapFormat::json},
+                                                            {"st", MapFormat::structured_text},
+                                                            {"markdown", MapFormat::markdown}};
+  auto* named = command
+                    ->add_option_function<std::string>(
+                        "--format", [format](const auto& name) { *format = kFormats.at(name); },
+                        "st: Structured Text of IEC 61131-3")
+                    ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
+  auto* csv = command
+                  ->add_flag_callback(
+                      "--csv", [format] { *format = MapFormat::csv; }, "Short for --format csv")
+                  ->excludes(named);
+  command
+      ->add_flag_callback(
+          "--json", [format] { *format = MapFormat::json; }, "Short for --format json")
+      ->excludes(csv)
+      ->excludes(named);
+  command->callback([file, format, &action] {
+    action = [=](const auto& catalog) {
+      return RunMap(*file, catalog, *format, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
+#ifdef BAUDGATE_WITH_DDS
+  // Its words are those of baudgate-dds, which reads them.
+  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  command->set_help_flag();
+  command->prefix_command();
+  command->callback([command, &action] {
+    action = [words = command->remaining()](const auto& catalog) {
+      return RunWatch(words, catalog, std::cerr);
+    };
+  });
+#endif
+}
+
+void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
+#ifdef BAUDGATE_WITH_DDS
+  auto* command = app.add_subcommand("discovery-server",
+                                     "Introduce gateways and DDS subscribers to each other");
+  auto listen = std::make_shared<std::string>("127.0.0.1:11811");
+  command->add_option("--listen", *listen, "ADDRESS:PORT of this machine; 0.0.0.0 for all")
+      ->capture_default_str();
+  command->callback([listen, &action] {
+    action = [listen](const auto&) { return RunDiscoveryServer(*listen, std::cerr); };
+  });
+#endif
+}
+
+void AddDecode(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand("decode", "Decode captured exchanges");
+  auto options = std::make_shared<DecodeOptions>();
+  auto file = std::make_shared<std::string>();
+  command->add_option("--protocol", options->protocol, "Protocol, if no head of a trace names it");
+  command->add_option("--profile", options->profile, "Device profile, for names and units");
+  command->add_option("--set", options->set, "Device option, key=value")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->add_option("--device", options->device, "Only this device of a trace");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "Print one JSON object a line, also in a terminal");
+  command
+      ->add_option("FILE", *file,
+                   "What 'trace' printed, or lines \"> hex\" and \"< hex\"; - for standard input")
+      ->required();
+  command->callback([options, file, json, &action] {
+    action = [=](const auto& catalog) {
+      if (const auto terminal = TerminalView(STDOUT_FILENO); terminal && !*json) {
+        options->prose = true;
+        options->width = terminal->width;
+      }
+      if (*file == "-") return RunDecode(*options, catalog, std::cin, std::cout, std::cerr);
+      std::ifstream stream(*file);
+      if (!stream) {
+        std::cerr << "baudgate: cannot read " << *file << "\n";
+        return kExitCanNot;
+      }
+      return RunDecode(*options, catalog, stream, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddDemo(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
+  auto options = std::make_shared<DemoOptions>();
+  AddSeconds(*command, options->seconds);
+  command->add_option("--port", options->port, "Modbus TCP port")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 65535));
+  command->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 232));
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) { return RunDemo(*options, catalog, std::cout, std::cerr); };
+  });
+}
+
+void AddProtocols(CLI::App& app, Action& action) {
+  auto* protocols = app.add_subcommand("protocols", "List protocols, or one with its options");
+  auto protocol = std::make_shared<std::string>();
+  auto protocol_json = std::make_shared<bool>(false);
+  protocols->add_option("NAME", *protocol, "Protocol");
+  protocols->add_flag("--json", *protocol_json, "Print JSON");
+  protocols->callback([=, &action] {
+    action = [=](const auto& catalog) {
+      return RunProtocols(*protocol, *protocol_json, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+}  // namespace
+
+void AddCommands(CLI::App& app, Action& action) {
+  AddRun(app, action);
+  AddCheck(app, action);
+  AddCerts(app, action);
+  AddMap(app, action);
+  AddWatch(app, action);
+  AddDiscoveryServer(app, action);
+  AddDecode(app, action);
+  AddDemo(app, action);
+  AddProtocols(app, action);
+  AddDeviceCommands(app, action);
+  AddClientCommands(app, action);
+}
+
+bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {
+  if (word.empty() || word.front() == '-') return false;
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return false;
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  std::cerr << config::Quoted(word) << " is no subcommand;" << config::DidYouMean(word, known)
+            << " there are: " << config::Join(known) << '\n';
+  return true;
+}
+
+}  // namespace baudgate

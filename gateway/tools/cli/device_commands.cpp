@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/device_commands.h"
+
+#include <unistd.h>
+
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "gateway/tools/cli/client/points.h"
+#include "gateway/tools/cli/live/bridge.h"
+#include "gateway/tools/cli/live/read_port.h"
+#include "gateway/tools/cli/offline/check_profile.h"
+#include "gateway/tools/cli/offline/new_profile.h"
+#include "gateway/tools/cli/offline/profiles.h"
+#include "gateway/tools/cli/offline/simulate.h"
+#include "gateway/tools/simulate/fault_text.h"
+#include "gateway/tools/terminal/live_table.h"
+#include "gateway/tools/terminal/words.h"
+
+namespace baudgate {
+namespace {
+
+/// Options that make a twin misbehave or speak unasked.
+void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& options) {
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--fault",
+          [options](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts) {
+              auto fault = ParseFault(text);
+              if (!fault) throw CLI::ValidationError("--fault", fault.error());
+              options->faults.push_back(std::move(*fault));
+            }
+          },
+          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
+      ->take_all()
+      ->allow_extra_args(false);
+  command.add_option_function<std::string>(
+      "--events",
+      [options](const std::string& text) {
+        const auto schedule = ParseEventSchedule(text);
+        if (!schedule) throw CLI::ValidationError("--events", schedule.error());
+        options->events = *schedule;
+      },
+      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
+}
+
+void AddSimulate(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("simulate", "Run device twins: one on a pty, or all of a file");
+  auto options = std::make_shared<SimulateOptions>();
+  auto all = std::make_shared<SimulateConfigOptions>();
+  auto* profile = command->add_option("--profile", options->profile, "Device profile");
+  auto* protocol = command->add_option("--protocol", options->protocol,
+                                       "Protocol, where it is not the one whose profile it is");
+  auto* address = command->add_option("--address", options->address,
+                                      "Address on the line, if the device has one");
+  auto* pty = command->add_option("--pty", options->pty, "Path at which the pty is linked");
+  auto* baud = command->add_option("--baud", options->serial,
+                                   "Keep this bit rate and format, for example \"9600 7E1\"");
+  profile->needs(pty);
+  address->needs(profile);
+  pty->needs(profile);
+  auto* set = command->add_option("--set", options->set, "Device option, key=value")
+                  ->take_all()
+                  ->allow_extra_args(false);
+  auto* file = command->add_option("-c,--config", all->file,
+                                   "All devices of this configuration, a pty or TCP port a line");
+  for (auto* one : {profile, protocol, address, pty, baud, set}) file->excludes(one);
+  auto* write = command->add_option("--write", all->write,
+                                    "Write the configuration with the twins' ports to this file");
+  write->needs(file);
+  command->add_option("--ports", all->ports, "Folder of those ports; beside that file if not given")
+      ->needs(write);
+  AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
+  AddMisbehaviour(*command, options);
+  command->callback([options, all, profile, file, &action] {
+    if (profile->empty() && file->empty()) {
+      throw CLI::RequiredError("--profile, or -c with a configuration,");
+    }
+    const bool one = file->empty();
+    all->think_time = options->think_time;
+    all->faults = options->faults;
+    all->events = options->events;
+    action = [=](const auto& catalog) {
+      return one ? RunSimulate(*options, catalog, std::cout, std::cerr)
+                 : RunSimulateConfig(*all, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileOptions>& fresh) {
+  auto* list = profiles.add_option(
+      "--new", fresh->file,
+      "Print a Modbus profile made of a register list, a CSV file with the columns name, register "
+      "and type, and where there are unit, scale, access, table, group, description, example");
+  const std::map<std::string, FirstRegister> firsts = {
+      {"0", FirstRegister::zero}, {"1", FirstRegister::one}, {"40001", FirstRegister::modicon}};
+  profiles
+      .add_option_function<std::string>(
+          "--first-register", [fresh, firsts](const auto& text) { fresh->first = firsts.at(text); },
+          "What the list calls the first holding register: 0, 1 or 40001")
+      ->check(CLI::IsMember({"0", "1", "40001"}))
+      ->needs(list);
+  profiles.add_option("--table", fresh->table, "Of numbers that tell none: holding or input")
+      ->check(CLI::IsMember({"holding", "input"}))
+      ->capture_default_str()
+      ->needs(list);
+  profiles.add_option("--device", fresh->title, "Title of the new profile")->needs(list);
+  return list;
+}
+
+void AddProfiles(CLI::App& app, Action& action) {
+  auto* profiles = app.add_subcommand("profiles", "List profiles; show, check or make one");
+  auto profile = std::make_shared<std::string>();
+  auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
+  auto check = std::make_shared<CheckProfileOptions>();
+  auto fresh = std::make_shared<NewProfileOptions>();
+  auto* name = profiles->add_option("NAME", *profile, "Profile");
+  auto* json = profiles->add_flag_callback(
+      "--json", [format] { *format = ProfileFormat::json; }, "Print JSON");
+  profiles
+      ->add_flag_callback(
+          "--markdown", [format] { *format = ProfileFormat::markdown; }, "Print Markdown")
+      ->excludes(json);
+  auto* file = profiles->add_option("--check", check->file,
+                                    "Say all that is wrong with this file, or print its registers");
+  profiles->add_option("--protocol", check->protocol, "Protocol of the file")->needs(file);
+  auto* list = AddNewProfile(*profiles, fresh);
+  file->excludes(name);
+  list->excludes(name)->excludes(file);
+  profiles->callback([=, &action] {
+    action = [=](const auto& catalog) {
+      if (!list->empty()) return RunNewProfile(*fresh, catalog, std::cout, std::cerr);
+      const std::size_t width = TerminalWidth(STDOUT_FILENO);
+      if (file->empty()) {
+        return RunProfiles(*profile, *format, catalog, std::cout, std::cerr, width);
+      }
+      check->format = *format;
+      check->width = width;
+      return RunCheckProfile(*check, catalog, std::cout, std::cerr);
+    };
+  });
+}
+
+/// Two ways to one answer: through the running gateway, or at a port that is free.
+void AddRead(CLI::App& app, Action& action) {
+  auto* command = app.add_subcommand(
+      "read", "Ask a device now for its points: one of the running gateway, or one at a free port");
+  auto options = std::make_shared<ReadOptions>();
+  auto direct = std::make_shared<ReadPortOptions>();
+  auto* target = command->add_option("TARGET", options->target,
+                                     "LINE.DEVICE or LINE.DEVICE.POINT; with --port only POINT");
+  command->add_flag("--json", options->json, "Print one JSON object");
+  auto* socket = command->add_option("--socket", options->socket,
+                                     "Control socket of the gateway, if it is not found");
+  auto* port =
+      command
+          ->add_option("--port", direct->port, "Without a gateway: a free port, or tcp://host:port")
+          ->excludes(socket);
+  auto* profile = command->add_option("--profile", direct->profile, "Device profile")->needs(port);
+  command->add_option("--address", direct->address, "Address on the line, if the device has one")
+      ->needs(port);
+  port->needs(profile);
+  command
+      ->add_option("--protocol", direct->protocol,
+                   "Protocol, where it is not the one whose profile it is")
+      ->needs(port);
+  command
+      ->add_option("--serial", direct->serial,
+                   "For example \"9600 7E1\"; the protocol's if not given")
+      ->needs(port);
+  command->add_option("--option", direct->options, "Device option, key=value")
+      ->take_all()
+      ->allow_extra_args(false)
+      ->needs(port);
+  command->callback([=, &action] {
+    if (port->empty() && target->empty()) {
+      throw CLI::RequiredError("TARGET, or --port with --profile,");
+    }
+    const bool free = !port->empty();
+    direct->point = options->target;
+    direct->json = options->json;
+    action = [=](const auto& catalog) {
+      return free ? RunReadPort(*direct, catalog, std::cout, std::cerr)
+                  : RunRead(*options, std::cout, std::cerr);
+    };
+  });
+}
+
+void AddBridge(CLI::App& app, Action& action) {
+  auto* command =
+      app.add_subcommand("bridge", "Pass Modbus TCP on to the Modbus slaves at one port");
+  auto options = std::make_shared<BridgeOptions>();
+  command->add_option("PORT", options->port, "/dev/ttyUSB0, or tcp://host:port of a serial server")
+      ->required();
+  command->add_option("SERIAL", options->serial, "Bit rate and format: 19200 8E1")->expected(0, 2);
+  command->add_option("--protocol", options->protocol, "modbus_rtu, modbus_ascii or modbus_tcp")
+      ->capture_default_str();
+  command->add_option("--listen", options->listen, "Where clients come: ADDRESS or ADDRESS:PORT")
+      ->capture_default_str();
+  command
+      ->add_option("--allow", options->allow,
+                   "Who may come, for example 10.0.0.0/24; needed beyond loopback; may be repeated")
+      ->take_all()
+      ->allow_extra_args(false);
+  command->add_flag("--read-only", options->read_only, "Refuse every function that writes");
+  command->callback([options, &action] {
+    action = [=](const auto& catalog) { return RunBridge(*options, catalog, std::cerr); };
+  });
+}
+
+}  // namespace
+
+void AddDeviceCommands(CLI::App& app, Action& action) {
+  AddSimulate(app, action);
+  AddProfiles(app, action);
+  AddRead(app, action);
+  AddBridge(app, action);
+}
+
+}  // namespace baudgate

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/live/demo.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <asio/signal_set.hpp>
+#include <asio/steady_timer.hpp>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/log.h"
+#include "gateway/base/shown.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/tools/cli/live/scratch_directory.h"
+#include "gateway/tools/cli/offline/make_line.h"
+#include "gateway/tools/simulate/line_twins.h"
+#include "gateway/tools/terminal/live_screen.h"
+#include "gateway/tools/terminal/live_table.h"
+
+namespace baudgate {
+namespace {
+
+constexpr std::uint16_t kPortsToTry = 10;
+constexpr std::uint16_t kWebPort = 8502;
+constexpr Duration kRefresh = 500ms;
+
+/// The Modbus units of the shipped profiles, so that `-a 1` in a document is the SPAJ 140 C for as
+/// long as the document says so. A profile that is not listed gets a unit from kFirstFreeUnit on.
+struct FixedUnit {
+  std::string_view profile;
+  std::uint8_t unit;
+};
+constexpr FixedUnit kUnits[] = {
+    {"spaj140c", 1},
+    {"spau130c", 2},
+    {"adam-4017plus", 11},
+    {"adam-4018plus", 12},
+    {"icpdas-i-7017", 13},
+    {"icpdas-i-7024", 14},
+    {"icpdas-i-7060", 15},
+    {"icpdas-i-7080", 16},
+    {"owen-mv110-2a", 17},
+    {"owen-mv110-8a", 18},
+    {"set-4tm.02", 21},
+    {"set-4tm.03m", 22},
+    {"generic-meter", 31},
+    {"mitsubishi-fr-d700", 32},
+    {"bar-code", 41},
+    {"olimex-mod-rfid125", 42},
+    {"weighing", 43},
+    {"olimex-mod-rfid125-asked", 44},
+    {"mt-sics", 51},
+    {"scpi-instrument", 52},
+    {"lauda-thermostat", 53},
+    {"nmea-0183-weather", 54},
+    {"owen-mv110-8a-telegrams", 55},
+};
+constexpr std::uint8_t kFirstFreeUnit = 101;
+
+/// Names of devices take letters, digits, '_' and '-' only; profiles may have points.
+std::string DeviceName(std::string profile) {
+  for (char& c : profile) {
+    if (c == '.') c = '_';
+  }
+  return profile;
+}
+
+/// Those that carry no Modbus come first.
+std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
+  std::vector<const Protocol*> protocols;
+  for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
+  std::stable_partition(protocols.begin(), protocols.end(),
+                        [](const Protocol* one) { return !one->carrier; });
+  return protocols;
+}
+
+/// One device of each of the protocol's own profiles, at the addresses from 1 on: all on one line,
+/// or each on its own where they may speak unasked.
+std::vector<WantedLine> DemoLines(const Protocol& protocol, const std::filesystem::path& directory,
+                                  const config::Catalog& catalog) {
+  std::vector<WantedLine> lines;
+  const std::string name(protocol.name);
+  for (const config::ProfileFile& profile : catalog.Profiles(name)) {
+    if (profile.protocol != name) continue;
+    if (lines.empty() || protocol.unasked != nullptr) {
+      WantedLine& line = lines.emplace_back();
+      line.protocol = name;
+      line.name = protocol.unasked != nullptr ? name + "-" + std::to_string(lines.size()) : name;
+      line.port = (directory / line.name).string();
+    }
+    auto& devices = lines.back().devices;
+    devices.push_back({.name = DeviceName(profile.name),
+                       .profile = profile.name,
+                       .address = std::to_string(devices.size() + 1)});
+  }
+  return lines;
+}
+
+/// The lines of each protocol that has profiles. A second demo beside the first has a name of its
+/// own, because the name is the key of its DDS samples.
+Result<config::Config> DemoConfig(const config::Catalog& catalog,
+                                  const std::filesystem::path& directory,
+                                  const DemoOptions& options, std::uint16_t port,
+                                  std::uint16_t web_port) {
+  config::Config config;
+  config.name = port == options.port ? "demo" : fmt::format("demo-{}", port);
+  config.state = directory / "state";
+  config.modbus.listen.emplace_back().port = port;
+  config.web.on = true;
+  config.web.listen.port = web_port;
+  config.web.acknowledge = true;
+  config.dds.domain = options.domain;
+  std::uint8_t free_unit = kFirstFreeUnit;
+  for (const Protocol* protocol : ProtocolsOf(catalog)) {
+    for (const WantedLine& wanted : DemoLines(*protocol, directory, catalog)) {
+      auto line = MakeLine(wanted, catalog);
+      if (!line) return Error{line.error()};
+      for (std::size_t i = 0; i < line->devices.size(); ++i) {
+        const auto fixed =
+            std::ranges::find(kUnits, wanted.devices[i].profile, &FixedUnit::profile);
+        line->devices[i].unit = fixed != std::end(kUnits) ? fixed->unit : free_unit++;
+      }
+      config.lines.push_back(std::move(*line));
+    }
+  }
+  return config;
+}
+
+/// The points of the fast groups, as they stand in the store now.
+std::vector<PointRow> Rows(const PointStore& store) {
+  std::vector<PointRow> rows;
+  const Instant now = ReadClocks().instant;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device, [&](const DeviceRecord& record) {
+      for (std::size_t i = 0; i < record.points.size(); ++i) {
+        const config::Point& point = record.device->points[i];
+        if (point.group != config::Group::fast) continue;
+        const Value& value = record.points[i].value;
+        const auto* number = std::get_if<double>(&value);
+        rows.push_back({record.device->name, point.name,
+                        number != nullptr ? FormatValue(*number) : ToText(value), point.unit,
+                        QualityAt(record, i, now), AgeAt(record, i, now), false});
+      }
+    });
+  }
+  return rows;
+}
+
+std::size_t DevicesAlive(const PointStore& store) {
+  std::size_t alive = 0;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    store.Read(device,
+               [&](const DeviceRecord& record) { alive += Answers(record.status.state) ? 1 : 0; });
+  }
+  return alive;
+}
+
+std::string Hints(const config::Config& config, const DemoOptions& options) {
+  const int port = config.modbus.listen.front().port;
+  std::string text = "\nWhile this runs, in another terminal:\n";
+  text += fmt::format("  mbpoll -m tcp -p {} -a 1 -0 -r 0 -c 4 -t 3:float -B -1 127.0.0.1\n", port);
+  text += fmt::format("  baudgate watch --domain {}\n", options.domain);
+  return text;
+}
+
+/// The twins, on a thread of their own: they are the world, not the gateway.
+class Twins {
+ public:
+  ~Twins() {
+    io_.stop();
+    if (thread_.joinable()) thread_.join();
+  }
+  Status Add(const config::Line& line, const config::Catalog& catalog) {
+    SimulatorOptions options;
+    options.link = line.port;
+    auto simulator = SimulateLine(io_, line, catalog, std::move(options));
+    if (!simulator) return Error{simulator.error()};
+    simulators_.push_back(std::move(*simulator));
+    return {};
+  }
+  void Start() {
+    thread_ = std::thread([this] { io_.run(); });
+  }
+
+ private:
+  asio::io_context io_{1};
+  std::vector<std::unique_ptr<Simulator>> simulators_;
+  std::thread thread_;
+};
+
+/// Draws the table on a terminal until the time is over or a signal comes.
+class LiveDemo {
+ public:
+  LiveDemo(const Daemon& daemon, std::string head, std::string tail, std::ostream& out)
+      : daemon_(daemon), head_(std::move(head)), tail_(std::move(tail)), out_(out), screen_(out) {}
+
+  void Run(asio::io_context& io) {
+    io_ = &io;
+    OnResize();
+    Draw();
+    io.run();
+  }
+
+ private:
+  void Draw() {
+    if (auto view = TerminalView(STDOUT_FILENO)) {
+      const std::size_t height = view->height;
+      const auto around = std::ranges::count(head_ + tail_, '\n');
+      if (height > 0) view->height -= std::min(height - 1, static_cast<std::size_t>(around));
+      screen_.Draw(head_ + RenderPoints(Rows(daemon_.store()), *view) + tail_, height);
+    }
+    if (!out_) io_->stop();  // its reader has left
+    refresh_.emplace(*io_, kRefresh);
+    refresh_->async_wait([this](const asio::error_code& error) {
+      if (!error) Draw();
+    });
+  }
+  void OnResize() {
+    if (!resized_) resized_.emplace(*io_, SIGWINCH);
+    resized_->async_wait([this](const asio::error_code& error, int) {
+      if (error) return;
+      Draw();
+      OnResize();
+    });
+  }
+
+  const Daemon& daemon_;
+  const std::string head_;
+  const std::string tail_;
+  std::ostream& out_;
+  LiveScreen screen_;
+  asio::io_context* io_ = nullptr;
+  std::optional<asio::steady_timer> refresh_;
+  std::optional<asio::signal_set> resized_;
+};
+
+void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
+  asio::io_context io(1);
+  asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
+  stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
+  asio::steady_timer end(io);
+  if (options.seconds) {
+    end.expires_after(*options.seconds);
+    end.async_wait([&io](const asio::error_code&) { io.stop(); });
+  }
+  const std::string head = "web page http://" + daemon.config_at_start().web.Place() +
+                           "/\nbaudgate demo: " + daemon.Summary() + "\n";
+  const std::string tail = Hints(daemon.config_at_start(), options);
+  if (LiveScreen::Possible(STDOUT_FILENO)) {
+    log::SetLeast(log::Level::error);
+    LiveDemo(daemon, head, tail, out).Run(io);
+  } else {
+    out << head << tail << std::flush;
+    io.run();
+  }
+}
+
+}  // namespace
+
+int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
+            std::ostream& err) {
+  signal(SIGPIPE, SIG_IGN);  // or a reader that leaves would end us before the scratch is gone
+  const ScratchDirectory scratch("demo");
+  if (scratch.path().empty()) {
+    err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
+           "writable?\n";
+    return 4;
+  }
+  std::uint16_t offset = 0;
+  std::uint16_t web_offset = 0;
+  while (offset < kPortsToTry && web_offset < kPortsToTry) {
+    const auto port = static_cast<std::uint16_t>(options.port + offset);
+    const auto web_port = static_cast<std::uint16_t>(kWebPort + web_offset);
+    const auto config = DemoConfig(catalog, scratch.path(), options, port, web_port);
+    if (!config) {
+      err << "baudgate: " << config.error() << "\n";
+      return 3;
+    }
+    Twins twins;
+    for (const config::Line& line : config->lines) {
+      if (const Status status = twins.Add(line, catalog); !status) {
+        err << "baudgate: " << status.error() << "\n";
+        return 4;
+      }
+    }
+    Daemon daemon(*config, catalog);
+    if (const Status status = daemon.Start(); !status) {
+      err << "baudgate: " << status.error() << "\n";
+      // Most likely a port is taken: by another demo, or by the gateway itself.
+      const bool page = status.error().starts_with("web:");
+      ++(page ? web_offset : offset);
+      err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";
+      continue;
+    }
+    twins.Start();
+    Show(daemon, options, out);
+    const std::size_t alive = DevicesAlive(daemon.store());
+    const std::size_t devices = daemon.store().device_count();
+    const std::vector<PointRow> rows = Rows(daemon.store());
+    daemon.Stop();
+    if (!LiveScreen::Possible(STDOUT_FILENO)) out << RenderPoints(rows, {}) << "\n";
+    out << fmt::format("{} of {} devices were read\n", alive, devices);
+    return alive == devices && devices > 0 ? 0 : 4;
+  }
+  return 4;
+}
+
+}  // namespace baudgate

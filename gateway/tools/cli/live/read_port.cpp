@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/live/read_port.h"
+
+#include <algorithm>
+#include <csignal>
+#include <thread>
+
+#include "gateway/base/exit_code.h"
+#include "gateway/base/log.h"
+#include "gateway/base/text.h"
+#include "gateway/bus/points/ageing.h"
+#include "gateway/daemon/daemon.h"
+#include "gateway/lines/not_opened_yet.h"
+#include "gateway/tools/cli/client/control_client.h"
+#include "gateway/tools/cli/client/points.h"
+#include "gateway/tools/cli/live/port_config.h"
+#include "gateway/tools/cli/live/scratch_directory.h"
+#include "gateway/tools/cli/offline/make_line.h"
+
+namespace baudgate {
+namespace {
+
+constexpr const char* kLine = "port";
+constexpr const char* kDevice = "device";
+/// A connection that is not there after this time does not come by itself; and a device that has so
+/// much to say is shown with what it has said.
+constexpr Duration kWaitForPort = 15s;
+constexpr Duration kLookAtValuesEvery = 20ms;
+
+Result<std::string> Yaml(const ReadPortOptions& options, const std::string& protocol,
+                         const ScratchDirectory& scratch) {
+  std::string yaml = "gateway:\n  name: read\n";
+  yaml += "  state: " + YamlText((scratch.path() / "state").string()) + "\n";
+  yaml += "  socket: " + YamlText((scratch.path() / "control").string()) + "\n";
+  yaml += "modbus: { enabled: false }\ndds: { enabled: false }\n";
+  yaml +=
+      "lines:\n  - name: " + std::string(kLine) + "\n    port: " + YamlText(options.port) + "\n";
+  yaml += "    protocol: " + YamlText(protocol) + "\n";
+  if (!options.serial.empty()) yaml += "    serial: " + YamlText(options.serial) + "\n";
+  yaml += "    devices:\n      - name: " + std::string(kDevice) + "\n";
+  if (!options.address.empty()) yaml += "        address: " + YamlText(options.address) + "\n";
+  yaml += "        profile: " + YamlText(options.profile) + "\n";
+  for (const std::string& option : options.options) {
+    const auto equals = option.find('=');
+    if (equals == std::string::npos) return Error{"--option: write key=value"};
+    yaml += "        " + YamlText(option.substr(0, equals)) + ": " +
+            YamlText(option.substr(equals + 1)) + "\n";
+  }
+  return yaml;
+}
+
+/// A reply was refused in part, and is asked for in other pieces; or there was no time yet.
+bool IsUnderWay(const DeviceRecord& record, Instant now) {
+  if (record.status.Count(Outcome::ok) == 0) return false;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    const bool read = record.device->points[i].access != config::Access::write;
+    if (read && QualityAt(record, i, now) == Quality::bad_waiting) return true;
+  }
+  return false;
+}
+
+/// Whether the device has been asked for the first time, or is silent.
+bool IsKnown(const PointStore& store) {
+  bool known = false;
+  store.Read(0, [&](const DeviceRecord& record) {
+    const Outcome outcome = record.status.last_outcome;
+    const bool asked = outcome != Outcome::none && outcome != Outcome::line_down;
+    known = asked && !IsUnderWay(record, ReadClocks().instant);
+  });
+  return known;
+}
+
+int Fail(const std::string& message, int code, std::ostream& err) {
+  err << "baudgate: " << message << '\n';
+  return code;
+}
+
+/// Until the port is open and the device has been asked for the first time; else why it is not.
+Status AwaitPort(const PointStore& store) {
+  const Instant limit = ReadClocks().instant + kWaitForPort;
+  while (ReadClocks().instant < limit) {
+    const LineStatus line = store.ReadLine(0);
+    const bool open = line.port == LineStatus::Port::open;
+    if (open && IsKnown(store)) return {};
+    const bool tried = !line.port_text.empty() && line.port_text != kNotOpenedYet;
+    if (!open && tried) return Error{line.port_text};
+    std::this_thread::sleep_for(kLookAtValuesEvery);
+  }
+  if (store.ReadLine(0).port == LineStatus::Port::open) return {};
+  return Error{"it did not open within " + FormatDuration(kWaitForPort)};
+}
+
+/// The traffic of the line, in short.
+struct Traffic {
+  int requests = 0;
+  std::string request{};  ///< the last one, in hex
+  bool anything = false;  ///< bytes came back
+};
+Traffic TrafficOf(const std::string& socket, std::ostream& err) {
+  Traffic traffic;
+  ControlClient::Json recorded;
+  if (Ask(socket, {{"command", "recorded"}, {"target", kLine}}, recorded, err) != kExitDone) {
+    return traffic;
+  }
+  for (const auto& record : recorded.value("records", ControlClient::Json::array())) {
+    const std::string text = record.get<std::string>();
+    traffic.anything = traffic.anything || text.find(" < ") != std::string::npos;
+    const auto sent = text.find(" > ");
+    if (sent == std::string::npos) continue;
+    ++traffic.requests;
+    const auto from = sent + 3;
+    traffic.request = Trim(text.substr(from, text.find('|', from) - from));
+  }
+  return traffic;
+}
+
+/// Prints the request that got no answer. If bytes came back, prints the sentence of the status.
+void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
+                    const std::string& socket, std::ostream& err) {
+  const Traffic traffic = TrafficOf(socket, err);
+  err << "baudgate: " << options.port << ": ";
+  if (traffic.requests > 0 && !traffic.anything) {
+    err << traffic.request << " was sent " << traffic.requests << " times"
+        << (serial.empty() ? "" : " at " + serial)
+        << ", and nothing came back: check power, the wires"
+        << (options.address.empty() ? "" : ", address " + options.address)
+        << " and the settings; 'baudgate scan " << options.port << "' tries other ones\n";
+    return;
+  }
+  if (traffic.requests == 0 && !traffic.anything) {
+    err << "the device speaks by itself, and nothing came within " << FormatDuration(kWaitForPort)
+        << (serial.empty() ? "" : " at " + serial) << ": check power, the wires and the settings\n";
+    return;
+  }
+  err << "not all was " << (traffic.requests > 0 ? "read" : "said") << '\n';
+  ControlClient::Json status;
+  if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
+  for (const auto& line : status.value("lines", ControlClient::Json::array())) {
+    for (const auto& device : line.value("devices", ControlClient::Json::array())) {
+      for (const auto& sentence : device.value("advice", ControlClient::Json::array())) {
+        err << "baudgate: it " << sentence.get<std::string>() << '\n';
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
+                std::ostream& err) {
+  signal(SIGPIPE, SIG_IGN);
+  log::SetLeast(log::Level::error);
+  const ScratchDirectory scratch("read");
+  if (scratch.path().empty()) {
+    return Fail("no temporary directory can be made", kExitCanNot, err);
+  }
+  const auto protocol = options.protocol.empty() ? ProtocolOfProfile(options.profile, catalog)
+                                                 : Result<std::string>(options.protocol);
+  if (!protocol) return Fail(protocol.error(), kExitBadConfiguration, err);
+  const auto yaml = Yaml(options, *protocol, scratch);
+  if (!yaml) return Fail(yaml.error(), kExitUsage, err);
+  auto config = PortConfig(*yaml, catalog);
+  if (!config) return Fail(config.error(), kExitBadConfiguration, err);
+  const std::string socket = config->socket;
+  const config::Line& line = config->lines.front();
+  const std::string serial = line.is_network() ? std::string() : line.serial.ToString();
+  Daemon daemon(std::move(*config), catalog);
+  if (const Status started = daemon.Start(); !started) {
+    return Fail(started.error(), kExitCanNot, err);
+  }
+  int code = kExitCanNot;
+  const Status open = AwaitPort(daemon.store());
+  if (open) {
+    std::string target = std::string(kLine) + "." + kDevice;
+    if (!options.point.empty()) target += "." + options.point;
+    bool unasked = false;
+    daemon.store().Read(0, [&](const DeviceRecord& record) { unasked = record.status.unasked; });
+    code = RunRead({.target = target,
+                    .json = options.json,
+                    .socket = socket,
+                    .passing = true,
+                    .unasked = unasked},
+                   out, err);
+    if (code == kNotDone) ExplainFailure(options, serial, socket, err);
+  } else {
+    err << "baudgate: " << options.port << ": " << open.error()
+        << "; 'baudgate ports' says what there is, and who holds it\n";
+  }
+  // Without destructors: they would wait for the driver.
+  if (!daemon.Stop()) {
+    out.flush();
+    std::_Exit(code);
+  }
+  return code;
+}
+
+}  // namespace baudgate

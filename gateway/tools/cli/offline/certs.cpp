@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/offline/certs.h"
+
+#include <filesystem>
+
+#include "config/checks/name_checks.h"
+#include "gateway/outputs/pki/demo_pki.h"
+
+namespace baudgate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDone = 0;
+constexpr int kBadName = 2;
+constexpr int kNotWritten = 4;
+
+}  // namespace
+
+int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) {
+  std::error_code error;
+  const std::string folder = fs::absolute(options.directory, error).lexically_normal().string();
+  pki::DemoPkiOptions demo;
+  demo.directory = folder;
+  demo.gateways = options.gateways;
+  demo.subscribers = options.subscribers.value_or(0);
+  demo.writers = options.writers;
+  if (demo.gateways.empty() && demo.subscribers == 0 && demo.writers == 0) {
+    if (fs::exists(fs::path(folder) / "ca", error)) {
+      err << "certs: " << folder << " has an authority; name what it is to issue: "
+          << "--gateway NAME, --subscribers N or --writers N\n";
+      return kNotWritten;
+    }
+    demo.gateways = {"baudgate"};
+    demo.subscribers = options.subscribers.value_or(1);
+  }
+  for (const std::string& name : demo.gateways) {
+    if (const Status status = config::CheckName(name); !status) {
+      err << "certs: --gateway: " << status.error() << '\n';
+      return kBadName;
+    }
+  }
+  const auto made = pki::WriteDemoPki(demo, ReadClocks().wall);
+  if (!made) {
+    err << "certs: " << made.error() << "; no file is overwritten\n";
+    return kNotWritten;
+  }
+  out << "made, valid for 5 years:\n";
+  for (const std::string& one : *made) out << "  " << one << '\n';
+  for (const std::string& name : demo.gateways) {
+    out << "configuration of the gateway " << name
+        << ":\n  dds: { security: " << (fs::path(folder) / name).string() << " }\n";
+  }
+  if (demo.subscribers > 0) {
+    out << "a subscriber: baudgate watch --security "
+        << (*made)[made->size() - 1 - static_cast<std::size_t>(demo.writers)] << '\n';
+  }
+  out << "Keep " << folder << "/ca/key.pem apart: whoever has it can issue identities.\n";
+  return kDone;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/offline/check.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "config/checks/round.h"
+#include "config/loader.h"
+#include "gateway/base/exit_code.h"
+#include "gateway/base/shown.h"
+#include "gateway/base/text.h"
+#include "gateway/records/disk/state_folder.h"
+#include "gateway/tools/cli/offline/check_kept.h"
+#include "gateway/tools/cli/offline/check_listeners.h"
+#include "gateway/tools/cli/offline/check_web.h"
+#include "gateway/tools/cli/offline/check_words.h"
+#include "gateway/tools/cli/offline/check_writes.h"
+#include "gateway/tools/cli/offline/security_problems.h"
+#include "gateway/tools/cli/offline/taken_back.h"
+#include "gateway/tools/cli/offline/unit_table.h"
+#include "gateway/tools/terminal/text_table.h"
+
+namespace baudgate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using config::TextTable;
+
+std::size_t ServedPoints(const config::Device& device) {
+  if (!device.unit) return 0;
+  return static_cast<std::size_t>(
+      std::count_if(device.points.begin(), device.points.end(),
+                    [](const config::Point& point) { return point.modbus.has_value(); }));
+}
+
+std::string Describe(const config::Dds& dds, bool events) {
+  if (!dds.enabled) return "off";
+  std::string text = "domain " + std::to_string(dds.domain) + " on " +
+                     Joined(dds.interfaces, [](const std::string& address) { return address; });
+  const auto same = [](const std::string& one) { return one; };
+  if (!dds.multicast) text += ", no multicast";
+  if (!dds.peers.empty()) text += ", peers " + Joined(dds.peers, same);
+  if (!dds.discovery_servers.empty()) {
+    text += ", discovery servers " + Joined(dds.discovery_servers, [](const config::HostPort& at) {
+              return at.host + ":" + std::to_string(at.port);
+            });
+  }
+  text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
+  if (events) text += ", baudgate/events, baudgate/alarms";
+  return text + (dds.write ? "; write: allow, so that whoever reaches the domain may write what "
+                             "devices allow, on baudgate/write"
+                           : "; write: deny");
+}
+
+std::string Describe(const config::PortServer& server) {
+  return server.Place() + ", " + std::string(Name(server.mode)) + ", for " + Whom(server.allow);
+}
+
+std::string Describe(const config::Line& line) {
+  std::string text = "line " + line.name + ": " + line.port;
+  if (!line.port.starts_with("tcp://")) text += ", " + line.serial.ToString();
+  if (line.serial.software_parity) text += " (software parity)";
+  if (line.serial_server) return text + ", served at " + Describe(*line.serial_server);
+  text += ", " + line.protocol + ", " + Plural(line.devices.size(), "device");
+  if (!line.lend) return text;
+  return text + ", lent at " + Describe(*line.lend) + ", " + FormatDuration(line.lend->time) +
+         " at most";
+}
+
+std::vector<std::string> Row(const config::Device& device) {
+  const std::size_t served = ServedPoints(device);
+  return {device.name,
+          device.address,
+          device.protocol,
+          device.profile,
+          device.unit ? std::to_string(*device.unit) : "none",
+          std::to_string(device.points.size()),
+          std::to_string(served),
+          FormatDuration(device.poll),
+          FormatDuration(device.slow),
+          device.enabled ? "" : "disabled"};
+}
+
+/// Once for all devices of the line that have the same.
+void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+  for (const config::Device& device : line.devices) {
+    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const std::string text = TimesText(TimesInForce(line, device, protocol));
+    auto group = std::ranges::find(groups, text, [](const auto& one) { return one.first; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {text, {}});
+    group->second.push_back(device.name);
+  }
+  for (const auto& [times, names] : groups) {
+    const auto same = [](const std::string& name) { return name; };
+    out << "  times" << (groups.size() > 1 ? " of " + Joined(names, same) : "") << ": " << times
+        << '\n';
+  }
+}
+
+/// What second readings cost where the check value of replies is weak.
+void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
+  std::size_t points = 0;
+  std::size_t jumps = 0;
+  std::size_t always = 0;
+  config::Round round;
+  for (const config::Device& device : line.devices) {
+    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const auto bus = MakeBus(protocol);
+    const config::Round fast = RoundOf(config::Group::fast, line, device, protocol, bus.get());
+    round.requests += fast.requests;
+    round.time += fast.time;
+    for (const config::Point& point : device.points) {
+      ++points;
+      if (point.recheck == config::Recheck::jump) ++jumps;
+      if (point.recheck == config::Recheck::always) ++always;
+    }
+  }
+  if (jumps + always == 0) return;
+  out << "  recheck: " << jumps + always << " of " << points << " points count a "
+      << (always == 0 ? "jump only when a second reading agrees"
+                      : "reading only when a second one agrees");
+  if (round.requests > 0) {
+    const auto each = round.time / static_cast<int>(round.requests);
+    out << ", one request (about "
+        << FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(each)) << ") for each "
+        << (always == 0 ? "jump, none while values are quiet" : "poll");
+  }
+  out << '\n';
+}
+
+void PrintSummary(const config::Config& config, const config::Catalog& catalog,
+                  const std::string& security, std::ostream& out) {
+  out << "gateway " << config.name << '\n';
+  if (!config.modbus.enabled) out << "modbus off\n";
+  for (const config::Listener& listener : config.modbus.listen) {
+    if (config.modbus.enabled) PrintListener(listener, out);
+  }
+  out << "dds " << Describe(config.dds, KeepsEvents(config)) << '\n';
+  if (!security.empty()) out << "  security   " << security << '\n';
+  PrintWeb(config, out);
+  if (NeedsState(config, catalog)) {
+    out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
+        << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
+                             : ": what is remembered of devices\n");
+    PrintEvents(config, out);
+    PrintOfMeters(config, out);
+    PrintHistory(config, out);
+  }
+  out << "reload applies all but gateway (other than its alarms), modbus.enabled, dds, events and "
+         "history.directory: these need a restart\n";
+  for (const config::Line& line : config.lines) {
+    out << '\n' << Describe(line) << '\n';
+    if (line.devices.empty()) continue;
+    TextTable table({"device", "address", "protocol", "profile", "unit", "points", "on Modbus",
+                     "poll", "slow", "note"});
+    for (const config::Device& device : line.devices) table.Add(Row(device));
+    table.PrintAligned(out, "  ");
+    PrintTimes(line, catalog, out);
+    PrintRechecks(line, catalog, out);
+    PrintWrites(line, out);
+  }
+  if (config.modbus.enabled) PrintRouteTable(config, out);
+}
+
+Json ToJson(const config::Config& config) {
+  Json lines = Json::array();
+  for (const config::Line& line : config.lines) {
+    Json devices = Json::array();
+    for (const config::Device& device : line.devices) {
+      Json one = {{"name", device.name},         {"address", device.address},
+                  {"protocol", device.protocol}, {"profile", device.profile},
+                  {"title", device.title},       {"enabled", device.enabled}};
+      one["unit"] = device.unit ? Json(*device.unit) : Json();
+      one["points"] = device.points.size();
+      one["points_on_modbus"] = ServedPoints(device);
+      one["writes"] = WritesJson(device);
+      one["events"] = device.events;
+      one["point_events"] = device.point_events;
+      devices.push_back(std::move(one));
+    }
+    lines.push_back({{"name", line.name},
+                     {"port", line.port},
+                     {"serial", line.tcp ? Json() : Json(line.serial.ToString())},
+                     {"protocol", line.protocol},
+                     {"devices", std::move(devices)}});
+  }
+  Json units = Json::array();
+  for (const UnitRow& row : UnitRows(config)) {
+    units.push_back({{"units", row.units}, {"target", row.target}, {"deadline", row.deadline}});
+  }
+  return {{"gateway", config.name},    {"modbus", ModbusJson(config.modbus)},
+          {"units", std::move(units)}, {"history", HistoryJson(config)},
+          {"web", WebJson(config)},    {"lines", std::move(lines)}};
+}
+
+Json ToJson(const std::vector<config::Problem>& problems) {
+  Json list = Json::array();
+  for (const config::Problem& problem : problems) {
+    list.push_back({{"file", problem.mark.file},
+                    {"line", problem.mark.line},
+                    {"column", problem.mark.column},
+                    {"severity", problem.warning ? "warning" : "error"},
+                    {"message", problem.message}});
+  }
+  return list;
+}
+
+void PrintVerdict(const std::string& file, const config::Loaded& loaded, std::ostream& out) {
+  std::size_t devices = 0;
+  std::size_t points = 0;
+  for (const config::Line& line : loaded.config.lines) {
+    devices += line.devices.size();
+    for (const config::Device& device : line.devices) points += device.points.size();
+  }
+  out << file << ": good: " << Plural(loaded.config.lines.size(), "line") << ", "
+      << Plural(devices, "device") << ", " << Plural(points, "point");
+  if (!loaded.problems.empty()) out << ", " << Plural(loaded.problems.size(), "warning");
+  out << '\n';
+}
+
+}  // namespace
+
+void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err) {
+  for (const config::Problem& problem : problems) err << config::ToString(problem) << '\n';
+}
+
+int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
+             std::ostream& err, bool json) {
+  config::Loaded loaded = config::LoadFile(file, catalog);
+  std::string security;
+  if (loaded.ok()) security = CheckDdsSecurity(loaded.config, ReadClocks().wall, loaded.problems);
+  if (loaded.ok()) CheckWebToken(loaded.config, loaded.problems);
+  if (loaded.ok()) {
+    if (auto taken_back = WhyTakenBack(file, loaded.config)) {
+      loaded.problems.push_back(*std::move(taken_back));
+    }
+  }
+  if (json) {
+    Json result = {{"file", file}, {"ok", loaded.ok()}, {"problems", ToJson(loaded.problems)}};
+    if (loaded.ok()) result["summary"] = ToJson(loaded.config);
+    out << result.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    return loaded.ok() ? kExitDone : kExitBadConfiguration;
+  }
+  PrintProblems(loaded.problems, err);
+  if (!loaded.ok()) {
+    const auto errors = std::count_if(loaded.problems.begin(), loaded.problems.end(),
+                                      [](const config::Problem& p) { return !p.warning; });
+    err << file << ": bad: " << Plural(static_cast<std::size_t>(errors), "error") << '\n';
+    return kExitBadConfiguration;
+  }
+  PrintVerdict(file, loaded, out);
+  PrintSummary(loaded.config, catalog, security, out);
+  return kExitDone;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,108 @@
+// The loop of a scan: listens, asks what the plan says (plan.h), judges what comes back (judge.h),
+// asks again where that is not clear. Sends nothing but what the ScanRules of the protocols list.
+// The wire and the clock are the caller's; so is what is done with what was found.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/tools/scan/found.h"
+#include "gateway/tools/scan/judge.h"
+#include "gateway/tools/scan/plan.h"
+
+namespace baudgate::scan {
+
+/// An open port. An error ends the scan: the port is gone.
+class Wire {
+ public:
+  virtual ~Wire() = default;
+  virtual Status Apply(const config::SerialSettings& serial) = 0;
+  virtual Result<Gathered> Listen(Duration time) = 0;
+  /// Waits until the line is quiet, sends, and gathers what comes: up to `patience` after the last
+  /// character of the request, then until nothing has come for `gap`.
+  virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
+  virtual Instant Now() = 0;
+};
+
+struct Progress {
+  std::string doing{};  ///< "spabus 9600 7E1, address 12"
+  std::size_t found = 0;
+  Duration left{};
+};
+
+class Watcher {
+ public:
+  virtual ~Watcher() = default;
+  virtual void OnProgress(const Progress& progress) = 0;
+  virtual void OnFound(const Found& found) = 0;
+  /// Another master is active there (a sentence without its full stop): whether to send anyway.
+  virtual bool MayTalk(const std::string& who) = 0;
+};
+
+class Scanner {
+ public:
+  /// All outlive it.
+  Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
+
+  /// Once. What was found stands in the report, also behind an error.
+  Status Run();
+  const Report& report() const { return report_; }
+
+ private:
+  /// One question to one address, and what came of it.
+  struct Asked {
+    std::size_t tongue = 0;
+    config::SerialSettings serial{};
+    unsigned address = 0;
+    std::size_t mode = 0;
+    std::size_t question = 0;
+    Duration patience{};
+  };
+
+  bool is_over() const { return !report_.ended; }
+  const Tongue& TongueAt(const Asked& asked) const { return wish_.tongues[asked.tongue]; }
+  void End() { report_.ended = false; }
+  bool Set(const config::SerialSettings& serial);
+  void SetBack(const config::SerialSettings& serial);
+  void Listen();
+  void Sweep(const scan::Sweep& sweep, Duration behind);
+  bool IsKnown(std::size_t tongue, unsigned address) const;
+  void Look(Asked asked, std::uint32_t finds);
+  Verdict Exchange(const Asked& asked);
+  Verdict ExchangeOnce(const Asked& asked);
+  void CheckLate(std::optional<Asked> late);
+  bool OnVerdict(const Asked& asked, Verdict verdict);
+  void TakeInOwnFormat(Asked asked, Verdict verdict);
+  bool TryFormats(const Asked& asked, const std::string& why);
+  void OnGarbled(const Asked& asked);
+  void Take(const Asked& asked, Sighting sighting, std::vector<std::string> remarks);
+  bool IsShared(const Asked& asked, const Sighting& sighting);
+  void AskName(const Asked& asked, Sighting& sighting);
+  void Keep(Found found);
+  void TellForeign(const std::string& who);
+  void Finish();
+
+  const Wish& wish_;
+  const ProfileNames& profiles_;
+  Wire& wire_;
+  Watcher& watcher_;
+  Report report_;
+  Status status_;
+  bool traffic_ = false;                              ///< others speak as well, and the user knows
+  std::set<std::string> refused_;                     ///< settings that the port does not do
+  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
+  std::vector<Found> doubtful_;                       ///< nothing but damage came from there
+  std::vector<config::SerialSettings> answered_;
+  std::optional<Asked> last_;
+  std::optional<Asked> previous_;  ///< the last one to another address
+  bool checking_late_ = false;
+  Instant limit_{};
+};
+
+}  // namespace baudgate::scan

@@ -1,0 +1,108 @@
+// A pair from /dev/ptmx and a symbolic link to its slave.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/simulate/pty.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "gateway/tools/simulate/pty_server.h"
+#include "transports/serial_settings.h"
+
+namespace baudgate {
+namespace {
+
+std::string LastError() { return std::strerror(errno); }
+
+std::string LinkTarget(const std::string& link) {
+  char target[256];
+  const ssize_t size = readlink(link.c_str(), target, sizeof target);
+  return size < 0 ? std::string() : std::string(target, static_cast<std::size_t>(size));
+}
+
+void CloseAndForget(int& fd) {
+  if (fd >= 0) close(fd);
+  fd = -1;
+}
+
+}  // namespace
+
+Result<Pty> Pty::Create(const std::string& link) {
+  Pty pty;
+  if (const Status opened = pty.OpenPair(); !opened) return Error{opened.error()};
+  if (!link.empty()) {
+    if (const Status linked = pty.MakeLink(link); !linked) return Error{linked.error()};
+  }
+  return pty;
+}
+
+Pty::Pty(Pty&& other) noexcept { *this = std::move(other); }
+
+Pty& Pty::operator=(Pty&& other) noexcept {
+  if (this == &other) return *this;
+  Unplug();
+  master_ = std::exchange(other.master_, -1);
+  slave_ = std::exchange(other.slave_, -1);
+  slave_path_ = std::exchange(other.slave_path_, {});
+  link_ = std::exchange(other.link_, {});
+  return *this;
+}
+
+Status Pty::OpenPair() {
+  master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  char name[64];
+  if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0 ||
+      ptsname_r(master_, name, sizeof name) != 0) {
+    return Error{"cannot make a pseudo terminal: " + LastError()};
+  }
+  slave_path_ = name;
+  slave_ = open(name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (slave_ < 0) return Error{"cannot open " + slave_path_ + ": " + LastError()};
+  return MakeRaw(slave_);
+}
+
+Status Pty::MakeLink(const std::string& link) {
+  struct stat there {};
+  if (lstat(link.c_str(), &there) == 0 && !S_ISLNK(there.st_mode)) {
+    return Error{link + " exists and is no link; choose another path"};
+  }
+  const std::string target = LinkTarget(link);
+  if (!target.empty() && !target.starts_with("/dev/pts/")) {
+    return Error{link + " is a link to " + target + ", which is no pty; choose another path"};
+  }
+  if (const auto server = ServerOf(link, target)) {
+    return Error{link + " is a link to " + target + ", which is served by " + *server +
+                 "; end it first, or choose another path"};
+  }
+  // A reader sees the old link or the new one, never none.
+  const std::string fresh = link + ".new-" + std::to_string(getpid());
+  (void)unlink(fresh.c_str());
+  if (symlink(slave_path_.c_str(), fresh.c_str()) != 0) {
+    return Error{"cannot make the link " + link + ": " + LastError()};
+  }
+  if (rename(fresh.c_str(), link.c_str()) != 0) {
+    const Error error{"cannot make the link " + link + ": " + LastError()};
+    (void)unlink(fresh.c_str());
+    return error;
+  }
+  link_ = link;
+  return {};
+}
+
+int Pty::TakeMaster() { return std::exchange(master_, -1); }
+
+void Pty::Unplug() {
+  // While our slave is open nobody else can own its number, so equal text means our link.
+  if (!link_.empty() && LinkTarget(link_) == slave_path_) (void)unlink(link_.c_str());
+  link_.clear();
+  CloseAndForget(slave_);
+  CloseAndForget(master_);
+}
+
+}  // namespace baudgate

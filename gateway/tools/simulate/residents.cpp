@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/simulate/residents.h"
+
+#include <algorithm>
+#include <set>
+
+namespace baudgate {
+namespace {
+
+/// How often a twin that speaks unasked has something to say.
+constexpr Duration kOwnEvents = 2s;
+
+}  // namespace
+
+std::optional<std::string> FreeAddress(const Protocol& protocol,
+                                       std::span<const config::Device> devices) {
+  std::set<std::string> taken;
+  for (const config::Device& device : devices) {
+    taken.insert(protocol.canonical_address(device.address).value());
+  }
+  for (std::size_t number = 1; number <= devices.size() + 1; ++number) {
+    const auto address = protocol.canonical_address(std::to_string(number));
+    if (address && !taken.contains(*address)) return *address;
+  }
+  return std::nullopt;
+}
+
+Residents::Residents(const Protocol& protocol, std::vector<config::Device> devices,
+                     const TwinWire& wire, const std::optional<EventSchedule>& events)
+    : protocol_(protocol),
+      wire_(wire),
+      options_(ParseOptions(protocol, devices.front().options)),
+      twins_(MakeTwins(protocol, std::move(devices), 0)) {
+  auto schedule = events;
+  if (!schedule && speaks_unasked()) schedule = EventSchedule{.every = kOwnEvents};
+  for (const auto& one : twins_) {
+    if (schedule) one->events.emplace(*schedule, ReadClocks());
+  }
+}
+
+bool Residents::speaks_unasked() const {
+  return std::ranges::any_of(
+      twins_, [this](const auto& one) { return SpeaksUnasked(protocol_, one->device.options); });
+}
+
+/// `seed`: of the first; each of the others has the next one.
+Residents::Twins Residents::MakeTwins(const Protocol& protocol, std::vector<config::Device> devices,
+                                      std::uint32_t seed) {
+  Twins twins;
+  for (config::Device& device : devices) {
+    auto resident = std::make_unique<Resident>();
+    resident->device = std::move(device);
+    resident->values = std::make_unique<SimulatedValues>(resident->device.points, seed++);
+    resident->twin = protocol.make_twin(resident->device, *resident->values);
+    resident->twin->SetClock(ReadClocks());
+    twins.push_back(std::move(resident));
+  }
+  return twins;
+}
+
+/// The reply of the first twin that does not keep silent.
+Residents::Reply Residents::ReplyOf(const Twins& twins, View request, Instant now) {
+  for (const auto& one : twins) {
+    Bytes bytes = one->twin->Answer(request, now);
+    if (!bytes.empty()) return {std::move(bytes), one.get()};
+  }
+  return {};
+}
+
+const config::SerialSettings& Residents::SerialOf(const Resident& resident) const {
+  return resident.device.serial ? *resident.device.serial : wire_.serial;
+}
+
+Residents::Answer Residents::Hear(View request, Instant end) {
+  Answer answer;
+  answer.serial = wire_.serial;
+  const bool dead = IsDead(end);
+  answer.interrupts = dead;
+  if (!dead) {
+    RaiseEvents(ReadClocks());
+    Reply reply = ReplyOf(twins_, request, end);
+    answer.reply = std::move(reply.bytes);
+    if (reply.speaker != nullptr) answer.serial = SerialOf(*reply.speaker);
+  }
+  if (faults_) {
+    answer.heard = faults_->Deliver(request, answer.reply, end);
+  } else if (!answer.reply.empty()) {  // else what is being sent goes on
+    answer.interrupts = true;
+    TwinWire wire = wire_;
+    wire.serial = answer.serial;
+    answer.heard.push_back({wire.think + wire.TimeOf(answer.reply.size()), answer.reply});
+  }
+  return answer;
+}
+
+bool Residents::IsDead(Instant now) {
+  const bool dead = faults_ && faults_->IsDead(now);
+  if (std::exchange(was_dead_, dead) && !dead) {
+    for (const auto& one : twins_) {
+      one->twin = protocol_.make_twin(one->device, *one->values);
+      one->twin->SetClock(ReadClocks());
+    }
+  }
+  return dead;
+}
+
+void Residents::RaiseEvents(Now now) {
+  for (const auto& one : twins_) {
+    if (one->events) one->events->CatchUp(*one->twin, one->device, now);
+  }
+}
+
+Bytes Residents::Say(Now now) {
+  RaiseEvents(now);
+  for (const auto& one : twins_) {
+    Bytes message = one->twin->Say(now.instant);
+    if (!message.empty()) return message;
+  }
+  return {};
+}
+
+void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
+  faults_.reset();
+  strangers_.clear();
+  if (wanted.empty()) return;
+  const bool foreign = std::any_of(wanted.begin(), wanted.end(), [](const Fault& fault) {
+    return fault.kind == Fault::Kind::wrong_address;
+  });
+  if (foreign) strangers_ = MakeStrangers();
+  faults_.emplace(wanted, wire_, now, [this](View request, Instant at) {
+    return ReplyOf(strangers_, request, at).bytes;
+  });
+}
+
+/// Devices like the twins', with values of their own, that reply under one other address.
+Residents::Twins Residents::MakeStrangers() const {
+  std::vector<config::Device> devices;
+  for (const auto& one : twins_) devices.push_back(one->device);
+  const auto address = FreeAddress(protocol_, devices);
+  if (!address) return {};
+  const auto seed = static_cast<std::uint32_t>(devices.size());
+  Twins made = MakeTwins(protocol_, std::move(devices), seed);
+  for (const auto& stranger : made) stranger->twin->ReplyAs(*address);
+  return made;
+}
+
+std::vector<FaultCount> Residents::fault_counts() const {
+  return faults_ ? faults_->Counts() : std::vector<FaultCount>();
+}
+
+std::pair<std::uint64_t, std::uint64_t> Residents::event_counts() const {
+  std::pair<std::uint64_t, std::uint64_t> counts;
+  for (const auto& one : twins_) {
+    counts.first += one->events ? one->events->raised() : 0;
+    counts.second += one->events ? one->events->refused() : 0;
+  }
+  return counts;
+}
+
+}  // namespace baudgate

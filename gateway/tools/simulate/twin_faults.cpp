@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/simulate/twin_faults.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <iterator>
+#include <utility>
+
+namespace baudgate {
+namespace {
+
+/// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
+constexpr std::uint8_t kParityError = 0xFF;
+
+// The library's distributions differ from one implementation to the next; these do not.
+
+std::size_t Below(std::mt19937_64& random, std::size_t limit) {
+  return static_cast<std::size_t>(random() % limit);
+}
+
+/// 0 <= x < 1, in steps of 2^-53.
+double Share(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1.0p-53; }
+
+/// Two faults of one seed do not strike in step.
+std::uint64_t SeedOf(const Fault& fault) {
+  constexpr std::uint64_t kSpread = 0x9E37'79B9'7F4A'7C15;
+  return fault.seed + kSpread * (static_cast<std::uint64_t>(fault.kind) + 1);
+}
+
+}  // namespace
+
+std::string_view Name(Fault::Kind kind) {
+  constexpr std::array<std::string_view, kFaultKinds> kNames = {
+      "death",  "wrong_address",  "loss",          "bits", "stall", "dribble",
+      "double", "garbage_before", "garbage_after", "late", "echo"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
+
+bool Fault::IsDue(Duration since_start) const {
+  if (since_start < after) return false;
+  if (lasts == Duration::zero()) return true;
+  const Duration since = since_start - after;
+  return (every == Duration::zero() ? since : since % every) < lasts;
+}
+
+TwinFaults::TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
+                       Stranger stranger)
+    : wire_(wire), start_(start), stranger_(std::move(stranger)) {
+  for (Fault& fault : faults) {
+    std::mt19937_64 random(SeedOf(fault));
+    const std::string text = fault.text;
+    faults_.push_back({std::move(fault), random, {text, 0, 0}});
+  }
+}
+
+bool TwinFaults::IsDead(Instant now) const {
+  return std::any_of(faults_.begin(), faults_.end(), [&](const Active& active) {
+    return active.fault.kind == Fault::Kind::death && active.fault.IsDue(now - start_);
+  });
+}
+
+bool TwinFaults::IsChosen(Active& active, Instant now) {
+  ++active.count.exchanges;
+  return active.fault.IsDue(now - start_) && Share(active.random) < active.fault.rate;
+}
+
+std::vector<TimedPiece> TwinFaults::Deliver(View request, Bytes reply, Instant end_of_request) {
+  const bool dead = IsDead(end_of_request);
+  const bool asked = !reply.empty();
+  const bool answers = asked && !dead;
+  Speech speech;
+  if (dead) held_.clear();
+  if (answers) speech = TakeHeld();
+  Utterance said{request, {}, {}, {}, {}};
+  if (answers) said.speech.push_back({{}, std::move(reply)});
+  if (answers && stranger_) said.foreign = stranger_(request, end_of_request);
+  for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
+    for (Active& active : faults_) {
+      if (static_cast<std::size_t>(active.fault.kind) != kind) continue;
+      const bool on_the_line = active.fault.kind == Fault::Kind::echo;
+      const bool concerned =
+          active.fault.kind == Fault::Kind::death ? asked || dead : answers || on_the_line;
+      if (!concerned || !IsChosen(active, end_of_request)) continue;
+      if (Apply(active, said)) ++active.count.struck;
+    }
+  }
+  std::move(said.speech.begin(), said.speech.end(), std::back_inserter(speech));
+
+  std::vector<TimedPiece> pieces;
+  if (!said.echo.empty()) pieces.push_back({Duration::zero(), std::move(said.echo)});
+  Instant at = std::max(end_of_request + wire_.think + said.delay, said_until_);
+  for (Part& part : speech) {
+    at += part.pause + wire_.TimeOf(part.bytes.size());
+    pieces.push_back({at - end_of_request, std::move(part.bytes)});
+    said_until_ = at;
+  }
+  return pieces;
+}
+
+bool TwinFaults::Apply(Active& active, Utterance& said) {
+  const Fault& fault = active.fault;
+  Speech& speech = said.speech;
+  switch (fault.kind) {
+    case Fault::Kind::death:
+      return true;
+    case Fault::Kind::wrong_address:
+      if (said.foreign.empty()) return false;
+      speech.assign(1, {{}, said.foreign});
+      return true;
+    case Fault::Kind::loss:
+      return !std::exchange(speech, {}).empty();
+    case Fault::Kind::bits:
+      return FlipBits(active, speech);
+    case Fault::Kind::stall:
+      return Stall(active, speech);
+    case Fault::Kind::dribble:
+      return Dribble(active, speech);
+    case Fault::Kind::doubled: {
+      Speech copy = speech;
+      if (copy.empty()) return false;
+      copy.front().pause += fault.pause;
+      std::move(copy.begin(), copy.end(), std::back_inserter(speech));
+      return true;
+    }
+    case Fault::Kind::garbage_before:
+      speech.insert(speech.begin(), {{}, Garbage(active)});
+      return true;
+    case Fault::Kind::garbage_after:
+      speech.push_back({{}, Garbage(active)});
+      return true;
+    case Fault::Kind::late:
+      if (speech.empty()) return false;
+      said.delay += fault.pause;
+      if (fault.exchanges > 0) held_.push_back({fault.exchanges, std::exchange(speech, {})});
+      return true;
+    case Fault::Kind::echo:
+      said.echo.assign(said.request.begin(), said.request.end());
+      return true;
+  }
+  return false;
+}
+
+/// Behind any character but the last.
+bool TwinFaults::Stall(Active& active, Speech& speech) {
+  if (speech.empty() || speech.back().bytes.size() < 2) return false;
+  Bytes& whole = speech.back().bytes;
+  const std::size_t kept = 1 + Below(active.random, whole.size() - 1);
+  Bytes rest(whole.begin() + static_cast<std::ptrdiff_t>(kept), whole.end());
+  whole.resize(kept);
+  speech.push_back({active.fault.pause, std::move(rest)});
+  return true;
+}
+
+bool TwinFaults::Dribble(Active& active, Speech& speech) {
+  Speech drops;
+  for (const Part& part : speech) {
+    Duration pause = drops.empty() ? part.pause : std::max(part.pause, active.fault.pause);
+    for (const std::uint8_t byte : part.bytes) {
+      drops.push_back({std::exchange(pause, active.fault.pause), {byte}});
+    }
+  }
+  speech = std::move(drops);
+  return !speech.empty();
+}
+
+/// Bits as they stand on the wire, parity included: a character in which an odd number of them has
+/// flipped arrives as a parity error does.
+bool TwinFaults::FlipBits(Active& active, Speech& speech) const {
+  if (speech.empty() || speech.front().bytes.empty()) return false;
+  Bytes& bytes = speech.front().bytes;
+  const bool parity = wire_.serial.parity != config::Parity::none;
+  const auto data_bits = static_cast<std::size_t>(wire_.serial.data_bits);
+  const std::size_t width = data_bits + (parity ? 1 : 0);
+  const std::size_t all = bytes.size() * width;
+  std::vector<unsigned> flips(bytes.size());
+  for (std::size_t flipped = 0; flipped < std::min(active.fault.count, all);) {
+    const std::size_t bit = Below(active.random, all);
+    unsigned& character = flips[bit / width];
+    const unsigned mask = 1U << (bit % width);
+    if ((character & mask) != 0) continue;
+    character |= mask;
+    ++flipped;
+  }
+  const unsigned data = (1U << data_bits) - 1;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const bool damaged = parity && std::popcount(flips[i]) % 2 != 0;
+    bytes[i] = damaged ? kParityError : static_cast<std::uint8_t>(bytes[i] ^ (flips[i] & data));
+  }
+  return true;
+}
+
+Bytes TwinFaults::Garbage(Active& active) const {
+  const std::size_t values = std::size_t{1} << static_cast<unsigned>(wire_.serial.data_bits);
+  Bytes bytes(active.fault.count);
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(Below(active.random, values));
+  return bytes;
+}
+
+/// The replies that were held back until this request.
+TwinFaults::Speech TwinFaults::TakeHeld() {
+  Speech due;
+  for (Held& held : held_) {
+    if (--held.exchanges > 0) continue;
+    std::move(held.speech.begin(), held.speech.end(), std::back_inserter(due));
+  }
+  std::erase_if(held_, [](const Held& held) { return held.exchanges == 0; });
+  return due;
+}
+
+std::vector<FaultCount> TwinFaults::Counts() const {
+  std::vector<FaultCount> counts;
+  for (const Active& active : faults_) counts.push_back(active.count);
+  return counts;
+}
+
+}  // namespace baudgate

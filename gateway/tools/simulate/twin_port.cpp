@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/simulate/twin_port.h"
+
+#include <algorithm>
+#include <asio/write.hpp>
+
+#include "gateway/tools/simulate/uart.h"
+#include "transports/pty_settings.h"
+
+namespace baudgate {
+namespace {
+
+/// A paced reply is handed over in pieces of about so long, as a UART's FIFO does.
+constexpr Duration kPiece = 2ms;
+/// A request that has stopped for so long, and for so many characters, is not going on.
+constexpr Duration kLeastSilence = 5ms;
+constexpr int kSilentCharacters = 4;
+/// How soon a twin that speaks unasked says what it has to say.
+constexpr Duration kSpeech = 2ms;
+
+}  // namespace
+
+TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus)
+    : bus_(std::move(bus)),
+      fd_(descriptor),
+      descriptor_(io, descriptor),
+      timer_(io),
+      silence_(io),
+      speech_(io) {
+  asio::error_code ignored;
+  descriptor_.non_blocking(true, ignored);  // nobody need be reading
+  for (const auto& residents : bus_->residents) {
+    const Protocol& protocol = residents->protocol();
+    assemblers_.emplace_back().Begin(protocol.request_rule,
+                                     protocol.expect({}, residents->options()));
+  }
+}
+
+void TwinPort::Start() {
+  Read();
+  for (const auto& residents : bus_->residents) {
+    if (residents->speaks_unasked()) return Speak();
+  }
+}
+
+void TwinPort::Close() {
+  asio::error_code ignored;
+  over_ = true;
+  descriptor_.close(ignored);
+}
+
+void TwinPort::Read() {
+  descriptor_.async_read_some(asio::buffer(buffer_),
+                              [weak = weak_from_this()](const asio::error_code& error, auto count) {
+                                const auto self = weak.lock();
+                                if (!self) return;
+                                if (error) {
+                                  self->over_ = true;
+                                  return;
+                                }
+                                self->OnRequestBytes(View(self->buffer_.data(), count));
+                                self->Read();
+                              });
+}
+
+std::size_t TwinPort::Held() const {
+  std::size_t held = 0;
+  for (const Assembler& assembler : assemblers_) held = std::max(held, assembler.held());
+  return held;
+}
+
+/// As the twins' UART receives them, where it receives them whole. What it does not receive whole
+/// is answered anyway, so that there is something to be heard of settings that differ.
+Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
+  const Bytes as_they_are(bytes.begin(), bytes.end());
+  if (!bus_->strict) return as_they_are;
+  const config::SerialSettings& own = residents.serial();
+  const auto user = ReadPtyFormat(fd_, own);
+  if (Understand(own, user)) return as_they_are;
+  Received received = ReceiveAs(own, bytes, user);
+  return received.damaged == 0 && user.baud == own.baud ? std::move(received.bytes) : as_they_are;
+}
+
+void TwinPort::OnRequestBytes(View bytes) {
+  request_heard_ = std::chrono::steady_clock::now();
+  if (Held() == 0) request_began_ = request_heard_;
+  for (std::size_t i = 0; i < assemblers_.size(); ++i) {
+    Residents& residents = *bus_->residents[i];
+    assemblers_[i].Feed(AsSent(residents, bytes));
+    while (const auto frame = NextRequest(assemblers_[i])) OnRequest(residents, *frame);
+  }
+  AwaitSilence();
+}
+
+/// A request that only silence ends is taken at once if all that is held is one. If not, more may
+/// be under way: nothing is given up yet.
+std::optional<Bytes> TwinPort::NextRequest(Assembler& assembler) {
+  if (auto frame = assembler.Next(false)) return frame;
+  Assembler after_silence = assembler;
+  auto frame = after_silence.Next(true);
+  if (!frame || after_silence.counters().discarded != assembler.counters().discarded) return {};
+  assembler = std::move(after_silence);
+  return frame;
+}
+
+void TwinPort::AwaitSilence() {
+  silence_.cancel();
+  if (Held() == 0) return;
+  silence_.expires_after(
+      std::max<Duration>(kLeastSilence, kSilentCharacters * bus_->wire.serial.CharacterTime()));
+  silence_.async_wait([weak = weak_from_this()](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self) return;
+    // A wait that is over already cannot be cancelled.
+    if (self->silence_.expiry() <= std::chrono::steady_clock::now()) self->OnSilence();
+  });
+}
+
+void TwinPort::OnSilence() {
+  asio::posix::stream_descriptor::bytes_readable waiting(true);
+  asio::error_code error;
+  descriptor_.io_control(waiting, error);
+  if (!error && waiting.get() > 0) return;  // it was this program that was late; they are next
+  for (std::size_t i = 0; i < assemblers_.size(); ++i) {
+    while (const auto frame = assemblers_[i].Next(true)) OnRequest(*bus_->residents[i], *frame);
+  }
+}
+
+void TwinPort::OnRequest(Residents& residents, View frame) {
+  const Instant end = std::max(request_began_ + bus_->wire.TimeOf(frame.size()), request_heard_);
+  const Residents::Answer answer = residents.Hear(frame, end);
+  if (!answer.reply.empty()) {
+    ++bus_->answered;
+    bus_->characters += frame.size() + answer.reply.size();
+  }
+  if (answer.interrupts) {
+    leaving_.clear();
+    said_until_ = end;
+  }
+  Bytes delivered;
+  for (const TimedPiece& piece : answer.heard) {
+    Append(delivered, Queue(end + piece.after, piece.bytes, answer.serial));
+  }
+  if (bus_->observer) bus_->observer(frame, answer.reply, delivered);
+  SendNext();
+}
+
+Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) const {
+  if (bus_->strict) {
+    const config::SerialSettings user = ReadPtyFormat(fd_, speaker);
+    if (!Understand(speaker, user)) return ReceiveAs(user, bytes, speaker).bytes;
+  }
+  return {bytes.begin(), bytes.end()};
+}
+
+/// `until`: when the last of `bytes` has come over the wire. Returns what is heard of them.
+Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
+  const Bytes heard = AsReceived(bytes, speaker);
+  View rest = heard;
+  std::size_t most = rest.size();
+  if (bus_->wire.paced) {
+    const auto fitting = static_cast<std::size_t>(kPiece / bus_->wire.serial.CharacterTime());
+    most = std::max<std::size_t>(fitting, 1);
+  }
+  while (!rest.empty()) {
+    const View piece = rest.first(std::min(most, rest.size()));
+    rest = rest.subspan(piece.size());
+    leaving_.emplace(until - bus_->wire.TimeOf(rest.size()), Bytes(piece.begin(), piece.end()));
+  }
+  return heard;
+}
+
+/// The next piece goes out when its last character would have come over the wire, which carries one
+/// character after the other whoever sends.
+void TwinPort::SendNext() {
+  // A wait that is over already cannot be cancelled: its piece may not be the next any more.
+  const std::uint64_t number = ++waits_;
+  timer_.cancel();
+  if (leaving_.empty()) return;
+  const auto& [until, bytes] = *leaving_.begin();
+  const Instant at = std::max(until, said_until_ + bus_->wire.TimeOf(bytes.size()));
+  timer_.expires_at(at);
+  timer_.async_wait([weak = weak_from_this(), at, number](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (error || !self || number != self->waits_) return;
+    const auto piece = self->leaving_.extract(self->leaving_.begin());
+    self->said_until_ = at;
+    asio::error_code ignored;  // a full or hung-up pty loses bytes, as a wire does
+    asio::write(self->descriptor_, asio::buffer(piece.mapped()), ignored);
+    self->SendNext();
+  });
+}
+
+/// Twins that speak unasked are asked, as it were, again and again whether they want to.
+void TwinPort::Speak() {
+  const Now now = ReadClocks();
+  bool spoke = false;
+  for (const auto& residents : bus_->residents) {
+    for (Bytes message = residents->Say(now); !message.empty(); message = residents->Say(now)) {
+      const Instant free = leaving_.empty() ? now.instant : leaving_.rbegin()->first;
+      Queue(std::max(now.instant, free) + bus_->wire.TimeOf(message.size()), message,
+            residents->serial());
+      ++bus_->answered;
+      bus_->characters += message.size();
+      spoke = true;
+    }
+  }
+  if (spoke) SendNext();
+  if (over_) return;
+  speech_.expires_after(kSpeech);
+  speech_.async_wait([weak = weak_from_this()](const asio::error_code& error) {
+    const auto self = weak.lock();
+    if (!error && self) self->Speak();
+  });
+}
+
+}  // namespace baudgate

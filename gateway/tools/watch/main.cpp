@@ -1,0 +1,214 @@
+// baudgate-dds: the process that speaks DDS for a gateway. Started by the daemon with its end of
+// the link as a descriptor, or by systemd with the path of the daemon's socket.
+// SPDX-License-Identifier: Apache-2.0
+#include <malloc.h>
+#include <poll.h>
+#include <signal.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "gateway/base/exit_code.h"
+#include "gateway/base/time.h"
+#include "gateway/base/version.h"
+#include "gateway/outputs/dds/fast/fast_writer.h"
+#include "gateway/outputs/dds/fast/interface_watch.h"
+#include "gateway/outputs/dds/fast/own_addresses.h"
+#include "gateway/outputs/dds/fast/own_sockets.h"
+#include "gateway/outputs/dds/link/link_keeper.h"
+#include "gateway/outputs/dds/process/confine.h"
+#include "gateway/outputs/dds/process/serve.h"
+#include "gateway/outputs/dds/types_xml.h"
+#include "gateway/tools/terminal/live_screen.h"
+#include "gateway/tools/terminal/output.h"
+#include "gateway/tools/terminal/stop_signals.h"
+#include "gateway/tools/watch/guarded.h"
+#include "gateway/tools/watch/watch_words.h"
+
+namespace {
+
+using namespace baudgate;
+using namespace baudgate::dds;
+
+constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
+constexpr int kMostArenas = 2;  // of 64 MiB address space each: one a thread would use up the limit
+constexpr auto kConnectAgain = 500ms;
+
+struct Options {
+  int link = -1;
+  int parent = 0;
+  std::uint64_t memory = 0;
+  std::string socket;
+};
+
+void Say(const std::string& sentence) {
+  std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
+}
+
+/// Feeds the watchdog of this process: SIGALRM ends it if Live is not called again within `most`,
+/// which is later than the gateway would give it up. If the gateway is dead, nobody else would end
+/// a process that hangs, and subscribers would take its last samples for valid.
+void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
+
+/// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the
+/// watchdog covers the other destructors.
+struct LivesNoMore {
+  ~LivesNoMore() { Live(0s); }
+};
+
+/// Extends both watchdogs while the DDS library opens, which gives no signs of life. The destructor
+/// restores that of systemd; the next call of Live restores the other one.
+class SlowWhile {
+ public:
+  SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
+    Live(LinkKeeper::kOpening + 5s);
+    Allow(LinkKeeper::kOpening / 1us);
+  }
+  ~SlowWhile() { Allow(static_cast<std::int64_t>(usual_)); }
+  SlowWhile(const SlowWhile&) = delete;
+  SlowWhile& operator=(const SlowWhile&) = delete;
+
+ private:
+  void Allow(std::int64_t most) const {
+    if (watched_) sd_notifyf(0, "WATCHDOG_USEC=%" PRId64 "\nWATCHDOG=1", most);
+  }
+
+  std::uint64_t usual_ = 0;  // microseconds
+  const bool watched_;
+};
+
+Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
+  const LivesNoMore last;
+  const WakeUp wake;
+  std::optional<InterfaceWatch> interfaces;
+  ParticipantOptions options;
+  PortWatch port;
+  LinkServer server(
+      [&](const LinkOpen& open) {
+        const SlowWhile opening;
+        options = open.participant;
+        options.name = open.gateway;
+        interfaces.emplace(options.interfaces, FindOwnAddresses());
+        return CreateFastWriter(options, open.room, open.requests ? open.gateway : std::string());
+      },
+      [&wake] { wake.Ring(); });
+  const auto alive = [&]() -> Status {
+    Live();
+    sd_notify(0, "WATCHDOG=1");
+    if (!interfaces) return {};
+    const OwnAddresses own = FindOwnAddresses();
+    auto changed = interfaces->Look(own);
+    if (!changed) changed = port.Look(options, own);
+    if (changed) return Error{*changed + ": DDS begins anew"};
+    return {};
+  };
+  return Serve(link, server, wake, stop.descriptor(), alive);
+}
+
+/// 0: as much memory as there is.
+Status Confine(std::uint64_t memory) {
+  if (kSanitized) return {};
+  if (memory != 0) {
+    if (Status status = LimitMemory(memory); !status) return status;
+  }
+  return DenyCalls();
+}
+
+/// As a child of the daemon: one link, and what is wrong ends the process.
+int ServeParent(const Options& options, const StopSignals& stop) {
+  if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
+  if (const Status status = Confine(options.memory); !status) {
+    Say(status.error());
+    return kExitCanNot;
+  }
+  const auto end = ServeOne(Descriptor(options.link), stop);
+  if (end) return kExitDone;
+  Say(end.error());
+  return kExitCanNot;
+}
+
+/// As a service of its own: whoever listens at the socket, one after the other.
+int ServeSocket(const Options& options, const StopSignals& stop) {
+  sd_notify(0, "READY=1");
+  bool told = false;
+  for (;;) {
+    auto link = ConnectTo(options.socket);
+    if (link) {
+      told = false;
+      sd_notify(0, "STATUS=connected to the gateway");
+      const auto end = ServeOne(*link, stop);
+      if (!end) Say(end.error());
+      if (end && *end == ServeEnd::stopped) return kExitDone;
+    } else if (!told) {
+      told = true;
+      Say("waits for the gateway: " + link.error());
+    }
+    sd_notify(0, "STATUS=waits for the gateway\nWATCHDOG=1");
+    pollfd waited{stop.descriptor(), POLLIN, 0};
+    if (::poll(&waited, 1, static_cast<int>(kConnectAgain / 1ms)) > 0) return kExitDone;
+  }
+}
+
+/// A datagram that ends the library does not end the watching. At a full disk the child knows.
+int Watch(WatchOptions& options) {
+  constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
+  if (LiveScreen::Possible(STDOUT_FILENO)) options.terminal = TerminalView(STDOUT_FILENO);
+  const Instant begun = ReadClocks().instant;
+  const auto run = [&options, begun] {
+    if (options.seconds) {
+      *options.seconds = std::max(Duration(1ms), *options.seconds - (ReadClocks().instant - begun));
+    }
+    if (const Status status = Confine(kMostWatchMemory); !status) {
+      Say(status.error());
+      return kExitCanNot;
+    }
+    return AfterOutput(RunWatch(options, std::cout, std::cerr));
+  };
+  return RunGuarded(run, kLadder, std::cerr);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // `baudgate watch` is this program under that name.
+  const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
+  CLI::App app("baudgate-dds: speaks DDS for baudgate, in a process of its own",
+               as_baudgate ? "baudgate" : "baudgate-dds");
+  app.set_version_flag("--version", std::string("baudgate-dds ") + kVersion);
+  Options options;
+  auto* link = app.add_option("--link", options.link, "Descriptor of the link to the daemon");
+  app.add_option("--parent", options.parent, "End with this process")->needs(link);
+  app.add_option("--memory", options.memory, "Most address space in bytes")->needs(link);
+  app.add_option("--socket", options.socket, "Path of the daemon's socket")->excludes(link);
+  bool types = false;
+  app.add_flag("--types-xml", types, "Print the published types as DDS-XML");
+  WatchOptions watch;
+  const auto* watches = AddWatch(app, watch);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? AfterOutput(kExitDone) : kExitUsage;
+  }
+  if (types) {
+    std::cout << TypesXml();
+    return AfterOutput(kExitDone);
+  }
+  ::mallopt(M_ARENA_MAX, kMostArenas);
+  if (watches->parsed()) return Watch(watch);
+  if (options.link < 0 && options.socket.empty()) {
+    Say("the daemon starts this process; by hand only --socket PATH makes sense");
+    return kExitUsage;
+  }
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGHUP, SIG_IGN);
+  const StopSignals stop;  // before any other thread, which inherits the mask
+  return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
+}

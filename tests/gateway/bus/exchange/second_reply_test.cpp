@@ -1,0 +1,96 @@
+// What comes behind a reply that was taken: copies, a different reply, noise; at once or later, in
+// pieces.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/exchange/second_reply.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/toy_protocol.h"
+
+namespace baudgate {
+namespace {
+
+const Bytes kReply = ToyReply("A1=5");
+const Bytes kOther = ToyReply("A1=6");
+
+Bytes Joined(const std::vector<Bytes>& parts) {
+  Bytes all;
+  for (const Bytes& part : parts) Append(all, part);
+  return all;
+}
+
+struct Behind {
+  std::string name;
+  Bytes at_once;  // behind the reply, in the same read
+  Bytes later;
+  bool alone = true;
+  bool only_copies = true;  // at once
+  int told = 0;             // later
+};
+
+class SecondReplyTest : public ::testing::TestWithParam<Behind> {
+ protected:
+  /// Cuts the first reply out of what comes at once. True: it is alone.
+  bool Come(View behind) {
+    Assembler assembler;
+    assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));
+    assembler.Feed(Joined({kReply, Bytes(behind.begin(), behind.end())}));
+    const Bytes frame = assembler.Next(false).value();
+    EXPECT_EQ(frame, kReply);
+    return second_.IsAlone(frame, assembler);
+  }
+
+  SecondReply second_;
+};
+
+TEST_P(SecondReplyTest, IsFoundHoweverItIsCut) {
+  const Behind& one = GetParam();
+  for (std::size_t cut = 0; cut <= one.later.size(); ++cut) {
+    SCOPED_TRACE(cut);
+    second_.Begin();
+    ASSERT_EQ(Come(one.at_once), one.alone);
+    if (!one.alone) return;
+    EXPECT_EQ(second_.only_copies(), one.only_copies);
+    second_.Take(kReply);
+    int told = second_.OnBytes(View(one.later).first(cut)) ? 1 : 0;
+    told += second_.OnBytes(View(one.later).subspan(cut)) ? 1 : 0;
+    EXPECT_EQ(told, one.told);
+  }
+}
+
+const std::vector<Behind> kBehind = {
+    {"Alone", {}, {}},
+    {"ACopyAtOnce", kReply, {}},
+    {"ACopyLater", {}, kReply},
+    {"CopiesAtOnceAndLater", Joined({kReply, kReply}), Joined({kReply, kReply, kReply})},
+    {"AnotherAtOnce", kOther, {}, false},
+    {"AnotherBehindACopy", Joined({kReply, kOther}), {}, false},
+    {"AnotherLater", {}, kOther, true, true, 1},
+    {"AnotherLaterBehindCopies", {}, Joined({kReply, kReply, kReply, kOther}), true, true, 1},
+    {"AnotherThatBeganAtOnce", Bytes(kOther.begin(), kOther.begin() + 3),
+     Bytes(kOther.begin() + 3, kOther.end()), true, false, 1},
+    {"TwoOthersAreToldOnce", {}, Joined({kOther, kOther}), true, true, 1},
+    {"NoiseAtOnce", ToBytes("!A1="), {}, true, false},
+    {"NoiseLater", {}, Joined({ToBytes("\x01!A1=\xFF"), Bytes(4096, 'U')})}};
+
+INSTANTIATE_TEST_SUITE_P(SecondReply, SecondReplyTest, ::testing::ValuesIn(kBehind),
+                         [](const auto& info) { return info.param.name; });
+
+TEST_F(SecondReplyTest, WhatWasNotTakenHasNoSecond) {
+  ASSERT_TRUE(Come({}));
+  EXPECT_FALSE(second_.OnBytes(kOther)) << "the reply was refused";
+  second_.Take(kReply);
+  second_.Begin();
+  EXPECT_FALSE(second_.OnBytes(kOther)) << "another request is out";
+}
+
+TEST(SecondReply, AnEmptyLineIsNone) {
+  EXPECT_TRUE(IsEmptyLine(ToBytes("\r\n")));
+  EXPECT_FALSE(IsEmptyLine(ToBytes("0\r\n")));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,200 @@
+// What is heard of bytes that nobody asked for: a table of streams.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/exchange/unasked_receiver.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+constexpr Instant kOpened = Instant() + 1h;
+
+/// "<abc>"
+Cut Bracketed(View held, const Expectation& expect, bool) {
+  if (held[0] != '<') return Cut::Discard(1, Outcome::partial, "noise");
+  const auto end = std::find(held.begin(), held.end(), '>');
+  if (end == held.end()) return Cut::NeedMore();
+  const auto size = static_cast<std::size_t>(end - held.begin()) + 1;
+  if (size > expect.max_bytes) return Cut::Discard(1, Outcome::corrupt, "too long");
+  return Cut::Frame(size);
+}
+
+/// "abc\r"
+Cut Ended(View held, const Expectation&, bool) {
+  const auto end = std::find(held.begin(), held.end(), '\r');
+  if (end == held.end()) return Cut::NeedMore();
+  return Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+}
+
+/// "abc", until silence
+Cut Silent(View held, const Expectation&, bool idle) {
+  return idle ? Cut::Frame(held.size()) : Cut::NeedMore();
+}
+
+struct Piece {
+  Duration at;  ///< since the port opened
+  std::string bytes;
+};
+
+struct Case {
+  std::string name;
+  FrameRule rule;
+  std::vector<Piece> pieces;
+  std::string messages;  ///< each with when its last byte came: "<a>@1000"
+  std::size_t damaged = 0;
+  std::string rest{};
+};
+
+class EarTest : public ::testing::TestWithParam<Case> {
+ protected:
+  static Standing StandingOf(FrameRule rule) {
+    return {.rule = rule,
+            .expect = {.reply = Expectation::Reply::standing, .max_bytes = 16},
+            .idle = 50ms,
+            .whole = 200ms,
+            .marked = rule == Bracketed};
+  }
+
+  void Note(const UnaskedInput& heard, Instant now) {
+    for (const UnaskedMessage& message : heard.messages) {
+      const auto at = (now - message.since - kOpened) / 1ms;
+      messages_ += Printable(message.bytes) + "@" + std::to_string(at) + " ";
+    }
+    damaged_ += heard.damaged;
+    EXPECT_EQ(heard.why.empty(), heard.damaged == 0);
+    Append(rest_, heard.rest);
+  }
+  /// Timers run when they are due, then the bytes come.
+  void Play(const std::vector<Piece>& pieces, FrameRule rule) {
+    const Standing standing = StandingOf(rule);
+    UnaskedReceiver ear(standing);
+    ear.Begin(kOpened);
+    const auto run_to = [&](Instant until) {
+      while (ear.Deadline() && *ear.Deadline() <= until) {
+        const Instant at = *ear.Deadline();
+        Note(ear.OnTimer(at), at);
+      }
+    };
+    for (const Piece& piece : pieces) {
+      run_to(kOpened + piece.at);
+      Note(ear.OnBytes(ToBytes(piece.bytes), kOpened + piece.at), kOpened + piece.at);
+    }
+    run_to(kOpened + 1h);
+    EXPECT_FALSE(ear.receiving());
+  }
+
+  std::string messages_;
+  std::size_t damaged_ = 0;
+  Bytes rest_;
+};
+
+TEST_P(EarTest, HearsWhatTheTableSays) {
+  const Case& one = GetParam();
+  Play(one.pieces, one.rule);
+  EXPECT_EQ(messages_, one.messages.empty() ? "" : one.messages + " ");
+  EXPECT_EQ(damaged_, one.damaged);
+  EXPECT_EQ(AsText(rest_), one.rest);
+}
+
+const std::vector<Case> kCases = {
+    {"Whole", Bracketed, {{1s, "<abc>"}}, "<abc>@1000"},
+    {"InPieces", Bracketed, {{1s, "<a"}, {1020ms, "b"}, {1040ms, "c>"}}, "<abc>@1040"},
+    {"TwoInOneRead", Bracketed, {{1s, "<a><b>"}}, "<a>@1000 <b>@1000"},
+    {"TheSecondIsCut", Bracketed, {{1s, "<a><b"}, {1010ms, ">"}}, "<a>@1000 <b>@1010"},
+    {"NoiseBetween", Bracketed, {{1s, "xx<a>yy<b>"}}, "<a>@1000 <b>@1000", 2, "xxyy"},
+    {"StopsHalfWay", Bracketed, {{1s, "<ab"}, {2s, "<c>"}}, "<c>@2000", 1, "<ab"},
+    {"DamagedParts", Bracketed, {{1s, "x"}, {1010ms, "y"}, {1020ms, "z"}}, "", 1, "xyz"},
+    {"AtOnceBehindTheOpening", Bracketed, {{0ms, "c><d>"}}, "<d>@0", 1, "c>"},
+    {"TooLong",
+     Bracketed,
+     {{1s, "<" + std::string(40, 'a')}, {2s, "<b>"}},
+     "<b>@2000",
+     1,
+     "<" + std::string(40, 'a')},
+    {"TooSlow",
+     Bracketed,
+     {{1s, "<a"},
+      {1040ms, "a"},
+      {1080ms, "a"},
+      {1120ms, "a"},
+      {1160ms, "a"},
+      {1199ms, "a"},
+      {1230ms, "a>"},
+      {1240ms, "<b>"}},
+     "<b>@1240",
+     1,
+     "a>"},
+    {"EndedWhole", Ended, {{1s, "abc\r"}}, "abc\\r@1000"},
+    {"EndedInPieces", Ended, {{1s, "a"}, {1049ms, "b\r"}}, "ab\\r@1049"},
+    {"EndedTwice", Ended, {{1s, "a\rb\r"}}, "a\\r@1000 b\\r@1000"},
+    {"EndedOpenedInTheMiddle", Ended, {{10ms, "34\r"}, {20ms, "56\r"}}, "56\\r@20", 1},
+    {"EndedOpenedInTheSilence", Ended, {{50ms, "34\r"}}, "34\\r@50"},
+    {"EndedRestOfOneThatBrokeOff",
+     Ended,
+     {{1s, "12"}, {1060ms, "34\r"}, {1070ms, "56\r"}},
+     "56\\r@1070",
+     2,
+     "12"},
+    {"EndedStops", Ended, {{1s, "12"}, {1200ms, "34\r"}}, "34\\r@1200", 1, "12"},
+    {"SilenceEnds", Silent, {{1s, "ab"}, {1040ms, "c"}}, "abc@1040"},
+    {"SilenceEndsTwo", Silent, {{1s, "ab"}, {1050ms, "c"}}, "ab@1000 c@1050"},
+    {"SilenceOpenedInTheMiddle", Silent, {{10ms, "ab"}, {1s, "c"}}, "c@1000", 1},
+    {"SilenceTooSlow",
+     Silent,
+     {{1s, "1"},
+      {1040ms, "2"},
+      {1080ms, "3"},
+      {1120ms, "4"},
+      {1160ms, "5"},
+      {1199ms, "6"},
+      {1230ms, "7"},
+      {2s, "8"}},
+     "8@2000",
+     1}};
+
+INSTANTIATE_TEST_SUITE_P(UnaskedReceiver, EarTest, ::testing::ValuesIn(kCases),
+                         [](const auto& info) { return info.param.name; });
+
+class EarCutTest : public EarTest {};
+
+TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
+  const std::string stream = "<abc><d>";
+  for (std::size_t i = 0; i <= stream.size(); ++i) {
+    for (std::size_t j = i; j <= stream.size(); ++j) {
+      messages_.clear();
+      Play({{1s, stream.substr(0, i)}, {1s, stream.substr(i, j - i)}, {1s, stream.substr(j)}},
+           Bracketed);
+      EXPECT_EQ(messages_, "<abc>@1000 <d>@1000 ") << i << " " << j;
+      EXPECT_EQ(damaged_, 0U);
+    }
+  }
+}
+
+/// The bytes come before the timer that was due.
+TEST_F(EarCutTest, ALateTimerJoinsNothing) {
+  const Standing standing = StandingOf(Silent);
+  UnaskedReceiver ear(standing);
+  ear.Begin(kOpened);
+  Note(ear.OnBytes(ToBytes("12"), kOpened + 1s), kOpened + 1s);
+  Note(ear.OnBytes(ToBytes("34"), kOpened + 1200ms), kOpened + 1200ms);
+  Note(ear.OnTimer(kOpened + 1250ms), kOpened + 1250ms);
+  EXPECT_EQ(messages_, "12@1000 34@1200 ");
+}
+
+TEST_F(EarCutTest, MemoryIsBounded) {
+  const Standing standing = StandingOf(Ended);
+  UnaskedReceiver ear(standing);
+  ear.Begin(kOpened);
+  for (int i = 0; i < 1000; ++i) {
+    const UnaskedInput heard = ear.OnBytes(ToBytes("noise without an end"), kOpened + 1s);
+    EXPECT_LE(heard.rest.size(), 40U);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

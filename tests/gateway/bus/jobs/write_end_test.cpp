@@ -1,0 +1,170 @@
+// What is said of a write, from what was heard and what the point shows then.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/write_end.h"
+
+#include <gtest/gtest.h>
+
+namespace baudgate {
+namespace {
+
+using config::Type;
+
+TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
+  for (const Outcome outcome : {Outcome::no_reply, Outcome::partial, Outcome::corrupt,
+                                Outcome::unexpected, Outcome::line_down}) {
+    EXPECT_EQ(WriteEndOf(outcome, true), WriteEnd::unknown) << Name(outcome);
+    EXPECT_EQ(WriteEndOf(outcome, false), WriteEnd::not_sent) << Name(outcome);
+  }
+  for (const bool sent : {true, false}) {
+    EXPECT_EQ(WriteEndOf(Outcome::ok, sent), sent ? WriteEnd::ok : WriteEnd::not_sent)
+        << "what is ok without it is a step before it";
+    EXPECT_EQ(WriteEndOf(Outcome::refused, sent), WriteEnd::refused);
+    EXPECT_EQ(WriteEndOf(Outcome::unsupported, sent), WriteEnd::refused);
+    EXPECT_EQ(WriteEndOf(Outcome::busy, sent), WriteEnd::busy);
+  }
+}
+
+/// An analog output that refuses a value beyond its range has gone to its limit.
+TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedLeavesItUnknown) {
+  EXPECT_EQ(WriteEndOf(Outcome::refused, true, true), WriteEnd::unknown);
+  EXPECT_EQ(WriteEndOf(Outcome::ok, true, true), WriteEnd::ok);
+}
+
+class Verdicts : public ::testing::Test {
+ protected:
+  Verdicts() {
+    device_.points.resize(2);
+    device_.points[0].name = "both";
+    device_.points[1].access = config::Access::write;
+    record_.device = &device_;
+    record_.points.resize(2);
+    confirmed_.at = Instant(1h);
+    confirmed_.written = 1;
+  }
+  ReadBackVerdict Of(std::uint32_t point) {
+    confirmed_.command.kind = Writes{{point, 5.0, 1.0}};
+    return VerdictOn(confirmed_, record_);
+  }
+  void Show(double value, Duration after, Quality quality = Quality::good) {
+    record_.points[0].value = value;
+    record_.points[0].reported = quality;
+    record_.points[0].read_at = confirmed_.at + after;
+  }
+
+  config::Device device_;
+  DeviceRecord record_;
+  WriteQueue::Confirmed confirmed_;
+};
+
+TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
+  EXPECT_TRUE(Of(0).lost) << "never read";
+  Show(1.0, 0s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok) << "from before";
+  EXPECT_TRUE(Of(0).lost);
+  Show(1.0, 1s, Quality::bad_sensor_failure);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok);
+  Show(1.0, 1s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::differs);
+  Show(5.0, 1s);
+  EXPECT_EQ(Of(0).result.end, WriteEnd::ok);
+  EXPECT_TRUE(Of(0).result.read_back);
+  EXPECT_FALSE(Of(0).lost);
+}
+
+/// A slewing output, or a device that limits what it takes: nobody can tell yet.
+TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
+  Show(3.0, 1s);
+  const ReadBackVerdict verdict = Of(0);
+  EXPECT_EQ(verdict.result.end, WriteEnd::ok);
+  EXPECT_FALSE(verdict.result.read_back);
+  EXPECT_EQ(verdict.result.reason, "both shows 3");
+  EXPECT_FALSE(verdict.lost);
+}
+
+/// A command such as "reset": nothing can be read back, and nothing is missing.
+TEST_F(Verdicts, APointThatIsOnlyWrittenMissesNothing) {
+  EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
+  EXPECT_FALSE(Of(1).result.read_back);
+  EXPECT_FALSE(Of(1).lost);
+}
+
+struct Case {
+  const char* what;
+  Type type;
+  Value before;
+  Value written;
+  Value shown;
+  Shown is;
+};
+
+constexpr std::int64_t I(int value) { return value; }
+
+TEST(Shown, Table) {
+  const Case cases[] = {
+      {"the same", Type::float32, 0.0, 30.3, 30.3, Shown::written},
+      {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), Shown::written},
+      {"beyond a thousandth", Type::float32, 40.0, 30.34, 30.3, Shown::another},
+      {"within a thousandth", Type::float32, 0.0, 30.32, 30.3, Shown::written},
+      {"the old one", Type::float32, 10.0, 30.0, 10.0, Shown::another},
+      {"an output on its way up", Type::float32, 4.0, 20.0, 11.0, Shown::between},
+      {"and down", Type::float32, 20.0, 4.0, 11.0, Shown::between},
+      {"beyond", Type::float32, 4.0, 20.0, 21.0, Shown::another},
+      {"the way is not known", Type::float32, Value(), 20.0, 11.0, Shown::another},
+      {"zero", Type::float32, 5.0, 0.0, 0.0, Shown::written},
+      {"not zero", Type::float32, 0.0, 0.0, 0.1, Shown::another},
+      {"a whole number", Type::uint16, I(1), I(2), I(2), Shown::written},
+      {"never nearly", Type::uint16, I(1), I(2000), I(1999), Shown::another},
+      {"nor on its way", Type::uint16, I(1), I(3), I(2), Shown::another},
+      {"a bit", Type::boolean, false, true, true, Shown::written},
+      {"a bit that stays", Type::boolean, false, true, false, Shown::another},
+      {"a text", Type::string, std::string("a"), std::string("b"), std::string("b"),
+       Shown::written},
+      {"another text", Type::string, std::string("a"), std::string("b"), std::string("a"),
+       Shown::another},
+      {"nothing is shown", Type::float32, 1.0, 2.0, Value(), Shown::nothing},
+  };
+  for (const Case& one : cases) {
+    config::Point point;
+    point.type = one.type;
+    point.text_length = 8;
+    EXPECT_EQ(Compare(point, {0, one.written, one.before}, one.shown), one.is) << one.what;
+  }
+}
+
+TEST(Shown, ADeviceRoundsToItsStepAndDecimals) {
+  config::Point point;
+  point.type = Type::float32;
+  const PointWrite write{0, 0.123, 5.0};
+  EXPECT_EQ(Compare(point, write, 0.12), Shown::another);
+  point.writing.decimals = 2;
+  EXPECT_EQ(Compare(point, write, 0.12), Shown::written);
+  EXPECT_EQ(Compare(point, write, 0.11), Shown::another);
+  point.writing.decimals.reset();
+  point.writing.step = 0.05;
+  EXPECT_EQ(Compare(point, write, 0.1), Shown::written);
+}
+
+/// Two decimals of xIn are steps of 4 A where xIn is 400 A.
+TEST(Shown, DecimalsAreTheDevices) {
+  config::Point point;
+  point.type = Type::float32;
+  point.scale = 400;
+  point.writing.decimals = 2;
+  const PointWrite write{0, 0.853, 0.5};
+  EXPECT_EQ(Compare(point, write, 340.0), Shown::written) << "0.85";
+  EXPECT_EQ(Compare(point, write, 344.0), Shown::another) << "0.86";
+}
+
+/// Scale 0.1: 25 is written as 250, and 25 is shown.
+TEST(Shown, InUnitsOfTheValue) {
+  config::Point point;
+  point.type = Type::int16;
+  point.scale = 0.1;
+  const PointWrite write{0, I(250), I(3)};
+  EXPECT_EQ(WrittenValue(point, write), Value(I(25)));
+  EXPECT_EQ(Compare(point, write, I(25)), Shown::written);
+  EXPECT_EQ(Compare(point, write, I(3)), Shown::another);
+}
+
+}  // namespace
+}  // namespace baudgate

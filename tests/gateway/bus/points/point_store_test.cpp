@@ -1,0 +1,319 @@
+// The point store: precedence of qualities as the design gives it, ageing, feeds, and two threads
+// that never see half an update.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/points/point_store.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/support/times.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+/// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
+/// disabled one.
+class PointStoreTest : public ::testing::Test {
+ protected:
+  enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
+
+  PointStoreTest() : config_(MakeConfig()), store_(config_), feed_(store_.Subscribe()) {}
+
+  static config::Config MakeConfig() {
+    config::Device device = ToyDevice("d", "A", {"0", "1", "2", "3"});
+    device.points[kSlow].group = config::Group::slow;
+    device.points[kOnce].group = config::Group::once;
+    device.points[kDaily].group = config::Group::daily;
+    device.slow = 10s;
+    config::Device disabled = device;
+    disabled.name = "off";
+    disabled.enabled = false;
+    config::Config config;
+    config.lines.push_back(ToyLine({device, disabled}));
+    return config;
+  }
+  static Now At(Duration time) { return {kStart + time, WallTime(1000s) + time}; }
+
+  void Update(std::uint32_t point, Value value, Duration at, Quality quality = Quality::good) {
+    const Sample sample{point, std::move(value), quality};
+    store_.Update(0, {&sample, 1}, At(at), 12ms);
+  }
+  Quality QualityAfter(std::uint32_t point, Duration at, std::uint32_t device = 0) const {
+    Quality quality{};
+    store_.Read(device, [&](const DeviceRecord& record) {
+      quality = QualityAt(record, point, kStart + at);
+    });
+    return quality;
+  }
+  PointRecord RecordOf(std::uint32_t point) const {
+    PointRecord copy;
+    store_.Read(0, [&](const DeviceRecord& record) { copy = record.points[point]; });
+    return copy;
+  }
+  /// Points of device 0 that the feed was told of since the last call.
+  std::vector<std::uint32_t> Told() {
+    Changes changes;
+    feed_->Drain(Instant(), changes);
+    std::vector<std::uint32_t> points;
+    for (const PointRef& ref : changes.points) {
+      if (ref.device == 0) points.push_back(ref.point);
+    }
+    return points;
+  }
+  std::vector<std::uint32_t> AgedAt(Duration at) {
+    store_.Age(kStart + at);
+    return Told();
+  }
+
+  const config::Config config_;
+  PointStore store_;
+  std::shared_ptr<ChangeFeed> feed_;
+};
+
+using Points = std::vector<std::uint32_t>;
+
+TEST_F(PointStoreTest, PointsAreBornWaiting) {
+  EXPECT_EQ(QualityAfter(kFast, 0s), Quality::bad_waiting);
+  EXPECT_EQ(QualityAfter(kFast, 0s, 1), Quality::bad_out_of_service);
+  store_.Read(0, [](const DeviceRecord& record) {
+    EXPECT_FALSE(AgeAt(record, kFast, kStart));
+    EXPECT_FALSE(HasValue(record.points[kFast].value));
+  });
+}
+
+TEST_F(PointStoreTest, PrecedenceOfQualities) {
+  // From the strongest to the weakest; each holds although all below it hold as well.
+  Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
+  store_.SetOverride(0, Quality::bad_out_of_service);
+  EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_out_of_service);
+  EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_out_of_service) << "never read";
+  store_.SetOverride(0, Quality::bad_not_connected);
+  EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_not_connected);
+  EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_not_connected);
+  store_.SetOverride(0, Quality::bad_communication);
+  EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_communication);
+  EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_communication);
+  store_.SetOverride(0, std::nullopt);
+  EXPECT_EQ(QualityAfter(kSlow, 1h), Quality::bad_waiting);
+  EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_sensor_failure);
+  Update(kFast, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_communication) << "dead by age";
+  EXPECT_EQ(QualityAfter(kFast, 4s), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kFast, 1s), Quality::good);
+}
+
+TEST_F(PointStoreTest, AgesByTheEdge) {
+  Update(kFast, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kFast, 3s), Quality::good) << "3 x poll, inclusive";
+  EXPECT_EQ(QualityAfter(kFast, 3s + 1ns), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kFast, 9s), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kFast, 9s + 1ns), Quality::bad_communication);
+  Update(kSlow, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kSlow, 30s), Quality::good);
+  EXPECT_EQ(QualityAfter(kSlow, 31s), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kSlow, 91s), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, WhatIsReadOnceDoesNotAge) {
+  Update(kOnce, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kOnce, 24h * 365), Quality::good);
+  store_.SetOverride(0, Quality::bad_communication);
+  EXPECT_EQ(QualityAfter(kOnce, 1s), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, WhatIsReadDailyAgesByItsOwnPeriod) {
+  Update(kDaily, 1.0, 0s);
+  EXPECT_EQ(QualityAfter(kDaily, 72h), Quality::good);
+  EXPECT_EQ(QualityAfter(kDaily, 73h), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kDaily, 24h * 9 + 1h), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, ASlowLineAgesLater) {
+  Update(kFast, 1.0, 0s);
+  store_.SetLineCycle(0, 10s, kStart);
+  EXPECT_EQ(QualityAfter(kFast, 20s), Quality::good) << "twice the measured cycle";
+  EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
+  EXPECT_EQ(QualityAfter(kFast, 61s), Quality::bad_communication);
+}
+
+TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
+  Update(kFast, 1.0, 0s);
+  Update(kSlow, 1.0, 0s);
+  store_.SetLineCycle(0, 20s, kStart + 4s);
+  EXPECT_EQ(QualityAfter(kFast, 4s), Quality::uncertain_last_usable) << "nobody has read it since";
+  EXPECT_EQ(QualityAfter(kFast, 121s), Quality::bad_communication);
+  EXPECT_EQ(QualityAfter(kSlow, 40s), Quality::good) << "was not too old";
+  store_.SetLineCycle(0, 60s, kStart + 125s);
+  EXPECT_EQ(QualityAfter(kFast, 125s), Quality::bad_communication) << "dead stays dead";
+  Update(kFast, 2.0, 126s);
+  EXPECT_EQ(QualityAfter(kFast, 200s), Quality::good);
+}
+
+TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
+  Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
+  store_.SetLineCycle(0, 20s, kStart + 1s);
+  store_.Read(0, [](const DeviceRecord& record) {
+    EXPECT_EQ(record.points[kFast].at_best, Quality::good);
+    EXPECT_EQ(record.points[kFast].reported, Quality::bad_sensor_failure);
+  });
+}
+
+/// As a reload does it: the line goes on, and so does the age of its values.
+TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
+  store_.SetLineCycle(0, 10s, kStart);
+  Update(kFast, 1.0, 0s);
+  ASSERT_EQ(AgedAt(25s), Points{kFast});
+  config::Line patient = config_.lines[0];
+  patient.devices[0].max_age = 1min;
+  store_.Reconfigure(0, patient);
+  EXPECT_EQ(QualityAfter(kFast, 25s), Quality::good);
+  EXPECT_EQ(QualityAfter(kFast, 61s), Quality::uncertain_last_usable) << "counted as before";
+  config::Line strict = config_.lines[0];
+  strict.devices[0].max_age = 5s;
+  store_.Reconfigure(0, strict);
+  EXPECT_EQ(QualityAfter(kFast, 19s), Quality::good) << "two rounds of the line, as before";
+  EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
+  Told();
+  EXPECT_EQ(AgedAt(61s), Points{kFast}) << "and the feed hears of it";
+}
+
+TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
+  Update(kFast, 1.5, 0s);
+  Update(kFast, {}, 1s, Quality::bad_sensor_failure);
+  EXPECT_EQ(RecordOf(kFast).value, Value(1.5));
+  EXPECT_EQ(QualityAfter(kFast, 1s), Quality::bad_sensor_failure);
+  Update(kFast, 999.0, 2s, Quality::bad_device_failure);
+  EXPECT_EQ(RecordOf(kFast).value, Value(1.5)) << "on_bad: hold would serve it as a measurement";
+  Update(kFast, 2.5, 3s, Quality::uncertain_sub_normal);
+  EXPECT_EQ(RecordOf(kFast).value, Value(2.5));
+}
+
+TEST_F(PointStoreTest, WhatIsDoubtedKeepsItsValueAndItsAge) {
+  Update(kFast, 5.0, 0s);
+  const PointRecord before = RecordOf(kFast);
+  Told();
+  store_.Doubt(0, std::vector<std::size_t>{kFast}, kStart + 1s);
+  EXPECT_EQ(Told(), Points{kFast});
+  const PointRecord after = RecordOf(kFast);
+  EXPECT_EQ(QualityAfter(kFast, 1s), Quality::uncertain);
+  EXPECT_EQ(after.reported, Quality::good) << "the device's own word";
+  EXPECT_EQ(after.value, before.value);
+  EXPECT_EQ(after.read_at, before.read_at);
+  EXPECT_EQ(after.seq, before.seq);
+  Update(kFast, {}, 2s, Quality::bad_sensor_failure);
+  store_.Doubt(0, std::vector<std::size_t>{kFast}, kStart + 3s);
+  EXPECT_EQ(RecordOf(kFast).reported, Quality::bad_sensor_failure) << "what is bad stays so";
+}
+
+TEST_F(PointStoreTest, UpdatesCarryBothTimesAndASequence) {
+  Update(kFast, 1.0, 5s);
+  Update(kFast, 1.0, 6s);
+  const PointRecord record = RecordOf(kFast);
+  EXPECT_EQ(record.seq, 2U);
+  EXPECT_EQ(record.read_at, kStart + 6s);
+  EXPECT_EQ(record.source_time, WallTime(1006s));
+  EXPECT_EQ(record.rtt_us, 12'000U);
+}
+
+TEST_F(PointStoreTest, AgeTellsEachChangeExactlyOnce) {
+  Update(kFast, 1.0, 0s);
+  Update(kOnce, 1.0, 0s);
+  EXPECT_EQ(Told(), (Points{kFast, kOnce}));
+  int told = 0;
+  for (Duration at = 0s; at < 60s; at += 100ms) {
+    const Points aged = AgedAt(at);
+    told += static_cast<int>(aged.size());
+    if (at == 3s || at == 9s) {
+      EXPECT_TRUE(aged.empty());
+    }
+    if (at == 3100ms || at == 9100ms) {
+      EXPECT_EQ(aged, Points{kFast});
+    }
+  }
+  EXPECT_EQ(told, 2) << "good to uncertain, uncertain to bad";
+}
+
+TEST_F(PointStoreTest, AFreshReadingAfterAgeingIsToldAndAgesAgain) {
+  Update(kFast, 1.0, 0s);
+  AgedAt(20s);
+  Update(kFast, 1.0, 20s);
+  EXPECT_EQ(Told(), Points{kFast});
+  EXPECT_TRUE(AgedAt(22s).empty());
+  EXPECT_EQ(AgedAt(24s), Points{kFast});
+}
+
+TEST_F(PointStoreTest, AgeingIsFoundAfterTheCycleBecameShorter) {
+  store_.SetLineCycle(0, 100s, kStart);
+  Update(kFast, 1.0, 0s);
+  Told();
+  EXPECT_TRUE(AgedAt(10s).empty());
+  store_.SetLineCycle(0, 1s, kStart + 10s);
+  EXPECT_EQ(AgedAt(10s), Points{kFast});
+}
+
+TEST_F(PointStoreTest, AnOverrideIsToldOnce) {
+  Update(kFast, 1.0, 0s);
+  Told();
+  store_.SetOverride(0, Quality::bad_communication);
+  EXPECT_EQ(Told().size(), 4U) << "at once, without waiting for Age";
+  EXPECT_TRUE(AgedAt(1s).empty());
+  store_.SetOverride(0, Quality::bad_communication);
+  EXPECT_TRUE(Told().empty());
+  store_.SetOverride(0, std::nullopt);
+  EXPECT_EQ(Told().size(), 4U);
+}
+
+TEST_F(PointStoreTest, ADeviceThatReturnsWithOldValuesIsToldAsOld) {
+  Update(kFast, 1.0, 0s);
+  store_.SetOverride(0, Quality::bad_communication);
+  EXPECT_EQ(AgedAt(1s).size(), 4U);
+  store_.SetOverride(0, std::nullopt);
+  Told();
+  AgedAt(2s);
+  EXPECT_EQ(AgedAt(5s), Points{kFast}) << "ageing goes on behind an override";
+}
+
+TEST_F(PointStoreTest, StatusChangesReachTheFeed) {
+  store_.UpdateStatus(1, [](DeviceStatus& status) { ++status.exchanges; });
+  Changes changes;
+  feed_->Drain(Instant(), changes);
+  EXPECT_EQ(changes.devices, Points{1});
+  store_.Read(1, [](const DeviceRecord& record) { EXPECT_EQ(record.status.exchanges, 1U); });
+}
+
+TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
+  std::atomic<bool> stop = false;
+  std::thread writer([&] {
+    for (int i = 1; i <= 20'000; ++i) {
+      const Sample samples[] = {{kFast, double(i), Quality::good},
+                                {kSlow, double(i), Quality::good}};
+      store_.Update(0, samples, At(i * 1ms), 1ms);
+      store_.SetOverride(0, i % 100 == 0 ? Override(Quality::bad_communication) : Override());
+      store_.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
+      store_.SetLineCycle(0, i * 1us, kStart + i * 1ms);
+    }
+    stop = true;
+  });
+  std::thread ageing([&] {
+    for (int i = 0; !stop; ++i) store_.Age(kStart + i * 1ms);
+  });
+  Changes changes;
+  while (!stop) {
+    store_.Read(0, [](const DeviceRecord& record) {
+      EXPECT_EQ(record.points[kFast].value, record.points[kSlow].value);
+      EXPECT_EQ(record.points[kFast].seq, record.points[kSlow].seq);
+      EXPECT_EQ(record.points[kFast].read_at, record.points[kSlow].read_at);
+    });
+    feed_->Drain(Instant(), changes);
+    EXPECT_LE(changes.points.size(), 8U);
+  }
+  writer.join();
+  ageing.join();
+  EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,39 @@
+// The members of a toy line, for tests of single parts of the poller.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/replies/late_answers.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+
+/// Toy times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s. Behind a serial
+/// server, unless the test says otherwise.
+struct ToyMembers {
+  explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
+
+  config::Line line = ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1"})});
+  Roster roster{line, 0, [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
+  Device& a = roster.device(0);
+  Device& b = roster.device(1);
+};
+
+/// For a point store of the same line.
+inline config::Config ToyConfig() {
+  config::Config config;
+  config.lines.push_back(ToyMembers().line);
+  return config;
+}
+
+/// The request of an exchange; named: its reply says whose it is.
+inline Request AskFor(std::string_view bytes, bool named = true) {
+  Request request;
+  request.bytes = ToBytes(bytes);
+  if (named) request.expect.address = ToBytes(bytes.substr(1, 1));
+  return request;
+}
+
+}  // namespace baudgate

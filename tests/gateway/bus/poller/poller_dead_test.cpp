@@ -1,0 +1,226 @@
+// Dead devices on one line under virtual time: what they cost the living, and how soon one that
+// returns is noticed.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/gateway/bus/poller/poller_fixture.h"
+#include "tests/support/long_run.h"
+
+namespace baudgate {
+namespace {
+
+struct Crowd {
+  int living = 5;
+  int dead = 0;
+  Duration poll = 1s;
+  std::size_t points = 4;
+};
+
+/// 9600 7E1: a character takes a little over a millisecond. The living come first.
+std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
+  std::vector<std::string> reads;
+  for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
+  std::vector<config::Device> devices;
+  for (int i = 0; i < crowd.living + crowd.dead; ++i) {
+    const char letter = static_cast<char>(i < 26 ? 'A' + i : 'a' + i - 26);
+    devices.push_back(ToyDevice("d" + std::to_string(i), std::string(1, letter), reads));
+    devices.back().poll = crowd.poll;
+  }
+  config::Line line = ToyLine(std::move(devices));
+  line.serial.data_bits = 7;
+  line.serial.parity = config::Parity::even;
+  auto made =
+      std::make_unique<VirtualLine>(std::move(line), std::vector<const Protocol*>{&ToyProtocol()});
+  for (int i = crowd.living; i < crowd.living + crowd.dead; ++i) {
+    made->twin(static_cast<std::size_t>(i)).manner.dead = true;
+  }
+  return made;
+}
+
+/// Answered exchanges of the living in some virtual minutes, once the dead are known.
+std::uint64_t RateBesideDead(int dead, Duration poll) {
+  const auto line = MakeCrowd({.dead = dead, .poll = poll});
+  line->Open();
+  line->RunFor(5min);
+  const std::uint64_t before = line->store().ReadLine(0).Count(Outcome::ok);
+  line->RunFor(static_cast<std::int64_t>(LongRun(60)) * 1min);
+  return line->store().ReadLine(0).Count(Outcome::ok) - before;
+}
+
+class BesideDead : public ::testing::TestWithParam<Duration> {};
+
+TEST_P(BesideDead, TheLivingArePolledWithinThreePercent) {
+  const auto alone = static_cast<double>(RateBesideDead(0, GetParam()));
+  for (const int dead : {1, 10, 30}) {
+    EXPECT_GE(static_cast<double>(RateBesideDead(dead, GetParam())), 0.97 * alone)
+        << dead << " dead devices";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Polls, BesideDead, ::testing::Values(10ms, 600ms, 1s, 5s),
+                         [](const auto& info) { return FormatDuration(info.param); });
+
+class Return : public ::testing::TestWithParam<Crowd> {};
+
+/// Each dead device in its turn comes back at a bad moment: just after its probe has failed.
+TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
+  const auto line = MakeCrowd(GetParam());
+  line->Open();
+  line->RunFor(10min);
+  const auto first = static_cast<std::uint32_t>(GetParam().living);
+  for (int round = 0; round < 3; ++round) {
+    const Duration bound = line->store().ReadLine(0).notice_bound;
+    const std::uint32_t seen = line->StatusOf(first).exchanges;
+    ASSERT_TRUE(line->RunUntil([&] { return line->StatusOf(first).exchanges > seen; }, 2 * bound));
+    line->twin(first).manner.dead = false;
+    EXPECT_TRUE(
+        line->RunUntil([&] { return line->StatusOf(first).state == DeviceState::online; }, bound))
+        << "not within " << FormatDuration(bound);
+    line->twin(first).manner.dead = true;
+    line->RunFor(5min);
+    ASSERT_EQ(line->StatusOf(first).state, DeviceState::offline);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Crowds, Return,
+                         ::testing::Values(Crowd{.dead = 1}, Crowd{.dead = 10},
+                                           Crowd{.dead = 10, .poll = 600ms},
+                                           Crowd{.dead = 3, .poll = 10ms},
+                                           Crowd{.living = 0, .dead = 10},
+                                           Crowd{.living = 20, .dead = 10, .poll = 1s}),
+                         [](const auto& info) {
+                           return std::to_string(info.param.dead) + "Beside" +
+                                  std::to_string(info.param.living) + "At" +
+                                  FormatDuration(info.param.poll);
+                         });
+
+TEST(PollerDead, TenOnAnUnsaturatedLineAreNoticedWithinAMinute) {
+  const auto line = MakeCrowd({.dead = 10});
+  line->Open();
+  line->RunFor(10min);
+  const LineStatus status = line->store().ReadLine(0);
+  EXPECT_LT(status.use, 0.9) << "the line has time to spare, or this shows nothing";
+  EXPECT_LE(status.notice_bound, 60s);
+  EXPECT_GT(status.notice_bound, 5s);
+}
+
+TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
+  const auto line = MakeCrowd({.living = 0, .dead = 1});
+  line->Open();
+  line->RunFor(10min);
+  const std::uint64_t before = line->store().ReadLine(0).probes;
+  line->RunFor(60s);
+  EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
+}
+
+/// A stub of the bus is cut: ten devices fall silent at one moment.
+TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
+  const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
+  for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
+  line->Open();
+  line->RunFor(1min);
+  for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = true;
+  Duration oldest{};
+  line->always = [&] { oldest = std::max(oldest, line->AgeOf(0, 0).value_or(0ms)); };
+  const std::uint32_t before = line->StatusOf(0).Count(Outcome::ok);
+  const auto all_gone = [&] {
+    for (std::uint32_t i = 1; i <= 10; ++i) {
+      if (line->StatusOf(i).state != DeviceState::offline) return false;
+    }
+    return true;
+  };
+  const Duration from = line->elapsed();
+  ASSERT_TRUE(line->RunUntil(all_gone, 2min));
+  const auto seconds = (line->elapsed() - from) / 1s;
+  EXPECT_GE(line->StatusOf(0).Count(Outcome::ok) - before, seconds / 2);
+  EXPECT_LE(oldest, 4s);
+  EXPECT_LE(seconds, 60);
+  line->RunFor(1min);
+  EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
+}
+
+/// A module that does not hear a request within 150 ms of other telegrams, beside neighbours that
+/// leave no such pause.
+TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
+  const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
+  Instant latest{};
+  line->server = [&](View request, Bytes reply, Instant end) {
+    const Duration sent = static_cast<std::int64_t>(request.size()) * 1100us;
+    const bool soon = end - sent - latest < 150ms;
+    if (request[1] == 'D' && soon) reply.clear();
+    const Duration takes = 5ms + static_cast<std::int64_t>(reply.size()) * 1100us;
+    latest = reply.empty() ? end : end + takes;
+    std::vector<TimedPiece> pieces;
+    if (!reply.empty()) pieces.push_back({5ms, std::move(reply)});
+    return pieces;
+  };
+  line->Open();
+  line->RunFor(1min);
+  line->twin(3).manner.dead = false;
+  EXPECT_TRUE(line->RunUntil([&] { return line->StatusOf(3).Count(Outcome::ok) > 0; }, 10min));
+}
+
+TEST(PollerDead, NoneIsNoBound) {
+  const auto line = MakeCrowd({});
+  line->Open();
+  line->RunFor(1min);
+  EXPECT_EQ(line->store().ReadLine(0).notice_bound, 0s);
+}
+
+TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
+  const auto answered_in_a_minute = [](bool dead_neighbours) {
+    std::vector<config::Device> devices = {Polled(ToyDevice("a", "A", {"1", "2"}), 50ms)};
+    for (const char* name : {"b", "c", "d"}) {
+      devices.push_back(Polled(ToyDevice(name, std::string(1, char(name[0] - 32)), {"1"}), 50ms));
+    }
+    VirtualLine line(ToyLine(devices), {&ToyProtocol()});
+    if (!dead_neighbours) {
+      VirtualLine alone(ToyLine({devices[0]}), {&ToyProtocol()});
+      alone.Open();
+      alone.RunFor(60s);
+      return alone.twin(0).answered;
+    }
+    for (std::size_t i = 1; i < 4; ++i) line.twin(i).manner.dead = true;
+    line.Open();
+    line.RunFor(60s);
+    return line.twin(0).answered;
+  };
+  const std::size_t alone = answered_in_a_minute(false);
+  const std::size_t among_dead = answered_in_a_minute(true);
+  EXPECT_GE(among_dead * 100, alone * 94) << among_dead << " of " << alone;
+}
+
+/// The second device is dead; the first leaves the line no idle time.
+std::unique_ptr<VirtualLine> DeadBesideBusy() {
+  auto line =
+      std::make_unique<VirtualLine>(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
+                                             Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
+                                    std::vector<const Protocol*>{&ToyProtocol()});
+  line->twin(1).manner.dead = true;
+  return line;
+}
+
+/// A radio link loses the first two requests to a device.
+TEST(PollerDead, ALossAtTheStartIsNoLongAbsence) {
+  const auto line_of_two = DeadBesideBusy();
+  VirtualLine& line = *line_of_two;
+  line.Open();
+  ASSERT_TRUE(line.RunUntil([&] { return line.StatusOf(1).exchanges == 2; }, 1min));
+  line.twin(1).manner.dead = false;
+  const Duration from = line.elapsed();
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 10s));
+  EXPECT_LT(line.elapsed() - from, 5s);
+}
+
+TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
+  const auto line_of_two = DeadBesideBusy();
+  VirtualLine& line = *line_of_two;
+  line.Open();
+  line.RunFor(60s);
+  ASSERT_EQ(line.StatusOf(1).state, DeviceState::offline);
+  line.twin(1).manner.dead = false;
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,460 @@
+// Transparent routes on a line with faults, under virtual time: noise, late replies and odd
+// requests. Nobody may get what belongs to another request, and no write may count as done that the
+// slave never heard.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+#include "gateway/bus/poller/poller.h"
+#include "protocols/modbus/protocol.h"
+#include "tests/gateway/bus/poller/routed_line.h"
+
+namespace baudgate {
+namespace {
+
+using Pieces = std::vector<TimedPiece>;
+
+// Function 16 for one register: unlike that of function 6, its reply does not name the value.
+constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
+constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
+// A function of a manufacturer's own, which other slaves ignore.
+constexpr const char* kOdd = "41 00 00";
+
+/// The start of a reply of slave 20 that never goes on: the exchange ends as damaged.
+const Bytes kNoise = {0x14, 0x55};
+
+// The read is repeated, so a slow slave answers twice: the second reply is nobody's.
+TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
+  RoutedLine line;
+  line.Number(0, 1);
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("read", kRead);
+  line.Ask("other", kOther, 20, 2);
+  line.Inject(kNoise, 20ms);
+  line.RunFor(3s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+// A driver that releases the bus may leave a zero byte on it.
+TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
+  std::vector<int> answered;
+  for (const bool noisy : {false, true}) {
+    RoutedLine line;
+    BusyClients clients(line);
+    clients.Add(kRead, 20);
+    line.RunFor(1s);
+    int replies = 0;
+    line.twin(0).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+      if (++replies == 1 && noisy) reply.push_back(0);
+      return {{5ms, reply}};
+    };
+    const int before = clients.answered(0);
+    line.RunFor(2s);
+    answered.push_back(clients.answered(0) - before);
+  }
+  EXPECT_GT(answered[0], 100);
+  EXPECT_GT(answered[1], answered[0] * 9 / 10);
+}
+
+TEST(PollerRoutedFaults, ADamagedReplyIsNotAskedForAgainIfItsClientHasLeft) {
+  struct Row {
+    const char* what;
+    Bytes noise;  // before the reply
+    bool stays;   // another client that has asked the same
+  };
+  const Bytes corrupt = {0x14, 0x03, 0x02, 0x00, 0x07, 0x00, 0x00};
+  const std::vector<Row> rows = {{"partial, nobody waits", kNoise, false},
+                                 {"corrupt, nobody waits", corrupt, false},
+                                 {"partial, another waits", kNoise, true}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.what);
+    RoutedLine line(DriveLine({Polled("20", 1, 1h)}), {});
+    line.RunFor(1s);
+    line.twin(0).manner.think = 300ms;
+    line.Ask("left", kRead, 20, 1);
+    if (row.stays) line.Ask("stays", kRead, 20, 2);
+    line.Inject(row.noise, 20ms);
+    line.RunFor(10ms);
+    line.poller().Abandon(1, line.now());
+    line.RunFor(3s);
+    EXPECT_EQ(line.StatusOf(0).retries > 0, row.stays);
+    EXPECT_TRUE(line.Of("left").sent);
+    if (!row.stays) continue;
+    EXPECT_EQ(line.Of("stays").outcome, Outcome::ok);
+  }
+}
+
+// Replies to function 16 look alike, and the PLC would take a running motor for a stopped one.
+TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("start", kStartBlock, 20, 1);
+  line.Inject(kNoise, 20ms);
+  line.RunFor(50ms);
+  line.twin(0).manner.dead = true;
+  line.Ask("stop", kStopBlock, 20, 1);
+  line.RunFor(3s);
+  EXPECT_NE(line.Of("stop").outcome, Outcome::ok) << "the slave never heard it";
+}
+
+// A write is not repeated, so what another slave says late must not end it.
+TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
+  RoutedLine line;
+  line.Ask("warm", kRead, 20);
+  line.Ask("warm too", kRead, 21);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 650ms;  // the reply time is 500 ms
+  line.twin(0).manner.fragment = 1;
+  line.twin(1).manner.think = 150ms;
+  line.Ask("late", kRead, 20);
+  line.Ask("start", kStartDrive, 21, 2);
+  line.RunFor(3s);
+  EXPECT_EQ(line.Of("late").outcome, Outcome::no_reply);
+  EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
+}
+
+// Without any damage: one slave that is late and one that is slow would do to shift replies.
+TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
+  RoutedLine line;
+  line.Number(1, 1);
+  line.Ask("warm", kRead, 20);
+  line.Ask("warm too", kRead, 21);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 650ms;
+  line.twin(0).manner.fragment = 1;
+  line.twin(1).manner.think = 300ms;
+  line.Ask("late", kRead, 20);
+  line.Ask("read", kRead, 21, 2);
+  line.Ask("other", kOther, 21, 3);
+  line.RunFor(3s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+// A serial server keeps what came while nobody was connected.
+TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
+  RoutedLine line;
+  line.Number(0, 1);
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.think = 300ms;
+  line.Ask("read", kRead);
+  line.RunFor(50ms);
+  line.Close();
+  line.RunFor(100ms);
+  line.Open();
+  line.Inject(ModbusRtuProtocol().carrier->wrap(20, ParseHex("03 02 00 01").value()), 200ms);
+  line.Ask("other", kOther, 20, 2);
+  line.RunFor(2s);
+  EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
+}
+
+/// `{request, reply}`: what a slave says in place of its twin.
+using Odd = std::pair<std::string, std::string>;
+constexpr const char* kEnron = "03 13 89 00 01";
+constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
+
+const Odd kOddReplies[] = {
+    {kEnron, "03 04 00 01 00 02"},         // Enron: one register of 32 bits
+    {"06 00 0D 00 6C", "06 00 0D 00 64"},  // it limits what is written
+    {kWhole, kWhole},                      // repeated whole
+    {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
+    {"08 00 00 12 34", "08 00 00 12 35"},
+    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // of a length that nobody knows
+};
+
+void AnswerOddly(Manner& manner, const std::string& request, const std::string& reply,
+                 const PduCarrier& carrier = *ModbusRtuProtocol().carrier) {
+  manner.deliver = [=, &carrier](View asked, Bytes usual, Instant) -> Pieces {
+    const bool odd = ToHex(asked) == ToHex(carrier.wrap(20, ParseHex(request).value()));
+    return {{5ms, odd ? carrier.wrap(20, ParseHex(reply).value()) : std::move(usual)}};
+  };
+}
+
+TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
+  for (const bool device : {false, true}) {
+    for (const auto& [request, reply] : kOddReplies) {
+      SCOPED_TRACE(request);
+      RoutedLine line(
+          DriveLine(device ? std::vector{Polled("20", 2, 1s)} : std::vector<config::Device>()),
+          device ? std::vector<std::string>() : std::vector<std::string>{"20"});
+      line.Ask("warm", kRead);
+      line.RunFor(5s);
+      AnswerOddly(line.twin(0).manner, request, reply);
+      for (int i = 0; i < 8; ++i) {
+        const std::string name = "odd " + std::to_string(i);
+        line.Ask(name, request);
+        line.RunFor(800ms);
+        EXPECT_EQ(line.Of(name).outcome, Outcome::ok);
+        EXPECT_EQ(ToHex(line.Of(name).pdu), reply);
+      }
+      line.Ask("a", kRead, 20, 2);
+      line.RunFor(800ms);
+      EXPECT_EQ(line.Of("a").outcome, Outcome::ok);
+      EXPECT_TRUE(line.warnings.empty());
+      if (device) {
+        EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+      }
+    }
+  }
+}
+
+/// The same without anything else ever asked: nobody knows yet that this bus does not echo.
+TEST(PollerRoutedFaults, AWriteThatComesBackWholeIsNoReplyWhereTheBusMayEcho) {
+  RoutedLine line(DriveLine(), {"20"});
+  AnswerOddly(line.twin(0).manner, kWhole, kWhole);
+  for (int i = 0; i < 8; ++i) {
+    line.Ask("write " + std::to_string(i), kWhole);
+    line.RunFor(800ms);
+    EXPECT_EQ(line.Of("write " + std::to_string(i)).outcome, Outcome::unexpected);
+  }
+  line.Ask("a", kRead, 20, 2);
+  line.Ask("b", kOther, 20, 3);
+  line.RunFor(800ms);
+  EXPECT_EQ(line.Of("a").outcome, Outcome::ok) << "a slave that answers oddly is there";
+  EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
+  line.Ask("write", kWhole);
+  line.RunFor(800ms);
+  EXPECT_EQ(line.Of("write").outcome, Outcome::ok);
+}
+
+TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
+  RoutedLine line(DriveLine(), {"20"});
+  bool dead = false;
+  line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
+    Pieces pieces{{1ms, Bytes(request.begin(), request.end())}};
+    if (!dead) pieces.push_back({5ms, std::move(reply)});
+    return pieces;
+  };
+  line.Ask("read", kRead);
+  line.RunFor(1s);
+  line.Ask("write", kWhole);
+  line.RunFor(1s);
+  EXPECT_EQ(line.Of("write").outcome, Outcome::ok);
+  dead = true;
+  line.Ask("vain", kWhole);
+  line.RunFor(1s);
+  EXPECT_NE(line.Of("vain").outcome, Outcome::ok);
+}
+
+/// The late reply to another request has another form, too.
+TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  for (Duration think = 20ms; think < 1500ms; think += 37ms) {
+    line.twin(0).manner.think = think;
+    line.Ask("long", "03 00 00 00 02");
+    line.RunFor(10ms);
+    line.Inject(kNoise, 20ms);
+    line.Ask("short", kRead, 20, 2);
+    line.RunFor(4s);
+    for (const auto& reply : line.replies) {
+      if (reply.name != "short" || reply.reply.outcome != Outcome::ok) continue;
+      EXPECT_EQ(reply.reply.pdu.size(), 4U) << FormatDuration(think);
+    }
+  }
+}
+
+Pieces IgnoreOdd(View request, Bytes reply, Instant) {
+  if (request[1] == 0x41) return {};
+  return {{5ms, std::move(reply)}};
+}
+
+// One client's curiosity must not spoil the store.
+TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
+  RoutedLine line(DriveLine({Polled("20", 2, 60s)}), {});
+  line.RunFor(5s);
+  line.twin(0).manner.deliver = IgnoreOdd;
+  for (int i = 0; i < 40; ++i) {
+    line.Ask("odd", kOdd, 20, 9);
+    line.RunFor(800ms);
+  }
+  EXPECT_EQ(line.Of("odd").outcome, Outcome::no_reply);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+// Nor may it take the slave from other clients, whose second read would be told that it is absent.
+TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
+  RoutedLine line;
+  line.twin(0).manner.deliver = IgnoreOdd;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  for (int i = 0; i < 4; ++i) {
+    line.Ask("odd", kOdd, 20, 9);
+    line.RunFor(800ms);
+  }
+  line.Ask("a", kRead, 20, 1);
+  line.Ask("b", kOther, 20, 2);
+  line.RunFor(2s);
+  EXPECT_EQ(line.Of("a").outcome, Outcome::ok);
+  EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
+}
+
+// A busy client of another slave leaves the probes two percent; a stop does not wait for them.
+TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.Ask("warm", kRead, 21, 2);
+  line.RunFor(1s);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 20; ++i) {
+    line.Ask("vain", kStartDrive, 21, 2);
+    line.RunFor(1s);
+  }
+  line.twin(1).manner.dead = false;
+  line.RunFor(10s);  // nobody asks it: the client waits, too
+  const int before = clients.answered(0);
+  line.Ask("stop", kStartDrive, 21, 2);
+  line.RunFor(3s);
+  EXPECT_EQ(line.Of("stop").outcome, Outcome::ok);
+  EXPECT_GT(clients.answered(0), before + 50);
+}
+
+TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(30s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  for (int i = 0; i < 150; ++i) {
+    line.Ask("vain", kStartDrive, 21, 2);
+    line.RunFor(200ms);
+  }
+  EXPECT_GT(clients.answered(0) - alone, alone * 4 / 5) << "a tenth for writes, and the probes";
+}
+
+TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
+  config::Device device = Polled("20", 4, 500ms);  // four requests
+  device.points[1].read = "holding 1000";
+  device.points[2].read = "holding 2000";
+  device.points[3].read = "holding 3000";
+  RoutedLine line(DriveLine({device, Polled("21", 4, 500ms)}), {});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] != 0x06) return std::nullopt;
+    return Bytes();
+  };
+  BusyClients clients(line);
+  clients.Add(kStartDrive, 20);
+  for (int second = 0; second < 30; ++second) {
+    line.RunFor(1s);
+    for (std::uint32_t point = 1; point < device.points.size(); ++point) {
+      EXPECT_EQ(line.QualityOf(0, point), Quality::good) << second << " " << point;
+    }
+    // A write that got no reply may have been carried out.
+    EXPECT_LT(*line.AgeOf(0, 0), 1500ms) << second;
+  }
+  EXPECT_GE(clients.failed(0), 15);
+}
+
+/// Two points in one register block: what the write did to the other nobody knows.
+TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
+  RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
+  line.Open();
+  line.RunFor(11s);
+  ASSERT_EQ(line.QualityOf(0, 1), Quality::good);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[1] == 0x06 || request[1] == 0x10) return std::nullopt;
+    return Bytes();
+  };
+  ASSERT_TRUE(line.Write(0, 0, std::uint64_t{7}));
+  line.RunFor(5s);
+  EXPECT_EQ(line.ends, std::vector{WriteEnd::ok});
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::uncertain);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::uncertain);
+}
+
+TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
+  RoutedLine line;
+  BusyClients clients(line);
+  clients.Add(kRead, 20);
+  line.RunFor(10s);
+  const int alone = clients.answered(0);
+  line.twin(1).manner.dead = true;
+  int told = 0;
+  for (int i = 0; i < 100; ++i) {
+    line.Ask("read " + std::to_string(i), kRead, 21, 2);
+    line.RunFor(100ms);
+    for (const auto& reply : line.replies) told += reply.name == "read " + std::to_string(i);
+  }
+  EXPECT_GT(told, 80) << "not at its deadline, but at once";
+  EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
+}
+
+// A slave that answers two of three requests is there: its clients must not be told otherwise.
+TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
+  RoutedLine line;
+  int asked = 0;
+  int lost = 0;
+  line.twin(0).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+    if (reply.empty()) return {};
+    if (++asked % 3 == 0) {
+      ++lost;
+      return {};
+    }
+    return {{5ms, std::move(reply)}};
+  };
+  BusyClients clients(line);
+  for (std::uint8_t i = 0; i < 5; ++i) clients.Add(ReadOf(i), 20);
+  line.RunFor(60s);
+  int answered = 0;
+  int failed = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    answered += clients.answered(i);
+    failed += clients.failed(i);
+  }
+  EXPECT_GT(answered, 70) << "behind each loss one read is asked twice";
+  EXPECT_NEAR(failed, lost, 1) << "one may be under way";
+}
+
+// Whoever takes silence for a serial server that hangs would reconnect an idle line for ever.
+TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
+  RoutedLine line;
+  line.Ask("warm", kRead);
+  line.RunFor(1s);
+  line.twin(0).manner.dead = true;
+  line.Ask("lost", kRead);
+  line.RunFor(60s);
+  EXPECT_EQ(line.Of("lost").outcome, Outcome::no_reply);
+  EXPECT_FALSE(line.poller().ledger().line.SilentSince(line.now().instant - 30s))
+      << "nothing was asked since";
+}
+
+// Two entries of one slave, such as two profiles. Every fifth reply is late, and a reply to a read
+// does not say which register it is of.
+TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
+  for (Duration late = 100ms; late < 1050ms; late += 37ms) {
+    SCOPED_TRACE(FormatDuration(late));
+    config::Device second = Polled("20", 6, 400ms);
+    second.points.erase(second.points.begin(), second.points.begin() + 5);
+    RoutedLine line(DriveLine({Polled("20", 1, 300ms), second}), {"20"});
+    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // one slave answers both
+    line.Number(2, 1000);
+    int asked = 0;
+    line.twin(2).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {
+      if (reply.empty()) return {};
+      return {{++asked % 5 == 0 ? late : 5ms, std::move(reply)}};
+    };
+    line.always = [&] {
+      const Value first = line.ValueOf(0, 0);
+      const Value sixth = line.ValueOf(1, 0);
+      ASSERT_TRUE(!HasValue(first) || ToText(first) == "1000") << ToText(first);
+      ASSERT_TRUE(!HasValue(sixth) || ToText(sixth) == "1005") << ToText(sixth);
+    };
+    line.RunFor(1min);
+    if (HasFatalFailure()) return;
+    EXPECT_TRUE(HasValue(line.ValueOf(0, 0)));
+    EXPECT_TRUE(HasValue(line.ValueOf(1, 0)));
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,157 @@
+// Devices that cannot be asked what the poller wants of them, under virtual time: that is no sign
+// of life, and time goes on.
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "gateway/bus/schedule/turn_limit.h"
+#include "tests/support/times.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+bool WasOnline(const VirtualLine& line, std::uint32_t device) {
+  return std::ranges::any_of(line.states, [device](const StateChange& change) {
+    return change.device == device && change.to == DeviceState::online;
+  });
+}
+
+class PollerUnasked : public ::testing::Test {
+ protected:
+  VirtualLine line_{ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})}),
+                    {&ToyProtocol()}};
+};
+
+TEST_F(PollerUnasked, AWriteToADeviceThatCannotBeProbedIsSent) {
+  line_.Open();
+  line_.RunFor(2s);
+  ASSERT_TRUE(line_.Write(0, 0, 7.0));
+  line_.RunFor(2s);
+  EXPECT_EQ(line_.ends, std::vector{WriteEnd::ok});
+  EXPECT_EQ(line_.CountSent("WA1=7"), 1U);
+  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+}
+
+TEST_F(PollerUnasked, ItsSilenceIsNoLifeAndItsNextWriteIsSentAgain) {
+  line_.twin(0).manner.dead = true;
+  line_.Open();
+  ASSERT_TRUE(line_.Write(0, 0, 7.0));
+  line_.RunFor(5min);
+  EXPECT_EQ(line_.ends, std::vector{WriteEnd::unknown});
+  EXPECT_FALSE(WasOnline(line_, 0)) << "nothing was heard of it";
+  EXPECT_FALSE(Answers(line_.StatusOf(0).state));
+  EXPECT_GE(line_.CountSent("?B1"), 299U) << "time goes on";
+  EXPECT_EQ(line_.QualityOf(1, 0), Quality::good);
+  line_.twin(0).manner.dead = false;
+  ASSERT_TRUE(line_.Write(0, 0, 7.0));
+  line_.RunFor(5s);
+  EXPECT_EQ(line_.ends.back(), WriteEnd::ok);
+  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+  EXPECT_TRUE(line_.warnings.empty());
+}
+
+/// The second reply may be to the first write, which was never answered.
+TEST_F(PollerUnasked, WithoutAProofAReplyThatMayBeToAnEarlierWriteConfirmsNone) {
+  line_.Open();
+  ASSERT_TRUE(line_.Write(0, 0, 7.0));
+  line_.RunFor(2s);
+  line_.twin(0).manner.dead = true;
+  ASSERT_TRUE(line_.Write(0, 0, 8.0));
+  line_.RunFor(10s);
+  line_.twin(0).manner.dead = false;
+  ASSERT_TRUE(line_.Write(0, 0, 9.0));
+  line_.RunFor(10s);
+  EXPECT_EQ(line_.ends, (std::vector{WriteEnd::ok, WriteEnd::unknown, WriteEnd::unknown}));
+}
+
+/// Wants a task in the background since ever, and refuses it.
+class Stubborn final : public Conversation {
+ public:
+  std::span<const Query> Queries() const override { return queries_; }
+  std::optional<Instant> BackgroundDue() const override { return Instant{}; }
+  Result<Request> Ask(const Task&, Instant) override { return Error{"it will not"}; }
+  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Outcome Check(View, View) const override { return Outcome::unexpected; }
+  Answer Interpret(View, View) override { return {}; }
+
+ private:
+  std::vector<Query> queries_;
+};
+
+/// Breaks its promise: its queries are gone as soon as it is asked for one.
+class Forgetful final : public Conversation {
+ public:
+  std::span<const Query> Queries() const override { return queries_; }
+  Result<Request> Ask(const Task&, Instant) override {
+    queries_.clear();
+    return Error{"it has forgotten"};
+  }
+  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Outcome Check(View, View) const override { return Outcome::unexpected; }
+  Answer Interpret(View, View) override { return {}; }
+
+ private:
+  std::vector<Query> queries_{{config::Group::once, {0}}, {config::Group::once, {1}}};
+};
+
+/// A toy with a conversation of its own.
+template <typename Talk>
+Protocol Talking(const char* name) {
+  Protocol protocol = ToyProtocol();
+  protocol.name = name;
+  protocol.make_conversation = [](const config::Device&, const ParsedOptions&, Bus*) {
+    return std::unique_ptr<Conversation>(std::make_unique<Talk>());
+  };
+  return protocol;
+}
+
+config::Line LineWith(const Protocol& protocol) {
+  config::Device device = ToyDevice("a", "A", {"1", "2"});
+  device.protocol = std::string(protocol.name);
+  device.slow = Duration::zero();
+  config::Line line = ToyLine({device});
+  line.protocol = std::string(protocol.name);
+  return line;
+}
+
+TEST(PollerUnaskedBackground, IsNotChosenAgainAtTheSameMoment) {
+  const Protocol protocol = Talking<Stubborn>("stubborn");
+  VirtualLine line(LineWith(protocol), {&protocol});
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.elapsed(), 10s);
+  EXPECT_TRUE(line.warnings.empty()) << line.warnings.front();
+}
+
+TEST(PollerTurns, ALineThatTurnsWithoutTimeRestsAndSaysSo) {
+  const Protocol protocol = Talking<Forgetful>("forgetful");
+  VirtualLine line(LineWith(protocol), {&protocol});
+  line.Open();
+  line.RunFor(10s);
+  EXPECT_EQ(line.elapsed(), 10s);
+  ASSERT_EQ(line.warnings.size(), 1U) << "once, not every second";
+  EXPECT_EQ(line.warnings[0], TurnLimit::kWarning);
+}
+
+TEST(TurnLimitTest, OneMomentHasSoManyTurns) {
+  TurnLimit limit;
+  for (int i = 0; i < TurnLimit::kMost; ++i) ASSERT_EQ(limit.Take(kStart), TurnLimit::Turn::take);
+  EXPECT_EQ(limit.Take(kStart), TurnLimit::Turn::rest_and_tell);
+  EXPECT_EQ(limit.Take(kStart), TurnLimit::Turn::rest);
+  EXPECT_EQ(limit.RestsUntil(kStart), kStart + TurnLimit::kRest);
+  EXPECT_EQ(limit.Take(kStart + TurnLimit::kRest - 1ms), TurnLimit::Turn::rest);
+  EXPECT_EQ(limit.Take(kStart + TurnLimit::kRest), TurnLimit::Turn::take);
+  EXPECT_FALSE(limit.RestsUntil(kStart + TurnLimit::kRest));
+}
+
+TEST(TurnLimitTest, TheNextMomentHasAsManyAgain) {
+  TurnLimit limit;
+  for (int i = 0; i < 2 * TurnLimit::kMost; ++i) {
+    ASSERT_EQ(limit.Take(kStart + i * 1us), TurnLimit::Turn::take);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

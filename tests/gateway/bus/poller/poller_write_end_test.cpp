@@ -1,0 +1,226 @@
+// How writes end: what the client is told is what the device has done, as far as that can be known.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <vector>
+
+#include "gateway/bus/poller/poller.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PollerWriteEnd : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    line_.Open();
+    line_.RunFor(1500ms);  // between two polls
+    line_.sent.clear();
+  }
+  WriteCommand Command(std::vector<PointWrite> writes) {
+    WriteCommand command;
+    command.kind = std::move(writes);
+    command.deadline = line_.now().instant + 1h;
+    command.done = [this](const WriteResult& result) { results_.push_back(result); };
+    return command;
+  }
+  WriteCommand Reading(std::vector<std::uint32_t> points) {
+    WriteCommand command = Command({});
+    command.kind = Reads{std::move(points)};
+    return command;
+  }
+  /// To requests of this kind the device says that, whatever its values.
+  void Say(char kind, Bytes reply) {
+    line_.twin(0).manner.instead = [kind, reply](View request) -> std::optional<Bytes> {
+      return request[0] == kind ? std::optional(reply) : std::nullopt;
+    };
+  }
+  std::uint32_t Count(WriteEnd end) const {
+    return line_.StatusOf(0).writes[static_cast<std::size_t>(end)];
+  }
+
+  // Points: 0 plain, 1 plain, 2 in a session.
+  VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3"})}), {&ToyProtocol()}};
+  std::vector<WriteResult> results_;
+};
+
+TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
+  line_.Submit(Command({{0, 42.5}}));
+  line_.RunFor(300ms);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::ok);
+  EXPECT_TRUE(results_[0].read_back);
+  EXPECT_EQ(results_[0].written, 1U);
+  EXPECT_EQ(Count(WriteEnd::ok), 1U);
+  EXPECT_EQ(line_.StatusOf(0).unread_writes, 0U);
+}
+
+/// The module says '>', and its output stays where it was.
+TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
+  line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[2] != '1') return std::nullopt;
+    return ToyReply(request[0] == 'W' ? "A1" : "A1=0");
+  };
+  line_.Submit(Command({{0, 42.5}}));
+  line_.RunFor(300ms);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::differs);
+  EXPECT_EQ(results_[0].reason, "p1 shows 0 after 42.5 was written and confirmed");
+  EXPECT_EQ(Count(WriteEnd::differs), 1U);
+  EXPECT_EQ(line_.ValueOf(0, 0), Value(0.0)) << "the store shows what is";
+}
+
+/// "Busy" is no reading, and the next one shows that the output stays where it was.
+TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
+  int busy = 2;
+  line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
+    if (request[2] != '1') return std::nullopt;
+    if (request[0] == 'W') return ToyReply("A1");
+    return ToyReply(busy-- > 0 ? "A1~busy" : "A1=0");
+  };
+  line_.Submit(Command({{0, 42.5}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 400ms));
+  EXPECT_EQ(results_[0].end, WriteEnd::differs);
+}
+
+/// A poll of the device is parked already.
+TEST_F(PollerWriteEnd, BothAPollAndAReadBackWaitForADeviceThatIsBusy) {
+  bool busy = true;
+  line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
+    if (request[0] == 'W') return ToyReply("A1");
+    if (request[0] != '?') return std::nullopt;
+    const std::string tag(AsText(request).substr(1, 2));
+    return ToyReply(tag + (busy ? "~busy" : "=0"));
+  };
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.CountSent("?A1") > 0; }, 2s));
+  line_.RunFor(30ms);
+  line_.Submit(Command({{0, 42.5}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return line_.CountSent("?A1") > 1; }, 2s));
+  line_.RunFor(30ms);
+  busy = false;
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 400ms));
+  EXPECT_EQ(results_[0].end, WriteEnd::differs);
+}
+
+TEST_F(PollerWriteEnd, ConfirmedAndTheReadBackLost) {
+  Say('?', {});
+  line_.Submit(Command({{0, 42.5}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
+  EXPECT_EQ(results_[0].end, WriteEnd::ok) << "the device has said so";
+  EXPECT_FALSE(results_[0].read_back);
+  EXPECT_EQ(line_.StatusOf(0).unread_writes, 1U);
+}
+
+TEST_F(PollerWriteEnd, SilenceToTheWriteLeavesItUnknown) {
+  Say('W', {});
+  line_.Submit(Command({{0, 1.0}, {1, 2.0}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
+  EXPECT_EQ(results_[0].end, WriteEnd::unknown);
+  EXPECT_EQ(results_[0].written, 0U);
+  EXPECT_EQ(line_.CountSent("W"), 1U) << "not repeated, and the second not begun";
+}
+
+/// Nobody has opened the session, so nothing can have been written in it.
+TEST_F(PollerWriteEnd, SilenceToWhatOnlyPreparesItIsNotSent) {
+  line_.Close();
+  Say('O', {});
+  line_.Open();
+  line_.RunFor(1500ms);
+  line_.Submit(Command({{2, 1.0}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
+  EXPECT_EQ(line_.CountSent("W"), 0U);
+  EXPECT_NE(results_[0].end, WriteEnd::unknown);
+  EXPECT_NE(results_[0].end, WriteEnd::ok);
+}
+
+TEST_F(PollerWriteEnd, OfSeveralTheClientLearnsWhichWereDone) {
+  line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    if (request[0] != 'W' || request[2] != '2') return std::nullopt;
+    return ToyReply("A2~refused");
+  };
+  line_.Submit(Command({{0, 1.0}, {1, 2.0}, {0, 3.0}}));
+  line_.RunFor(500ms);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::refused);
+  EXPECT_EQ(results_[0].written, 1U);
+}
+
+/// A set point every few milliseconds: each is confirmed, and what is read back is the last.
+TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
+  for (int i = 1; i <= 12; ++i) line_.Submit(Command({{0, i * 1.0}}));
+  ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 12; }, 10s));
+  for (const WriteResult& result : results_) EXPECT_EQ(result.end, WriteEnd::ok) << result.reason;
+  EXPECT_EQ(Count(WriteEnd::ok), 12U);
+  EXPECT_EQ(line_.ValueOf(0, 0), Value(12.0));
+}
+
+TEST_F(PollerWriteEnd, WhatIsForbiddenInTheLastMomentIsNotSent) {
+  WriteCommand command = Command({{0, 1.0}, {1, 2.0}});
+  command.why_not = [this](Instant) {
+    return line_.CountSent("WA1") > 0 ? std::optional<std::string>("interlock") : std::nullopt;
+  };
+  line_.Submit(std::move(command));
+  line_.RunFor(500ms);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_EQ(results_[0].end, WriteEnd::denied);
+  EXPECT_EQ(results_[0].reason, "interlock");
+  EXPECT_EQ(results_[0].written, 1U);
+  EXPECT_EQ(line_.CountSent("WA1"), 1U);
+  EXPECT_EQ(line_.CountSent("WA2"), 0U);
+}
+
+TEST_F(PollerWriteEnd, ReadNowIsAskedAtOnce) {
+  line_.twin(0).values.Set(1, Value(7.0));
+  line_.Submit(Reading({1}));
+  line_.RunFor(100ms);
+  ASSERT_EQ(results_.size(), 1U);
+  EXPECT_TRUE(results_[0].read_back);
+  ASSERT_EQ(line_.sent.size(), 1U);
+  EXPECT_EQ(line_.sent[0].text, "?A2\r");
+  EXPECT_EQ(line_.ValueOf(0, 1), Value(7.0));
+  EXPECT_EQ(Count(WriteEnd::ok), 0U) << "it is no write";
+}
+
+TEST_F(PollerWriteEnd, ReadNowSaysWhenNothingCame) {
+  Say('?', {});
+  line_.Submit(Reading({0, 1}));
+  ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 5s));
+  EXPECT_FALSE(results_[0].read_back);
+  EXPECT_NE(results_[0].reason, "");
+}
+
+TEST_F(PollerWriteEnd, ReadNowOfWhatIsNotThere) {
+  line_.twin(0).manner.dead = true;
+  line_.RunFor(10s);
+  line_.Submit(Reading({0}));
+  ASSERT_EQ(results_.size(), 1U) << "told at once";
+  EXPECT_EQ(results_[0].reason, "the device is offline");
+  line_.Close();
+  line_.Submit(Reading({0}));
+  ASSERT_EQ(results_.size(), 2U);
+  EXPECT_FALSE(results_[1].read_back);
+}
+
+/// A is silent to its write, and its read-back waits for a late reply.
+TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
+    return request[0] == 'W' ? std::optional(Bytes()) : std::nullopt;
+  };
+  line.Write(0, 0, 1.0);
+  line.Write(1, 0, 2.0);
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 1; }, 2s));
+  EXPECT_EQ(line.ends[0], WriteEnd::unknown);
+  const Instant began = line.now().instant;
+  ASSERT_TRUE(line.RunUntil([&] { return line.ends.size() == 2; }, 2s));
+  EXPECT_EQ(line.ends[1], WriteEnd::ok);
+  EXPECT_LT(line.now().instant - began, 200ms);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,256 @@
+// Which request a reply may belong to, against a device of known lag. Requests are single letters;
+// 'P' is a proof, and replies are told apart only from its own: "a" may answer any other.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/replies/answer_order.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+class Order {
+ public:
+  /// Nothing comes.
+  void Send(char request) {
+    order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
+    latest_ = request;
+  }
+  /// `to`: the request that it really answers.
+  void Reply(char to) {
+    known =
+        order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
+          return sent.place != SentRequest::kNobody && (to == 'P') == sent.proof;
+        });
+  }
+  void Answered(char request) {
+    Send(request);
+    Reply(request);
+  }
+  bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
+
+  AnswerOrder order;
+  bool known = false;  ///< what the last reply belongs to
+
+ private:
+  int sent_ = 0;
+  char latest_ = 0;
+};
+
+TEST(AnswerOrderTest, WhileAllIsAnsweredEverythingIsSafe) {
+  Order order;
+  EXPECT_TRUE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsSafe());
+  EXPECT_EQ(order.order.Older(), 0s);
+}
+
+TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
+  Order order;
+  order.Send('a');
+  EXPECT_FALSE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_FALSE(order.order.IsSafe()) << "that was the reply to the first, perhaps";
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsInStep()) << "a lag would have answered the proof otherwise";
+}
+
+/// "READ" behind "channel 1", then behind "channel 2".
+TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
+  AnswerOrder order;
+  const Bytes read = {'R'};
+  const auto send = [&](std::uint8_t channel) {
+    order.OnSent({0, read, kStart, false, {channel}});
+  };
+  const auto answer = [&] {
+    order.OnAnswer(true, [](const SentRequest& sent, std::size_t) { return sent.place == 0; });
+  };
+  send(1);
+  send(2);
+  answer();
+  EXPECT_FALSE(order.IsAnswerTo(read)) << "perhaps that of channel 1, which came late";
+  EXPECT_FALSE(order.IsOfLatest());
+  send(2);
+  answer();
+  EXPECT_TRUE(order.IsAnswerTo(read));
+}
+
+TEST(AnswerOrderTest, AReplyToTheSameRequestIsAsOldAsTheOldestThatItMayBelongTo) {
+  Order order;
+  order.Answered('b');
+  order.Send('a');
+  order.Send('a');
+  order.Answered('a');
+  EXPECT_TRUE(order.IsOnly('a'));
+  EXPECT_EQ(order.order.Older(), 2s);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b')) << "it may be that to a";
+}
+
+TEST(AnswerOrderTest, AReplyThatCanNotBeItsOwnIsKnown) {
+  Order order;
+  order.Send('a');
+  order.Answered('a');
+  order.Send('P');
+  order.Reply('a');
+  EXPECT_FALSE(order.order.MayBeInStep());
+  order.Answered('P');
+  EXPECT_TRUE(order.order.MayBeInStep());
+}
+
+TEST(AnswerOrderTest, ADeviceThatWasOnlyProvedMayBeAskedAnything) {
+  Order order;
+  for (int i = 0; i < 100; ++i) order.Send('P');
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsSafe());
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsInStep()) << "no lag answers the first read behind so many proofs";
+}
+
+TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
+  Order order;
+  order.Answered('a');
+  order.Send('a');
+  order.Reply('P');  // no P was sent
+  EXPECT_FALSE(order.known);
+  EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
+  order.order.OnLost();
+  EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b')) << "any a may be answered now";
+  order.Answered('P');
+  EXPECT_TRUE(order.order.IsInStep());
+}
+
+/// P a P a …, each answered one request late: three requests late would look the same.
+TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
+  Order order;
+  for (int i = 0; i < 3; ++i) {
+    order.Send('P');
+    order.Send('a');
+  }
+  for (int i = 0; i < 2; ++i) {
+    order.Send('P');
+    order.Reply('a');
+    order.Send('a');
+    order.Reply('P');
+  }
+  order.Send('P');
+  order.Reply('a');
+  order.Answered('P');
+  EXPECT_FALSE(order.order.IsOfLatest()) << "it may be that to an earlier P";
+  for (int i = 0; i < 3; ++i) order.Answered('P');
+  EXPECT_TRUE(order.order.IsOfLatest());
+}
+
+TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
+  Order order;
+  order.Send('b');
+  order.Send('b');  // two replies are owed
+  order.Answered('a');
+  EXPECT_FALSE(order.IsOnly('a'));
+  order.Answered('a');
+  EXPECT_FALSE(order.IsOnly('a'));
+  order.Answered('a');
+  EXPECT_TRUE(order.IsOnly('a')) << "the third is that to the first a at the least";
+  EXPECT_EQ(order.order.Older(), 2s);
+}
+
+/// The device knows no P: it is not owed, and what was owed before it comes.
+TEST(AnswerOrderTest, WhatIsNeverAnsweredShiftsNothing) {
+  Order order;
+  order.Send('a');
+  for (int i = 0; i < 3; ++i) order.Send('P');
+  order.Send('b');
+  order.Reply('a');
+  EXPECT_FALSE(order.IsOnly('b'));
+  order.Send('b');
+  order.Reply('b');
+  EXPECT_TRUE(order.IsOnly('b'));
+  EXPECT_EQ(order.order.Older(), 1s);
+}
+
+TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
+  Order order;
+  order.Answered('b');
+  order.Answered('a');
+  order.order.OnCopy();
+  EXPECT_FALSE(order.order.IsSafe());
+}
+
+/// A device that answers every request with the reply to the one `lag` before it. Whatever is sent
+/// as the order allows, no reply to b is taken for one to a.
+TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
+  for (std::size_t lag = 0; lag < 12; ++lag) {
+    Order order;
+    std::deque<char> owed;
+    int accepted = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const char sent = !order.order.IsSafe() ? 'P' : i / 3 % 2 == 0 ? 'a' : 'b';
+      order.Send(sent);
+      owed.push_back(sent);
+      if (owed.size() <= lag) continue;
+      const char answer = owed.front();
+      owed.pop_front();
+      order.Reply(answer);
+      if (answer == 'P' || sent == 'P' || !order.order.MayBeInStep()) continue;
+      if (!order.IsOnly(sent)) continue;
+      ++accepted;
+      ASSERT_EQ(answer, sent) << "lag " << lag << ", request " << i;
+    }
+    if (lag == 0) {
+      EXPECT_EQ(accepted, 2000);
+    }
+  }
+}
+
+/// What is older than the oldest that is remembered may be owed as well.
+TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
+  Order order;
+  for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
+  EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
+  order.Answered('b');
+  EXPECT_FALSE(order.IsOnly('b'));
+}
+
+/// Three are owed at most: from the fourth reply on what comes answers a request of ours.
+TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
+  Order order;
+  order.order.OnStranger(kStart);
+  for (int reply = 0; reply < 3; ++reply) {
+    order.Answered('P');
+    EXPECT_FALSE(order.IsOnly('P')) << reply;
+  }
+  order.Answered('P');
+  EXPECT_TRUE(order.IsOnly('P'));
+  order.Answered('a');
+  EXPECT_TRUE(order.order.IsInStep());
+}
+
+/// A port that comes and goes thirty times before anybody answers.
+TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) {
+  Order order;
+  for (int opening = 0; opening < 30; ++opening) order.order.OnStranger(kStart);
+  EXPECT_EQ(order.order.Owed(), 3U);
+  for (int reply = 0; reply < 4; ++reply) order.Answered('P');
+  EXPECT_TRUE(order.IsOnly('P'));
+}
+
+TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
+  Order order;
+  order.Send('a');
+  order.order.OnStranger(kStart);
+  order.Send('b');
+  order.order.ForgetStrangers();
+  EXPECT_EQ(order.order.Owed(), 2U) << "those to a and b";
+  Order other;
+  other.order.OnStranger(kStart);
+  other.order.ForgetStrangers();
+  EXPECT_TRUE(other.order.IsInStep());
+}
+
+}  // namespace
+}  // namespace baudgate

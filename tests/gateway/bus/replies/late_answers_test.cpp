@@ -1,0 +1,303 @@
+// Until when answers may be late, and whom that keeps waiting: one exchange after the other.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/replies/late_answers.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/bus/poller/part_fixture.h"
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+class LateAnswersTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  /// An exchange of `member` that began at `began` and ended so at `ended`.
+  void Exchange(const Member& member, Duration began, Duration ended, Outcome outcome,
+                bool retry = false) {
+    asked_ = {.member = &member,
+              .request = &request_,
+              .sent = kStart + began,
+              .retry = retry,
+              .probe = false,
+              .lone_probe = false};
+    late_.OnEnd(asked_, outcome, kStart + ended);
+    late_.SetWait(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
+  }
+  Duration LateUntil(const Member& member) const { return late_.LateUntil(member) - kStart; }
+  Asked Next(const Member& member, bool named) {
+    request_ = AskFor("?A1\r", named);
+    return {.member = &member, .request = &request_};
+  }
+
+  LateAnswers late_{roster};
+  Request request_ = AskFor("?A1\r");
+  Asked asked_;
+};
+
+TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(LateUntil(a), 1000ms) << "its reply time is over already";
+  EXPECT_TRUE(late_.IsClear(b, kStart + 200ms));
+  EXPECT_EQ(late_.ClearAt(Next(b, true)), Instant{}) << "its replies carry its name";
+  EXPECT_EQ(late_.ClearAt(Next(b, false)), kStart + 1s) << "anybody's may pass for them";
+  EXPECT_EQ(late_.ClearAt(Next(a, true)), kStart + 1s);
+}
+
+// A serial server gives it to the next connection.
+TEST_F(LateAnswersTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
+  Exchange(a, 0ms, 10ms, Outcome::no_reply);
+  EXPECT_GE(LateUntil(a), 1000ms);
+  EXPECT_LT(LateUntil(a), 1010ms);
+}
+
+TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 320ms, Outcome::ok);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 320ms));
+}
+
+TEST_F(LateAnswersTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 20ms), Duration());
+  late_.OnSecondReply(a);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), Duration()) << "one may be chance";
+  late_.OnSecondReply(a);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), a.times.drain);
+  for (int good = 0; good < 500; ++good) Exchange(a, 100ms, 120ms, Outcome::ok);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 120ms), Duration()) << "it is trusted again";
+}
+
+TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
+  Exchange(a, 0ms, 50ms, Outcome::corrupt);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 50ms));
+}
+
+TEST_F(LateAnswersTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
+  asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
+}
+
+TEST_F(LateAnswersTest, EntriesOfOneAddressWaitTogether) {
+  a.sender = b.sender = ToBytes("A");
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(LateUntil(b), 1000ms);
+}
+
+/// Tare of a scale, which may take seconds.
+TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
+  request_.reply = 3s;
+  asked_ = {.member = &a, .request = &request_, .sent = kStart};
+  for (int i = 0; i < 3; ++i) {
+    late_.OnEnd(asked_, Outcome::ok, kStart + 2s);
+    late_.SetWait(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  Exchange(a, 0ms, 3s, Outcome::no_reply);
+  EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
+}
+
+/// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
+/// come for another 650 ms.
+TEST_F(LateAnswersTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 670ms) << "and a gap";
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 5s), 1s) << "the ceiling at most";
+  Exchange(a, 600ms, 650ms, Outcome::ok, true);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
+  request_ = AskFor("UA1\r", false);
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_.sent = kStart + 250ms;
+  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
+  EXPECT_GT(LateUntil(a), 1250ms) << "the ceiling behind the repetition";
+  EXPECT_LT(LateUntil(a), 1260ms);
+}
+
+TEST_F(LateAnswersTest, WhoseOrderIsProvenOwesNothing) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
+  EXPECT_TRUE(late_.IsClear(a, kStart + 250ms));
+}
+
+TEST_F(LateAnswersTest, BytesAfterSilenceAreTheLateAnswer) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  LateAnswers::Stray told = late_.OnStray({9, 120ms}, kStart + 320ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, &a);
+  EXPECT_GT(told.lateness, 110ms) << "320 ms after its request was given to the line, less 200";
+  EXPECT_LT(told.lateness, 120ms);
+  EXPECT_EQ(told.warned, &a);
+  EXPECT_EQ(late_.ExtraDrain(a), 90ms) << "120 ms and a gap, less the drain";
+  told = late_.OnStray({3, 160ms}, kStart + 360ms);
+  EXPECT_EQ(told.late, nullptr) << "once for each exchange";
+  EXPECT_EQ(told.warned, nullptr) << "once for ever";
+  EXPECT_EQ(late_.ExtraDrain(a), 130ms);
+}
+
+TEST_F(LateAnswersTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  late_.OnStray({9, 120ms}, kStart + 320ms);
+  for (int i = 1; i < 1000; ++i) Exchange(a, i * 1s, i * 1s + 20ms, Outcome::ok);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 250ms, 300ms, Outcome::ok, true);
+  const LateAnswers::Stray told = late_.OnStray({9, 260ms}, kStart + 560ms);
+  EXPECT_EQ(told.late, &a);
+  EXPECT_GT(told.lateness, 100ms);
+  EXPECT_LT(told.lateness, 110ms) << "310 ms after its request was given to the line, less 200 ms";
+}
+
+TEST_F(LateAnswersTest, LatenessIsThatOfTheFirstTry) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  Exchange(a, 600ms, 800ms, Outcome::no_reply, true);
+  EXPECT_GT(late_.OnStray({9, 400ms}, kStart + 1200ms).lateness, 990ms) << "due at 200 ms";
+}
+
+TEST_F(LateAnswersTest, LatenessCountsFromTheFirstTryThatMetSilence) {
+  struct Try {
+    Duration began;
+    Outcome outcome;
+  };
+  struct Case {
+    std::vector<Try> tries;
+    Duration late;  // of bytes 980 ms after the first try began, at least; zero: they are none
+  };
+  const Case cases[] = {
+      {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
+      {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
+      {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
+      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // asked again, whosever the first was
+  };
+  Duration began = 2s;
+  for (const Case& one : cases) {
+    SCOPED_TRACE(std::to_string(&one - cases));
+    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);  // of an earlier request
+    Duration ended{};
+    for (const Try& each : one.tries) {
+      ended = began + each.began + (each.outcome == Outcome::no_reply ? 200ms : 50ms);
+      Exchange(a, began + each.began, ended, each.outcome, each.began > 0ms);
+    }
+    const Duration came = began + 980ms;
+    const LateAnswers::Stray told = late_.OnStray({9, came - ended}, kStart + came);
+    EXPECT_EQ(told.late != nullptr, one.late > 0ms);
+    EXPECT_GE(told.lateness, one.late);
+    EXPECT_LT(told.lateness, one.late + 20ms);
+    began += 10s;
+  }
+}
+
+TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
+  for (const Duration began : {100s, 200s}) {
+    Exchange(a, began, began + 20ms, Outcome::corrupt);
+    Exchange(a, began + 100ms, began + 120ms, Outcome::ok, true);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 125ms).late, nullptr);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+}
+
+/// The request was lost, its repetition was answered in time, and then the bus was released.
+TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
+  request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
+  const auto repeat = [this](Duration began, std::size_t bytes) {
+    Exchange(a, began, began + 200ms, Outcome::no_reply);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 205ms).late, nullptr);
+    Exchange(a, began + 300ms, began + 320ms, Outcome::ok, true);
+    late_.OnStray({bytes, 5ms}, kStart + began + 325ms);
+  };
+  for (const Duration began : {100s, 200s, 300s}) repeat(began, 4);
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  for (const Duration began : {400s, 500s}) repeat(began, 5);
+  EXPECT_GT(late_.PatienceFor(a), 0ms) << "five bytes may be a refusal";
+}
+
+/// The reply of a is due when that of b has come.
+TEST_F(LateAnswersTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(b, 250ms, 270ms, Outcome::ok);
+  EXPECT_TRUE(late_.OnStray({9, 150ms}, kStart + 420ms).counts);
+  EXPECT_EQ(late_.Aftermath(Next(b, true), kStart + 500ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_ = {.member = &b,
+            .request = &request_,
+            .sent = kStart + 250ms,
+            .probe = true,
+            .lone_probe = true};
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  const LateAnswers::Stray told = late_.OnStray({9, 30ms}, kStart + 480ms);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(told.warned, nullptr);
+}
+
+TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 50ms);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
+  request_.any_order = true;
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms);
+  Exchange(a, 600ms, 650ms, Outcome::ok, true);
+  late_.OnStray({40, 30ms}, kStart + 680ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
+}
+
+TEST_F(LateAnswersTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  EXPECT_FALSE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
+  late_.OnStray({2, 30ms}, kStart + 50ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 0ms);
+  late_.OnStray({1, 31ms}, kStart + 51ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 51ms) << "four of them may be";
+}
+
+TEST_F(LateAnswersTest, WhatFollowsADamagedReplyBelongsToIt) {
+  Exchange(a, 0ms, 20ms, Outcome::corrupt);
+  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_FALSE(told.counts);
+  EXPECT_EQ(told.warned, nullptr);
+}
+
+TEST_F(LateAnswersTest, WhatComesBehindTheCeilingIsNoise) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  const LateAnswers::Stray told = late_.OnStray({4, 1001ms}, kStart + 1201ms);
+  EXPECT_TRUE(told.counts);
+  EXPECT_EQ(told.late, nullptr);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+}
+
+TEST_F(LateAnswersTest, WhatAServerStillOwesMayReachTheNextConnectionUpToTheCeiling) {
+  late_.OnClosed(a, kStart);
+  EXPECT_EQ(LateUntil(a), 1s);
+}
+
+TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
+  const ToyMembers members("/dev/ttyS1");
+  LateAnswers late(members.roster);
+  late.OnClosed(members.a, kStart);
+  EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,346 @@
+// To which request a reply is taken to belong: the rows of the table in whose_reply.cpp, and what
+// follows for the next request. Requests named "?A…" are polls of device a, "PA…" asks for its
+// name. Replies "!=1*XX" are untagged: they answer any "U…".
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/replies/whose_reply.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <sstream>
+#include <string>
+
+#include "gateway/bus/devices/latest_readings.h"
+#include "tests/gateway/bus/poller/part_fixture.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  Asked Of(const Member& member, const Request& request) const {
+    return {
+        .member = &member, .request = &request, .first = !request.steady, .probe = request.steady};
+  }
+  void Send(const Asked& asked) { order_.OnSent(asked, kStart + ++sent_ * 1s); }
+  /// Sends it; nothing comes.
+  void Silence(const Member& member, const Request& request) {
+    const Asked asked = Of(member, request);
+    Send(asked);
+    order_.OnEnd(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
+  }
+  /// Sends it; this comes.
+  WhoseReply::Verdict Reply(const Member& member, const Request& request, std::string_view body,
+                            Outcome outcome = Outcome::ok) {
+    const Asked asked = Of(member, request);
+    Send(asked);
+    const auto verdict = order_.OnReply(asked, ToyReply(body), outcome);
+    order_.OnEnd(asked, verdict.elsewhere ? Outcome::unexpected : outcome, true,
+                 kStart + sent_ * 1s);
+    return verdict;
+  }
+  /// "PA0:A0" is a request and its reply, "UA1:" one without, "*UA1:=1" a probe by a read, "-UA1:="
+  /// one whose replies name nobody, "open" the opening of the port. What the last one comes to.
+  std::string Run(const std::string& history) {
+    std::istringstream words(history);
+    std::string follows;
+    for (std::string word; words >> word;) {
+      if (word == "open") {
+        order_.OnOpened(a, kStart);
+        continue;
+      }
+      const bool probe = word[0] == '*';
+      const bool named = word[0] != '-';
+      if (probe || !named) word.erase(0, 1);
+      const std::string reply = word.substr(word.find(':') + 1);
+      Request request = AskFor(word.substr(0, word.find(':')) + "\r", named);
+      request.steady = word[0] == 'P';
+      Device& device = word[1] == 'A' ? a : b;
+      Asked asked = Of(device, request);
+      asked.probe = asked.probe || probe;
+      Send(asked);
+      WhoseReply::Verdict verdict;
+      Outcome outcome = Outcome::no_reply;
+      if (!reply.empty()) {
+        const Bytes frame = ToyReply(reply);
+        outcome = device.conversation->Check(request.bytes, frame);
+        verdict = order_.OnReply(asked, frame, outcome);
+        if (verdict.elsewhere) outcome = Outcome::unexpected;
+        follows = InWords(verdict);
+        if (follows == "proven" && orders_.Owed(asked) > 0) follows += ", owed";
+      }
+      order_.OnEnd(asked, outcome, true, kStart + sent_ * 1s);
+    }
+    return follows;
+  }
+  static std::string InWords(const WhoseReply::Verdict& verdict) {
+    if (verdict.replaced) return "replaced";
+    if (verdict.shifted) return "shifted";
+    if (verdict.odd) return "odd";
+    if (verdict.elsewhere) return "elsewhere";
+    if (!verdict.proven) return "not proven";
+    return verdict.older > 0s ? "proven, older" : "proven";
+  }
+  Asked ProbeWithARead(int times) {
+    const Asked probe{.member = &a, .request = &one_, .probe = true};
+    for (int i = 0; i < times; ++i) {
+      Send(probe);
+      order_.OnReply(probe, ToyReply("=1"), Outcome::ok);
+      order_.OnEnd(probe, Outcome::ok, true, kStart + sent_ * 1s);
+    }
+    return probe;
+  }
+  bool NeedsProbe(const Member& member, const Request& request) const {
+    return order_.NeedsProbeFirst(Of(member, request), kStart + sent_ * 1s);
+  }
+  static Request Identification(std::string_view bytes) {
+    Request request = AskFor(bytes);
+    request.steady = true;
+    return request;
+  }
+  static constexpr Instant kStart = Instant() + 1h;
+
+  ReplyOrders orders_{roster};
+  WhoseReply order_{roster, orders_};
+  int sent_ = 0;
+  const Request name_ = Identification("PA0\r");
+  const Request one_ = AskFor("UA1\r");
+  const Request two_ = AskFor("UA2\r");
+};
+
+struct WhoseReplyCase {
+  int row;  // of the table
+  const char* history;
+  const char* follows;
+};
+
+void PrintTo(const WhoseReplyCase& one, std::ostream* out) { *out << one.history; }
+
+class WhoseReplyTable : public WhoseReplyTest,
+                        public ::testing::WithParamInterface<WhoseReplyCase> {};
+
+TEST_P(WhoseReplyTable, Row) { EXPECT_EQ(Run(GetParam().history), GetParam().follows); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows, WhoseReplyTable,
+    ::testing::Values(
+        WhoseReplyCase{1, "PA0:A0 UA1:=1", "proven"},
+        WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1", "shifted"},
+        WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1 ?A3:=1", "elsewhere"},
+        WhoseReplyCase{3, "PA0:A0 UA1: UA2:=1", "not proven"},
+        WhoseReplyCase{4, "PA0:A0 UA1: UA1:=1", "proven, older"},
+        WhoseReplyCase{4, "PA0:A0 UA1: UA1:=1 UA2:=1", "not proven"},
+        WhoseReplyCase{5, "PA0:A0 UA1:=1 UA1: ?A1:A1=5", "proven"},
+        WhoseReplyCase{6, "PA0:A0 UA1: PA0:=1", "elsewhere"},
+        WhoseReplyCase{7, "PA0:A0 UA1: PA0:A0", "proven"},
+        WhoseReplyCase{8, "PA0:A0 UA1: PA0:=1 UA1:A0", "elsewhere"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2", "shifted"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=2", "replaced"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=3", "elsewhere"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0", "proven, older"},
+        WhoseReplyCase{9, "PA0:A0=7 PA0:A0 PA0:A0", "proven, older"},
+        WhoseReplyCase{9, "PA0:A0 PA0:A0=2 PA0:A0=2 PA0:A0=2", "proven, older"},
+        WhoseReplyCase{10,
+                       "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
+                       "*UA1:=1 *UA1:=1",
+                       "not proven"},
+        WhoseReplyCase{10,
+                       "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
+                       "*UA1:=1 *UA1:=1 *UA1:=1",
+                       "replaced"},
+        WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0", "not proven"},
+        WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0 PA0:A0", "proven"},
+        WhoseReplyCase{12, "PA0:A0 PB0:B0 -UB1: -UA1:=1", "not proven"},
+        WhoseReplyCase{13, "PA0:A0 PB0:B0 ?B1: ?A1:A1=5", "proven"},
+        WhoseReplyCase{14, "PA0:A0 UA1:A9", "odd"},
+        WhoseReplyCase{14, "PA0:A0 UA1:A9 UA1:A9 PA0:A0", "proven"},
+        WhoseReplyCase{14, "PA0:A0 UA1:A0", "shifted"},
+        WhoseReplyCase{14, "PA0:A0 UA2:=2 UA1:A9", "shifted"},
+        WhoseReplyCase{14, "PA0:A0 ?B1:B1=1 -UA1:A9", "shifted"},
+        WhoseReplyCase{15, "PA0:A0 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: ?A1:A1=5 ?A1:A1=5", "proven, older"},
+        WhoseReplyCase{15, "PA0:A0 UA1: UA1: UA1: UA1: PA0:A0", "proven"},
+        WhoseReplyCase{16, "PA0:A0=7 ?A0:A0=7 ?A0: PA0:A0=7", "not proven"},
+        WhoseReplyCase{16, "PA0:A0=7 ?A0:A0=7 ?A0: PA0:A0=7 PA0:A0=7", "proven, older"},
+        WhoseReplyCase{17, "PA0:A0 UA2:=2 UA1:=1 ?A1:=1 UA1:=1", "not proven"},
+        WhoseReplyCase{17, "PA0:A0 UA2:=2 UA1:=1 ?A1:=1 PA0:A0 PA0:A0 UA1:=1", "proven"}));
+
+TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
+  LatestReadings readings;
+  readings.OnStored({0, {0}});
+  readings.OnRested();
+  for (const std::size_t point : {1, 2, 1}) readings.OnStored({0, {point}});
+  using Points = LatestReadings::Points;
+  EXPECT_THAT(readings.TakeAll(), ElementsAre(Points{0, {1}}, Points{0, {2}}));
+  EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
+}
+
+TEST_F(WhoseReplyTest, BehindASecondReplyAProbeGoesFirst) {
+  Run("PA0:A0 UA1:=1");
+  order_.OnSecondReply(a);
+  EXPECT_TRUE(NeedsProbe(a, two_));
+}
+
+TEST_F(WhoseReplyTest, ADeviceThatNobodyHasHeardIsProbedFirst) {
+  EXPECT_TRUE(NeedsProbe(a, one_));
+  EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
+  EXPECT_FALSE(NeedsProbe(a, one_));
+}
+
+TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
+  Reply(a, name_, "A0");
+  Silence(a, one_);
+  EXPECT_TRUE(NeedsProbe(a, two_));
+  EXPECT_TRUE(NeedsProbe(a, one_)) << "a late reply would be an older value of its own";
+  EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
+  EXPECT_FALSE(NeedsProbe(a, two_));
+  EXPECT_TRUE(orders_.Of(a).IsInStep());
+}
+
+/// Its replies come one request late, as it is known: it is asked often enough in a row. One more
+/// is owed when somebody else has answered in its place.
+TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
+  Reply(a, name_, "A0");
+  Silence(a, one_);
+  Reply(a, name_, "=1", Outcome::unexpected);
+  Reply(a, name_, "A0");
+  EXPECT_TRUE(order_.Lags(a));
+  EXPECT_FALSE(NeedsProbe(a, one_));
+  EXPECT_TRUE(Reply(a, one_, "A0", Outcome::unexpected).elsewhere);
+  EXPECT_TRUE(Reply(a, one_, "=1").proven);
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "one is owed, as it was";
+  Send(Of(a, one_));
+  EXPECT_TRUE(NeedsProbe(a, one_));
+}
+
+/// "B0" comes in place of a reply of a: that of a is owed as before, and no more than that.
+TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
+  Reply(b, Identification("PB0\r"), "B0");
+  Reply(a, name_, "A0");
+  Reply(b, Identification("PB0\r"), "A0", Outcome::unexpected);
+  EXPECT_TRUE(Reply(a, AskFor("UA1\r", false), "B0", Outcome::unexpected).elsewhere);
+  EXPECT_EQ(orders_.Owed(Of(a, AskFor("UA1\r"))), 1);
+}
+
+TEST_F(WhoseReplyTest, ARefusedNameIsNobodyElse) {
+  Reply(a, name_, "A0");
+  EXPECT_FALSE(Reply(a, name_, "A0~refused", Outcome::refused).replaced);
+  EXPECT_FALSE(NeedsProbe(a, one_));
+}
+
+TEST_F(WhoseReplyTest, WhereTheNameIsRefusedTheRefusalIsTheProof) {
+  Reply(a, name_, "A0~refused", Outcome::refused);
+  EXPECT_FALSE(NeedsProbe(a, one_));
+  Silence(a, one_);
+  Reply(a, name_, "A0~refused", Outcome::refused);
+  EXPECT_FALSE(NeedsProbe(a, two_));
+}
+
+TEST_F(WhoseReplyTest, WhereNoProbeIsAProofTheRequestIsAskedOftenEnough) {
+  ProbeWithARead(8);
+  Silence(a, one_);
+  ProbeWithARead(1);
+  EXPECT_FALSE(NeedsProbe(a, two_));
+  EXPECT_FALSE(Reply(a, two_, "=2").proven);
+  EXPECT_TRUE(Reply(a, two_, "=2").proven) << "one reply was owed";
+}
+
+TEST_F(WhoseReplyTest, WhoHasANameProvesNothingByOtherAnswers) {
+  Reply(a, name_, "A0");
+  Silence(a, one_);
+  ProbeWithARead(1);
+  EXPECT_TRUE(NeedsProbe(a, one_));
+}
+
+TEST_F(WhoseReplyTest, AProofHoldsForAMinute) {
+  Reply(a, name_, "A0");
+  Reply(a, one_, "=1");
+  EXPECT_FALSE(order_.NeedsProbeFirst(Of(a, two_), kStart + 60s));
+  EXPECT_TRUE(order_.NeedsProbeFirst(Of(a, two_), kStart + 62s));
+}
+
+TEST_F(WhoseReplyTest, WhoIsTrustedIsInStepAfterASilence) {
+  Reply(a, name_, "A0");
+  Silence(a, one_);
+  orders_.Reset(a);
+  EXPECT_TRUE(Reply(a, two_, "=2").proven);
+}
+
+TEST_F(WhoseReplyTest, NamedNeighboursAreNotInDoubt) {
+  const Request of_b = AskFor("?B1\r");
+  Reply(a, name_, "A0");
+  Reply(b, Identification("PB0\r"), "B0");
+  Silence(a, one_);
+  EXPECT_FALSE(NeedsProbe(b, of_b));
+}
+
+TEST_F(WhoseReplyTest, NamelessOnesAre) {
+  const Request of_b = AskFor("UB1\r", false);
+  Reply(a, name_, "A0");
+  Reply(b, Identification("PB0\r"), "B0");
+  Silence(a, one_);
+  EXPECT_TRUE(NeedsProbe(b, of_b));
+}
+
+TEST_F(WhoseReplyTest, EntriesOfOneNameAreOneDevice) {
+  Reply(a, name_, "A0");
+  Reply(b, Identification("PA0\r"), "A0");
+  orders_.Recognise(a, ToBytes("A"));
+  orders_.Recognise(b, ToBytes("A"));
+  Silence(a, one_);
+  EXPECT_TRUE(NeedsProbe(b, two_));
+}
+
+TEST_F(WhoseReplyTest, ARequestThatIsAnsweredInAnOddFormIsAskedBehindAProof) {
+  Run("PA0:A0 UA2:=2 UA1:A9 PA0:A0");
+  EXPECT_TRUE(NeedsProbe(a, one_));
+  EXPECT_FALSE(NeedsProbe(a, two_));
+  Run("PA0:A0 UA1:=1");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "it fits again";
+}
+
+TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
+  order_.OnOpened(a, kStart);
+  Reply(a, name_, "A0=17");
+  Reply(a, name_, "A0");
+  Reply(a, name_, "A0");
+  Reply(a, name_, "A0");
+  EXPECT_TRUE(order_.HasName(a));
+  EXPECT_FALSE(Reply(a, name_, "A0").replaced);
+}
+
+/// What is owed to strangers can be any reply, and nothing tells these from its own.
+TEST_F(WhoseReplyTest, WhoHasNoProofIsBelievedFromItsFirstReplyOn) {
+  order_.OnOpened(a, kStart);
+  ProbeWithARead(1);
+  EXPECT_TRUE(Reply(a, one_, "=1").proven);
+}
+
+/// A text in place of a number may be another request's, unless nothing else is owed.
+TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
+  Reply(a, name_, "A0");
+  Send(Of(a, one_));
+  EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "it was never read";
+  Reply(a, name_, "A0");
+  Reply(a, one_, "=1");
+  Send(Of(a, one_));
+  EXPECT_TRUE(order_.MayBeOdd(Of(a, one_)));
+  Send(Of(a, one_));
+  EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "one reply is owed";
+}
+
+TEST_F(WhoseReplyTest, AfterAReconnectItIsAskedWhoItIs) {
+  Reply(a, name_, "A0");
+  Reply(a, one_, "=1");
+  order_.OnReconnect(a);
+  EXPECT_TRUE(NeedsProbe(a, two_));
+  Reply(a, name_, "A0");
+  EXPECT_FALSE(NeedsProbe(a, two_));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,198 @@
+// Whose turn it is to be looked for, and when.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/schedule/probes.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/bus/poller/part_fixture.h"
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+class ProbesTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  static void PutOffline(Member& member) {
+    member.health.OnTask(Outcome::no_reply, kStart);  // it has never answered
+  }
+  Probes::Facts At(Duration at) const {
+    Probes::Facts facts;
+    facts.now = facts.idle_since = kStart + at;
+    facts.next_wanted = next_wanted_;
+    facts.is_looked_for = [](const Member&) { return true; };
+    facts.client_waits = [](const Member&) { return false; };
+    return facts;
+  }
+
+  LateAnswers late_{roster};
+  Probes probes_{roster, late_};
+  std::optional<Instant> next_wanted_;
+};
+
+TEST_F(ProbesTest, NobodyIsOffline) {
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_FALSE(probes_.NextAt(At(0s)));
+  EXPECT_EQ(probes_.NoticeBound(kStart), 0s);
+}
+
+TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
+  PutOffline(a);
+  PutOffline(b);
+  EXPECT_EQ(probes_.Next(At(0s)), &a);
+  probes_.OnTaken(a, At(0s));
+  EXPECT_EQ(probes_.Next(At(0s)), &b);
+  probes_.OnTaken(b, At(0s));
+  EXPECT_EQ(probes_.Next(At(0s)), &a);
+}
+
+TEST_F(ProbesTest, OneNobodyLooksForIsLeftAlone) {
+  PutOffline(a);
+  PutOffline(b);
+  Probes::Facts facts = At(0s);
+  facts.is_looked_for = [this](const Member& member) { return &member == &b; };
+  EXPECT_EQ(probes_.Next(facts), &b);
+}
+
+TEST_F(ProbesTest, OneWhoseLateAnswerMayComeWaitsForThat) {
+  PutOffline(a);
+  late_.OnClosed(a, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + 1s) << "the ceiling";
+  EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
+}
+
+TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWaiting) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnAsked(a, false, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), &b);
+  b.health.OnTask(Outcome::ok, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), nullptr);
+  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + Probes::kAskAgain);
+  EXPECT_EQ(probes_.NoticeBound(kStart), 0s) << "no probe notices its return";
+  EXPECT_EQ(probes_.Next(At(Probes::kAskAgain)), &a);
+  probes_.OnOffline(a, kStart);
+  EXPECT_EQ(probes_.Next(At(0s)), &a) << "it was forgotten why";
+  EXPECT_TRUE(probes_.CannotProbe(a));
+  probes_.OnAsked(a, true, kStart);
+  EXPECT_FALSE(probes_.CannotProbe(a));
+}
+
+TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  ASSERT_EQ(probes_.NextAt(At(0s)), kStart) << "nothing is owed yet";
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  EXPECT_EQ(probes_.began(), kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  EXPECT_FALSE(probes_.began());
+  EXPECT_FALSE(probes_.NextAt(At(9s))) << "2 % of ten seconds";
+  EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
+}
+
+/// It may have lost its first requests only: it is not left alone until 2 % of the time are earned.
+TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnOffline(b, kStart);
+  next_wanted_ = kStart;
+  Duration at = 0s;
+  for (int i = 0; i < Probes::kFirstLooks; ++i) {
+    EXPECT_FALSE(i > 0 && probes_.NextAt(At(at - 1ms))) << "20 % of a second";
+    ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
+    EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
+    ASSERT_EQ(probes_.OnTaken(b, At(at)), Probes::Kind::first_look);
+    probes_.OnEnd(b, Probes::Kind::first_look, kStart + at);
+    probes_.OnIdle(200ms, kStart + at + 200ms);
+    at += 1s;
+  }
+  EXPECT_EQ(probes_.Next(At(at)), &a) << "then they take turns";
+  EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
+}
+
+/// First with no other device wanting the line, then with one that wants it again at once.
+TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
+  PutOffline(a);
+  const auto look = [this](Duration at, Duration idle_for) {
+    Probes::Facts facts = At(at);
+    facts.idle_since -= idle_for;
+    const Probes::Kind kind = probes_.OnTaken(a, facts);
+    probes_.OnEnd(a, kind, kStart + at);
+    probes_.OnIdle(next_wanted_ ? 200ms : 0ms, kStart + at + 200ms);
+    return kind;
+  };
+  EXPECT_EQ(look(0s, 0s), Probes::Kind::look);
+  EXPECT_EQ(look(1s, 0s), Probes::Kind::look);
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
+  EXPECT_EQ(look(2300ms, Probes::kRest), Probes::Kind::look);
+  EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s) << "it had one";
+
+  next_wanted_ = kStart;
+  EXPECT_EQ(look(20s, 0s), Probes::Kind::look);
+  EXPECT_EQ(look(40s, 0s), Probes::Kind::look);
+  EXPECT_FALSE(probes_.NextAt(At(49s))) << "2 % of the time, as for any look";
+  EXPECT_EQ(look(60s, 0s), Probes::Kind::rested_look);
+  EXPECT_EQ(look(80s, 0s), Probes::Kind::look);
+}
+
+/// Writes that come every 250 ms: no poll is due, and yet the line never rests.
+TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
+  PutOffline(a);
+  for (const Duration at : {0s, 1s}) {
+    const Probes::Kind kind = probes_.OnTaken(a, At(at));
+    probes_.OnEnd(a, kind, kStart + at);
+    probes_.OnIdle(0ms, kStart + at + 200ms);
+  }
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
+  EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s);
+  EXPECT_EQ(probes_.OnTaken(a, At(3s)), Probes::Kind::rested_look);
+}
+
+TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
+  PutOffline(a);
+  PutOffline(b);
+  probes_.OnOffline(b, kStart);
+  EXPECT_EQ(probes_.Next(At(9s)), &b);
+  EXPECT_EQ(probes_.Next(At(10s)), &a);
+}
+
+TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  EXPECT_EQ(probes_.NextWriteAt(a, At(1s)), kStart + 1s);
+  probes_.OnEnd(a, Probes::Kind::short_write, kStart + 1s);
+  probes_.OnIdle(200ms, kStart + 1200ms);
+  EXPECT_EQ(probes_.NextWriteAt(a, At(2s)), kStart + 3s) << "10 % of two seconds";
+}
+
+TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  Probes::Facts facts = At(2s);
+  facts.client_waits = [](const Member&) { return true; };
+  EXPECT_EQ(probes_.NextAt(facts), kStart + 10s);
+}
+
+TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
+  PutOffline(a);
+  next_wanted_ = kStart;
+  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.OnIdle(200ms, kStart + 200ms);
+  probes_.OnOpened();
+  EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
+}
+
+TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
+  PutOffline(a);
+  const Duration one = probes_.NoticeBound(kStart);
+  EXPECT_GT(one, 1s) << "b's period";
+  PutOffline(b);
+  EXPECT_GT(probes_.NoticeBound(kStart), one);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,414 @@
+// The schedule alone: the grid of periods, fairness, missed periods, events, restart and hold.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/schedule/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+using config::Group;
+using Brought = Schedule::Brought;
+
+TEST(Schedule, NothingIsDueBeforeRestart) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  EXPECT_FALSE(schedule.Next(kStart));
+  EXPECT_FALSE(schedule.NextDue());
+}
+
+TEST(Schedule, PeriodsStandOnAFixedGrid) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart + 130ms)) << "asked late";
+  EXPECT_EQ(schedule.NextDue(), kStart + 1s) << "late service must not shift the grid";
+  EXPECT_FALSE(schedule.Next(kStart + 999ms));
+  EXPECT_TRUE(schedule.Next(kStart + 1s));
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
+}
+
+TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h, {5ms, 250ms}),
+                      {Group::fast, Group::own, config::OwnGroup(1)}, true);
+  schedule.Restart(0, kStart);
+  std::map<std::size_t, int> picked;
+  for (Instant now = kStart; now < kStart + 1s; now += 1ms) {
+    while (const auto pick = schedule.Next(now)) {
+      ++picked[pick->query];
+      if (pick->query == 2) {
+        EXPECT_EQ(pick->group, config::OwnGroup(1));
+      }
+    }
+  }
+  EXPECT_EQ(picked[0], 1);
+  EXPECT_EQ(picked[1], 200);
+  EXPECT_EQ(picked[2], 4);
+  EXPECT_EQ(picked[kEventsQuery], 1);
+  EXPECT_EQ(schedule.Missed(0, kStart + 999ms), 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart + 1s + 50ms), 10U) << "what is not asked is missed";
+}
+
+TEST(Schedule, AGroupWithoutAnAnswerOfItsOwnIsRepeatedSoonAndThenLessAndLessOften) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1h), {Group::slow, Group::slow});
+  schedule.Restart(0, kStart);
+  Instant now = kStart;
+  const auto round = [&](bool answered) {
+    for (int query = 0; query < 2; ++query) {
+      EXPECT_TRUE(schedule.Next(now));
+      if (!answered) schedule.RepeatSoon(0, Group::slow, now, 1min);
+    }
+    const Duration wait = *schedule.NextDue() - now;
+    now += wait;
+    return wait;
+  };
+  for (const Duration wait : {8s, 16s, 32s, 60s, 60s}) EXPECT_EQ(round(false), wait);
+  EXPECT_EQ(round(true), 1h);
+  EXPECT_EQ(round(false), 8s) << "it was answered in between";
+  EXPECT_EQ(round(false), 16s);
+  schedule.Restart(0, now);
+  EXPECT_EQ(round(false), 8s);
+}
+
+TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
+  Schedule schedule;
+  for (std::size_t device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+    schedule.Restart(device, kStart);
+  }
+  schedule.SetFailing(0, true);
+  for (const std::size_t device : {1U, 1U, 0U, 0U}) {
+    const auto pick = schedule.Next(kStart, true);
+    ASSERT_TRUE(pick);
+    EXPECT_EQ(pick->device, device);
+  }
+}
+
+TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  for (std::size_t query = 0; query < 3; ++query) {
+    const auto pick = schedule.Next(kStart);
+    ASSERT_TRUE(pick);
+    EXPECT_EQ(pick->query, query);
+    EXPECT_EQ(pick->last_of_round, query == 2);
+  }
+  EXPECT_FALSE(schedule.Next(kStart));
+}
+
+TEST(Schedule, ASlowDeviceCostsItself) {
+  Schedule schedule;
+  const std::vector<Group> many(20, Group::fast);
+  for (int device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), many);
+    schedule.Restart(static_cast<std::size_t>(device), kStart);
+  }
+  std::map<std::size_t, int> picked;
+  for (int i = 0; i < 11; ++i) {
+    const auto pick = schedule.Next(kStart);
+    ASSERT_TRUE(pick);
+    ++picked[pick->device];
+    schedule.OnUsed(pick->device, pick->device == 0 ? 500ms : 50ms);
+  }
+  EXPECT_LE(picked[0], 2);
+  EXPECT_GE(picked[1], 9);
+}
+
+TEST(Schedule, WhoWasIdleSavesNothingUp) {
+  Schedule schedule;
+  for (int device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(100, Group::fast));
+  }
+  schedule.Restart(0, kStart);
+  for (int i = 0; i < 50; ++i) {
+    schedule.Next(kStart);
+    schedule.OnUsed(0, 50ms);
+  }
+  schedule.Restart(1, kStart);
+  std::map<std::size_t, int> picked;
+  for (int i = 0; i < 10; ++i) {
+    const std::size_t device = schedule.Next(kStart)->device;
+    ++picked[device];
+    schedule.OnUsed(device, 50ms);
+  }
+  EXPECT_NEAR(picked[0], picked[1], 2);
+}
+
+TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);
+  schedule.Restart(0, kStart);
+  const auto ask = [&](Instant now) {
+    const auto pick = schedule.Next(now);
+    return pick ? pick->query : 99;
+  };
+  EXPECT_EQ(ask(kStart), 0U);
+  EXPECT_EQ(ask(kStart), kEventsQuery) << "in turn with the polls";
+  schedule.HoldEvents(0);
+  EXPECT_EQ(ask(kStart), 1U);
+  EXPECT_EQ(ask(kStart + 1s), 0U);
+  EXPECT_EQ(ask(kStart + 1s), 1U) << "polls go on";
+  EXPECT_EQ(ask(kStart + 1s), 99U);
+  schedule.Restart(0, kStart + 1s);
+  EXPECT_EQ(ask(kStart + 1s), 0U);
+  EXPECT_EQ(ask(kStart + 1s), 1U);
+  EXPECT_EQ(ask(kStart + 1s), 99U) << "the port has opened again, and they are not kept yet";
+  schedule.ReleaseEvents(0, true, Brought::news, kStart + 1200ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1200ms);
+  EXPECT_EQ(ask(kStart + 1200ms), kEventsQuery) << "at once";
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+}
+
+TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.Restart(0, kStart);
+  while (schedule.Next(kStart)) {
+  }
+  const auto release = [&](Instant now) {
+    schedule.HoldEvents(0);
+    schedule.ReleaseEvents(0, true, Brought::something_else, now);
+  };
+  release(kStart + 300ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1s);
+  schedule.HoldEvents(0);
+  release(kStart + 1300ms);
+  EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, 0U);
+  EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, kEventsQuery) << "it has been due meanwhile";
+  EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+}
+
+TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
+  constexpr std::size_t kDevices = 3;
+  constexpr int kSeconds = 100;
+  Schedule schedule;
+  for (std::size_t i = 0; i < kDevices; ++i) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);
+    schedule.Restart(i, kStart);
+  }
+  std::map<std::size_t, int> events;
+  int polls = 0;
+  Duration latest{};
+  for (Instant now = kStart; now < kStart + kSeconds * 1s; now += 20ms) {
+    const auto pick = schedule.Next(now);
+    if (!pick) continue;
+    if (pick->query != kEventsQuery) {
+      ++polls;
+      latest = std::max<Duration>(latest, (now - kStart) % 1s);
+      continue;
+    }
+    ++events[pick->device];
+    if (pick->device != 0) continue;  // they have none
+    schedule.HoldEvents(0);
+    schedule.ReleaseEvents(0, true, Brought::news, now);
+  }
+  EXPECT_EQ(polls, 6 * kSeconds);
+  EXPECT_EQ(events[1], kSeconds);
+  EXPECT_LE(latest, (6 + 3 + 6) * 20ms) << "a round of polls and events, and one more";
+  EXPECT_GE(events[0], 6 * kSeconds);
+  EXPECT_LE(events[0], 7 * kSeconds + 1) << "its turn, and as many as the line has queries";
+}
+
+TEST(Schedule, WhatHasNoNewsWaitsForItsTurn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {}, true);
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.HoldEvents(0);
+  schedule.ReleaseEvents(0, true, Brought::no_news, kStart + 100ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1100ms);
+}
+
+TEST(Schedule, GroupsHaveTheirOwnPeriods) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 10s), {Group::fast, Group::slow});
+  schedule.Restart(0, kStart);
+  std::map<Group, int> count;
+  for (Instant now = kStart; now < kStart + 60s; now += 100ms) {
+    while (const auto pick = schedule.Next(now)) ++count[pick->group];
+  }
+  EXPECT_EQ(count[Group::fast], 60);
+  EXPECT_EQ(count[Group::slow], 6);
+}
+
+TEST(Schedule, MissedPeriodsAreCountedAndNotQueued) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  ASSERT_TRUE(schedule.Next(kStart + 5500ms)) << "due since 1 s";
+  EXPECT_EQ(schedule.Missed(0, kStart), 4U) << "2, 3, 4 and 5 s";
+  EXPECT_FALSE(schedule.Next(kStart + 5500ms)) << "one poll makes up for all of them";
+  EXPECT_EQ(schedule.NextDue(), kStart + 6s);
+}
+
+TEST(Schedule, ARoundThatRunsBeyondItsPeriodIsFollowedByTheNextAtOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+  ASSERT_EQ(schedule.Next(kStart + 1200ms)->query, 1U) << "the round goes on where it was";
+  ASSERT_EQ(schedule.Next(kStart + 1300ms)->query, 0U) << "late, but within its period";
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 1U);
+  ASSERT_EQ(schedule.Next(kStart + 3100ms)->query, 0U) << "that of 3 s";
+  EXPECT_EQ(schedule.Missed(0, kStart), 1U) << "that of 2 s passed whole";
+}
+
+TEST(Schedule, DevicesTakeTurns) {
+  Schedule schedule;
+  for (int device = 0; device < 3; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(4, Group::fast));
+  }
+  for (std::size_t device = 0; device < 3; ++device) schedule.Restart(device, kStart);
+  std::vector<std::size_t> order;
+  while (const auto pick = schedule.Next(kStart)) order.push_back(pick->device);
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
+TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.Suspend(0);
+  EXPECT_FALSE(schedule.Next(kStart + 10s));
+  EXPECT_FALSE(schedule.NextDue());
+  schedule.Restart(0, kStart + 20s);
+  EXPECT_EQ(schedule.Next(kStart + 20s)->query, 0U);
+  EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
+}
+
+TEST(Schedule, ARoundGoesBeforeTheNextWriteWhereItIsDue) {
+  Schedule schedule;
+  const std::size_t device = schedule.AddDevice(1s, 1h);
+  schedule.SetQueries(device, {Group::fast, Group::fast});
+  schedule.Restart(device, Instant());
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant())) << "no write has failed";
+  schedule.GoFirst(device);
+  EXPECT_TRUE(schedule.GoesFirst(device, Instant()));
+  schedule.Next(Instant());
+  EXPECT_TRUE(schedule.GoesFirst(device, Instant())) << "one of two queries";
+  schedule.Next(Instant());
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "the next round does not";
+  schedule.GoFirst(device);
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 500ms)) << "none is due";
+  schedule.Hold(device, Instant() + 5s);
+  EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "it waits, the write need not";
+}
+
+TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  schedule.Restart(1, kStart);
+  schedule.Hold(0, kStart + 300ms);
+  schedule.Hold(0, kStart + 100ms);  // a shorter one does not take it back
+  EXPECT_EQ(schedule.Next(kStart)->device, 1U);
+  EXPECT_FALSE(schedule.Next(kStart + 299ms));
+  EXPECT_EQ(schedule.NextDue(), kStart + 300ms);
+  EXPECT_EQ(schedule.Next(kStart + 300ms)->device, 0U);
+}
+
+TEST(Schedule, APersonEndsAHold) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Restart(0, kStart);
+  schedule.Hold(0, kStart + 1h);
+  EXPECT_FALSE(schedule.Next(kStart + 1min));
+  schedule.Release(0);
+  EXPECT_EQ(schedule.Next(kStart + 1min)->device, 0U);
+}
+
+TEST(Schedule, NewQueriesEndTheRound) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  ASSERT_TRUE(schedule.Next(kStart));
+  schedule.SetQueries(0, {Group::fast});
+  EXPECT_FALSE(schedule.Next(kStart + 1ms));
+  EXPECT_EQ(schedule.Next(kStart + 1s)->query, 0U);
+  schedule.SetQueries(0, {});
+  EXPECT_FALSE(schedule.NextDue());
+}
+
+/// Random devices on a line that is sometimes far too slow: nobody waits longer than its own period
+/// and one turn of everybody else's rounds, and NextDue never lies.
+TEST(Schedule, NobodyStarvesWhateverThePeriods) {
+  std::mt19937 random(4711);
+  for (int round = 0; round < 60; ++round) {
+    Schedule schedule;
+    const std::size_t devices = 1 + random() % 12;
+    const Duration cost = std::chrono::microseconds(100 + random() % 200'000);
+    std::vector<Duration> longest(devices);
+    for (std::size_t device = 0; device < devices; ++device) {
+      const auto fast = std::chrono::milliseconds(1 + random() % 2000);
+      schedule.AddDevice(fast, std::chrono::milliseconds(1 + random() % 20000));
+      std::vector<Group> groups(1 + random() % 5);
+      for (Group& group : groups) group = static_cast<Group>(random() % 3);
+      groups.front() = Group::fast;
+      schedule.SetQueries(device, groups);
+      schedule.Restart(device, kStart);
+      longest[device] = fast + static_cast<std::int64_t>(3 * devices + 1) * cost;
+    }
+    std::vector<Instant> served(devices, kStart);
+    Instant now = kStart;
+    for (int step = 0; step < 3000; ++step) {
+      const auto due = schedule.NextDue();
+      ASSERT_TRUE(due);
+      const auto pick = schedule.Next(now);
+      ASSERT_EQ(pick.has_value(), *due <= now);
+      for (std::size_t device = 0; device < devices; ++device) {
+        ASSERT_LE(now - served[device], longest[device]) << device << " of " << devices;
+      }
+      if (pick) served[pick->device] = now;
+      now = pick ? now + cost : *due;
+    }
+  }
+}
+
+TEST(Schedule, ARestartDoesNotEndAHold) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.Hold(0, kStart + 5min);
+  schedule.Restart(0, kStart);
+  EXPECT_FALSE(schedule.Next(kStart + 4min));
+  EXPECT_TRUE(schedule.Next(kStart + 5min));
+}
+
+TEST(Schedule, WhatMayHaveChangedIsReadAtOnceButNotAfterEachOfManyWrites) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1min, 1min), {Group::fast, Group::once});
+  schedule.Restart(0, kStart);
+  while (schedule.Next(kStart)) {
+  }
+  int picked = 0;
+  std::optional<Instant> last;
+  for (Instant now = kStart + 1s; now < kStart + 31s; now += 10ms) {
+    schedule.Hasten(0, now);
+    while (schedule.Next(now)) {
+      ++picked;
+      last = now;
+    }
+    if (now == kStart + 1s) {
+      EXPECT_EQ(picked, 2) << "at once";
+    }
+  }
+  EXPECT_LE(picked, 12) << "two queries, at most twice in 10 s";
+  EXPECT_GE(picked, 6);
+  schedule.Hasten(0, kStart + 31s);
+  EXPECT_LE(*schedule.NextDue(), *last + 10s) << "the last write is followed by a reading";
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,159 @@
+// Requests by client and number: what comes twice is answered twice and never done twice.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/writes/request_book.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::HasSubstr;
+using What = RequestBook::Verdict::What;
+
+RequestId RequestOf(std::uint64_t seq, const std::string& client = "plc-1") {
+  return {client, seq, "feeder-1 setting_group 1"};
+}
+
+class RequestBookTest : public ::testing::Test {
+ protected:
+  What Begin(const RequestId& request) {
+    last_ = book_.Begin(request, now_);
+    return last_.what;
+  }
+  /// Begun and done.
+  void Do(std::uint64_t seq, const std::string& client = "plc-1") {
+    ASSERT_EQ(Begin(RequestOf(seq, client)), What::fresh) << client << ' ' << seq;
+    book_.End(client, seq, {WriteEnd::ok, "", 7us});
+  }
+
+  RequestBook book_;
+  RequestBook::Verdict last_;
+  Instant now_ = kStart;
+};
+
+TEST_F(RequestBookTest, ADuplicateIsAnsweredAndNotRepeated) {
+  EXPECT_EQ(Begin(RequestOf(7)), What::fresh);
+  EXPECT_EQ(Begin(RequestOf(7)), What::under_way);
+  book_.End("plc-1", 7, {WriteEnd::differs, "shows 2", 250us});
+  for (int again = 0; again < 3; ++again) {
+    now_ += 1h;
+    EXPECT_EQ(Begin(RequestOf(7)), What::answered);
+    EXPECT_EQ(last_.answer.end, WriteEnd::differs);
+    EXPECT_EQ(last_.answer.reason, "shows 2");
+    EXPECT_EQ(last_.answer.took, 250us);
+  }
+  EXPECT_EQ(Begin(RequestOf(7, "plc-2")), What::fresh) << "another client's numbers are its own";
+}
+
+TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
+  Do(7);
+  EXPECT_EQ(Begin({"plc-1", 7, "feeder-1 setting_group 2"}), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::denied);
+  EXPECT_THAT(last_.answer.reason, HasSubstr("another request"));
+  EXPECT_EQ(Begin(RequestOf(7)), What::answered);
+}
+
+TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
+  // The audit has them, the latest first.
+  std::optional<PastRequests> past;
+  book_ = RequestBook([&past] { return past; });
+  EXPECT_EQ(Begin(RequestOf(40)), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::busy) << "it is not known yet";
+  past = PastRequests{{}, false};
+  for (std::uint64_t seq = 40; seq > 0; --seq) {
+    past->all.push_back({RequestOf(seq), WriteEnd::ok, "", 3ms});
+  }
+  EXPECT_EQ(Begin(RequestOf(40)), What::answered);
+  EXPECT_EQ(last_.answer.end, WriteEnd::ok);
+  EXPECT_EQ(last_.answer.took, 3ms);
+  EXPECT_EQ(Begin({"plc-1", 40, "feeder-1 setting_group 2"}), What::refused);
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(8)), What::refused) << "there was no room for it";
+  EXPECT_EQ(Begin(RequestOf(41)), What::fresh);
+  // It is under way here, whatever the audit says of it.
+  past->all = {{RequestOf(41), WriteEnd::unknown, "stopped"}};
+  EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
+}
+
+TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
+  PastRequests past;
+  for (std::size_t i = 0; i < 2 * RequestBook::kClients; ++i) {
+    past.all.push_back({RequestOf(1, "plc-" + std::to_string(i)), WriteEnd::ok, ""});
+  }
+  book_ = RequestBook([&past] { return std::optional(past); });
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered) << "the latest";
+  EXPECT_EQ(book_.clients(), RequestBook::kClients);
+}
+
+TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
+  for (std::uint64_t seq = 10; seq < 10 + RequestBook::kRemembered; ++seq) Do(seq);
+  Do(3);  // out of order, and pushes the lowest out
+  EXPECT_EQ(Begin(RequestOf(10)), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::denied);
+  EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests are remembered"));
+  EXPECT_EQ(Begin(RequestOf(5)), What::refused) << "below what is forgotten";
+  EXPECT_EQ(Begin(RequestOf(3)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(11)), What::answered);
+  Do(1000);
+  EXPECT_EQ(Begin(RequestOf(500)), What::fresh) << "gaps may be filled";
+}
+
+TEST_F(RequestBookTest, TheHighestNumberIsOneLikeAnother) {
+  constexpr std::uint64_t kHighest = std::numeric_limits<std::uint64_t>::max();
+  Do(0);
+  Do(kHighest);
+  EXPECT_EQ(Begin(RequestOf(0)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(kHighest)), What::answered);
+}
+
+TEST_F(RequestBookTest, OneClientHasAFewUnderWay) {
+  for (std::uint64_t seq = 1; seq <= RequestBook::kUnderWay; ++seq) {
+    EXPECT_EQ(Begin(RequestOf(seq)), What::fresh);
+  }
+  EXPECT_EQ(Begin(RequestOf(9)), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::busy);
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered) << "it was not done and never will be";
+  EXPECT_EQ(last_.answer.end, WriteEnd::busy);
+  EXPECT_EQ(Begin(RequestOf(1, "plc-2")), What::fresh);
+  book_.End("plc-1", 4, {});
+  EXPECT_EQ(Begin(RequestOf(9)), What::answered);
+  EXPECT_EQ(Begin(RequestOf(10)), What::fresh);
+  // A flood of it forgets nothing that is under way.
+  for (std::uint64_t seq = 100; seq < 1000; ++seq) EXPECT_EQ(Begin(RequestOf(seq)), What::refused);
+  EXPECT_EQ(Begin(RequestOf(1)), What::under_way);
+}
+
+TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
+  for (std::size_t i = 0; i < RequestBook::kClients; ++i) Do(1, "plc-" + std::to_string(i));
+  EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::refused);
+  EXPECT_EQ(last_.answer.end, WriteEnd::busy);
+  now_ += RequestBook::kKept - 1s;
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // and stays under way
+  now_ += 1s;
+  EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::fresh) << "who was silent has left";
+  EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
+  EXPECT_EQ(book_.clients(), RequestBook::kClients);
+  now_ += 24h;
+  for (std::size_t i = 0; i < 10 * RequestBook::kClients; ++i) {
+    EXPECT_EQ(Begin(RequestOf(1, "other " + std::to_string(i))),
+              i < RequestBook::kClients - 2 ? What::fresh : What::refused)
+        << i;
+  }
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::under_way) << "never forgotten before its end";
+}
+
+TEST_F(RequestBookTest, AnEndOfNothingDoesNothing) {
+  book_.End("plc-1", 7, {});
+  Do(7);
+  book_.End("plc-1", 7, {WriteEnd::refused, "late"});
+  EXPECT_EQ(Begin(RequestOf(7)), What::answered);
+  EXPECT_EQ(last_.answer.end, WriteEnd::ok);
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,148 @@
+// Which numbers may be written, and which number a client meant.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/writes/write_limits.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "gateway/bus/points/conversion.h"
+
+namespace baudgate {
+namespace {
+
+using config::Type;
+using ::testing::HasSubstr;
+
+config::Point SettingOf(Type type) {
+  config::Point point;
+  point.name = "setting";
+  point.type = type;
+  point.unit = "xIn";
+  return point;
+}
+
+TEST(WriteLimits, TheEndsBelongToTheRange) {
+  config::Point point = SettingOf(Type::float32);
+  point.writing.min = 0.5;
+  point.writing.max = 40;
+  for (const double good : {0.5, 0.51, 39.99, 40.0})
+    EXPECT_EQ(WhyOutside(point, good), std::nullopt) << good;
+  EXPECT_EQ(WhyOutside(point, 0.49), "0.49 is below the minimum, 0.5 xIn");
+  EXPECT_EQ(WhyOutside(point, 40.01), "40.01 is above the maximum, 40 xIn");
+  EXPECT_TRUE(WhyOutside(point, -HUGE_VAL));
+  EXPECT_TRUE(WhyOutside(point, HUGE_VAL));
+}
+
+/// 0.1 as float32 is 0.100000001490116; a limit of 0.1 is not passed by it.
+TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
+  config::Point point = SettingOf(Type::float32);
+  point.writing.max = 0.1;
+  const Value sent = static_cast<double>(0.1F);
+  EXPECT_TRUE(WhyOutside(point, sent));
+  EXPECT_EQ(AsMeant(point, sent), Value(0.1));
+  EXPECT_EQ(WhyOutside(point, AsMeant(point, sent)), std::nullopt);
+  EXPECT_EQ(AsMeant(point, static_cast<double>(30.3F)), Value(30.3));
+  for (int hundredths = 5; hundredths <= 30000; ++hundredths) {
+    const double wanted = hundredths / 100.0;
+    const Value meant = AsMeant(point, static_cast<double>(static_cast<float>(wanted)));
+    ASSERT_EQ(meant, Value(wanted));
+  }
+  EXPECT_EQ(AsMeant(point, 0.1), Value(0.1)) << "typed by a person";
+  EXPECT_EQ(AsMeant(SettingOf(Type::float64), static_cast<double>(0.1F)),
+            Value(static_cast<double>(0.1F)))
+      << "a client with 64 bits means all of them";
+  EXPECT_EQ(AsMeant(SettingOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
+}
+
+/// Their shortest text has an exponent: 5e-04.
+TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
+  config::Point point = SettingOf(Type::float32);
+  EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(1.5e10F)), Value(1.5e10));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(1e-30F)), Value(1e-30));
+  EXPECT_EQ(AsMeant(point, static_cast<double>(-3e38F)), Value(-3e38));
+  point.writing.max = 0.0005;
+  EXPECT_EQ(WhyOutside(point, AsMeant(point, static_cast<double>(0.0005F))), std::nullopt);
+}
+
+std::string Inexact(const config::Point& point, const Value& value) {
+  return WhyInexact(point, value, ToRaw(point, value).value()).value_or("");
+}
+
+/// Scale 10: the device can be 40 or 50, and 46 would become 50, beyond a max of 46.
+TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
+  config::Point point = SettingOf(Type::uint16);
+  point.scale = 10;
+  EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
+  EXPECT_EQ(Inexact(point, std::int64_t{46}),
+            "the device cannot represent 46; the nearest value is 50");
+  point.scale = 0.01;
+  EXPECT_EQ(Inexact(point, std::int64_t{12}), "");
+  point.scale = 1;
+  EXPECT_NE(Inexact(point, 1.5), "") << "typed by a person";
+  point = SettingOf(Type::float32);
+  point.scale = 0.1;
+  point.offset = -5;
+  for (int tenths = -500; tenths < 500; ++tenths) {
+    ASSERT_EQ(Inexact(point, tenths / 10.0), "") << tenths;
+  }
+}
+
+TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
+  config::Point point = SettingOf(Type::float32);
+  point.writing.decimals = 1;
+  EXPECT_EQ(Inexact(point, 0.9), "");
+  EXPECT_EQ(Inexact(point, 0.96),
+            "0.96 has more digits than the device takes, 1 behind its decimal point");
+  point.scale = 400;
+  EXPECT_EQ(Inexact(point, 360.0), "") << "0.9";
+  EXPECT_NE(Inexact(point, 361.0), "");
+}
+
+TEST(WriteLimits, ASentinelIsNoValue) {
+  config::Point point = SettingOf(Type::uint16);
+  point.sentinels = {{999, Quality::bad_sensor_failure}};
+  EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
+  EXPECT_EQ(Inexact(point, std::int64_t{999}),
+            "999 is a code that has another meaning for this device");
+}
+
+TEST(WriteLimits, StepsAreCountedFromZero) {
+  config::Point point = SettingOf(Type::float32);
+  point.writing.step = 0.1;
+  for (int tenths = -1000; tenths <= 1000; ++tenths) {
+    ASSERT_EQ(WhyOutside(point, tenths / 10.0), std::nullopt) << tenths;
+  }
+  EXPECT_EQ(WhyOutside(point, 0.55), "0.55 is not a multiple of 0.1 xIn");
+  EXPECT_TRUE(WhyOutside(point, 0.1001));
+  point.writing.step = 5;
+  EXPECT_EQ(WhyOutside(point, std::int64_t{-15}), std::nullopt);
+  EXPECT_TRUE(WhyOutside(point, std::int64_t{16}));
+}
+
+TEST(WriteLimits, WholeNumbersToo) {
+  config::Point point = SettingOf(Type::uint16);
+  point.unit.clear();
+  point.writing.min = 1;
+  point.writing.max = 2;
+  EXPECT_EQ(WhyOutside(point, std::int64_t{2}), std::nullopt);
+  EXPECT_EQ(WhyOutside(point, std::int64_t{3}), "3 is above the maximum, 2");
+  EXPECT_TRUE(WhyOutside(point, std::uint64_t{1} << 63U));
+}
+
+/// 7.5 with its words exchanged.
+TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
+  const config::Point point = SettingOf(Type::float32);
+  EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
+              HasSubstr("is the word order of the float"));
+  EXPECT_EQ(WhyOutside(point, 0.0), std::nullopt);
+  EXPECT_EQ(WhyOutside(point, -1e-30), std::nullopt);
+}
+
+TEST(WriteLimits, TextsHaveNone) {
+  EXPECT_EQ(WhyOutside(SettingOf(Type::string), std::string("anything")), std::nullopt);
+}
+
+}  // namespace
+}  // namespace baudgate

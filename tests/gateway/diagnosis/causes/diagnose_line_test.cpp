@@ -1,0 +1,270 @@
+// What is said of a line: its port, its bytes, and devices that share a trouble.
+// SPDX-License-Identifier: Apache-2.0
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/gateway/outputs/status/diagnose_fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
+using ::testing::IsEmpty;
+
+TEST_F(DiagnoseTest, BehindAClosedPortTheLineSpeaks) {
+  device().state = DeviceState::offline;
+  line_.port = LineStatus::Port::closed;
+  line_.port_text = "/dev/ttyUSB0: No such file or directory";
+  line_.port_since = kNow.wall - 3min;
+  EXPECT_THAT(Say(), IsEmpty());
+  EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 3 min: /dev/ttyUSB0: No such file or "
+                                       "directory"));
+  line_.port = LineStatus::Port::released;
+  line_.released_until = kNow.wall + 10min;
+  EXPECT_THAT(Say(), IsEmpty());
+  EXPECT_THAT(SayOfLine(), ElementsAre("released: the port is lent until 14:23:20 UTC; 'baudgate "
+                                       "release bay-1 --end' takes it back"));
+}
+
+TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
+  line_.exchanges = 1000;
+  line_.echoes = 1;
+  line_.echoed = 1;
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "another master may ask the same";
+}
+
+TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
+  line_.exchanges = 100;
+  line_.collisions = 90;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
+                                       "once, or a bus that does not echo (set 'echo: off')"));
+  Looked(device(), Symptom::odd, 9);
+  device().state = neighbour_.status.state = DeviceState::offline;
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
+                  "echo: verify): is the ring open (a loose fibre, a device without power)? If "
+                  "the bus has no echo, set 'echo: off' in the configuration"));
+}
+
+TEST_F(DiagnoseTest, TroubleOfALine) {
+  const struct {
+    std::function<void(LineStatus&)> trouble;
+    std::string sentence;
+  } rows[] = {
+      {[](LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
+       "the request itself came back 12 times: set 'echo: strip' in the configuration"},
+      {[](LineStatus& line) { line.collisions = 1; },
+       "the echo was missing or different once: two talkers at once, or a ring or bus that opens "
+       "now and then: a loose plug, or a device that restarts"},
+      {[](LineStatus& line) { line.negotiations = 1; },
+       "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+       "raw TCP, without Telnet or RFC 2217"},
+      {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
+       "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
+       "bad termination, or a device with settings of its own"},
+      {[](LineStatus& line) { line.restored = 11; },
+       "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times "
+       "(they were set again): keep it away from /dev/ttyUSB0"},
+      {[](LineStatus& line) { line.overruns = 5; },
+       "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
+       "(rtscts)"},
+      {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
+       "60 of 1000 bytes came when nothing was asked: noise between the replies (check bias "
+       "resistors and termination), or a second master"},
+      {[](LineStatus& line) {
+         for (const Duration ago : {Duration(2h), Duration(50min), Duration(1min)})
+           line.losses.Add(kNow.instant - ago);
+       },
+       "the open port was lost 2 times in the last hour: loose plug, hub or power; the log has the "
+       "times"},
+  };
+  line_.exchanges = 1000;
+  const LineStatus well = line_;
+  std::vector<std::string> all;
+  for (const auto& row : rows) {
+    line_ = well;
+    row.trouble(line_);
+    EXPECT_THAT(SayOfLine(), ElementsAre(row.sentence));
+    all.push_back(row.sentence);
+  }
+  line_ = well;
+  for (const auto& row : rows) row.trouble(line_);
+  std::erase_if(all, [](const std::string& one) { return one.starts_with("60 of 1000 bytes"); });
+  EXPECT_THAT(SayOfLine(), ElementsAreArray(all)) << "stray bytes are of the echoes";
+}
+
+TEST_F(DiagnoseTest, AServerThatEndsTheConnectionBehindEachAnswer) {
+  line_.exchanges = 100;
+  line_.rests = 90;
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "that is no trouble by itself";
+  Minute().failed = 3;
+  EXPECT_THAT(SayOfLine(), ElementsAre("the server ends the connection behind each answer, and 3 "
+                                       "polls were missed or failed: set it to keep the "
+                                       "connection open (its inactivity time, its mode)"));
+  line_.rests = 20;
+  EXPECT_THAT(SayOfLine(), IsEmpty());
+}
+
+TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
+  line_.bytes_in = 1000;
+  line_.stray_bytes = 60;
+  Looked(device(), Symptom::noise_behind, 2);
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("60 of 1000 bytes came")));
+  Looked(device(), Symptom::noise_behind, 1);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "the device has a sentence about them";
+}
+
+TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  for (int i = 0; i < 6; ++i) line_.losses.Add(kNow.instant - 1h + i * 1s);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "one restart";
+  for (int i = 0; i < 11; ++i) line_.losses.Add(kNow.instant - 1min + i * 5s);
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("the connection was lost 7 times in the last hour: look at the server's other "
+                  "clients and its limit of connections, its inactivity time, restarts and the "
+                  "network"));
+}
+
+TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min + i * 10s);
+  NeverAnswered();
+  Looked(device(), Symptom::tail_lost, 3);
+  const auto says = ElementsAre(
+      "the server closes the connection inside replies: look at it and the device behind it "
+      "(firmware, limits)");
+  EXPECT_THAT(SayOfLine(), says);
+  line_.port = LineStatus::Port::closed;
+  EXPECT_THAT(SayOfLine(), says);
+}
+
+TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  line_.port = LineStatus::Port::closed;
+  line_.port_text = "it closed the connection";
+  line_.port_since = kNow.wall - 500ms;
+  EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 0.5 s: it closed the connection"));
+  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min + i * 10s);
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("the connection was lost 3 times")));
+  line_.port_since = kNow.wall - 1min;
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("port closed for ")));
+}
+
+TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
+  for (const Duration ago : {Duration(10min), Duration(2min), Duration(1min)})
+    line_.drops.Add(kNow.instant - ago);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
+  line_.drops.Add(kNow.instant - 3s);
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("the server has ended the connection 3 times in the last minutes while "
+                  "it was in use: another client takes it (take that away, or raise the limit "
+                  "of connections), or a router or firewall in between ends it"));
+}
+
+TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
+  using ::testing::HasSubstr;
+  config_.lines[0].port = "tcp://10.0.0.9:4001";
+  const auto add = [this](RecentTimes& what, int times) {
+    for (int i = times; i > 0; --i) what.Add(kNow.instant - i * 20s);
+  };
+  add(line_.losses, 4);
+  line_.use = 0.2;
+  struct Row {
+    RecentTimes ConnectionEnds::*what;
+    int asked;
+    int idle;
+    const char* says;
+    std::uint32_t alike = 1;
+  };
+  using Ends = ConnectionEnds;
+  const Row table[] = {
+      {&Ends::refused, 1, 3, "the next one was refused: the server, its program or modem restarts"},
+      {&Ends::unreachable, 0, 4, "no host answered for a while: look at the power of the server"},
+      {&Ends::shut, 2, 2, "the next one was closed at once: another client takes it"},
+      {&Ends::asked, 4, 0, "with a request under way: the server fails at requests"},
+      {&Ends::idle, 1, 3, "look at the server's other clients"},
+      {&Ends::idle, 1, 3, "each after about 3.3 s: the server limits the time of a connection", 3},
+  };
+  for (const Row& row : table) {
+    line_.ends = {};
+    line_.ends.age = 3300ms;
+    line_.ends.alike = row.alike;
+    add(line_.ends.asked, row.asked);
+    add(line_.ends.idle, row.idle);
+    if (row.what != &Ends::asked && row.what != &Ends::idle) add(line_.ends.*row.what, 3);
+    EXPECT_THAT(SayOfLine(),
+                ElementsAre(HasSubstr(std::string("lost 4 times in the last hour: ") + row.says)));
+  }
+}
+
+TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
+  line_.losses.Add(kNow.instant - 1min);
+  line_.takes_no_data = true;
+  const auto say = [this] { return SayOfLine()[0]; };
+  using ::testing::EndsWith;
+  EXPECT_THAT(say(), EndsWith("in the last hour: it takes no data: the adapter, or what is behind "
+                              "it, hangs: plug it in anew or restart it"));
+  config_.lines[0].serial.xonxoff = true;
+  EXPECT_THAT(say(), EndsWith("XOFF came, and no XON since: switch XON/XOFF off at both ends"));
+  config_.lines[0].serial.rtscts = true;
+  EXPECT_THAT(say(), EndsWith("is the CTS line of the device connected and active?"));
+}
+
+TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
+  for (DeviceStatus* status : {&device(), &neighbour_.status}) {
+    status->state = DeviceState::offline;
+    status->last_ok = kNow.instant - 1min;
+    Looked(*status, Symptom::silence, 20);
+  }
+  DeviceRecord third = neighbour_;
+  third.device = &config_.lines[0].devices[0];
+  third.status = {};
+  third.status.state = DeviceState::online;
+  Looked(third.status, Symptom::clean, 32);
+  const DeviceRecord all[] = {neighbour_, record_, third};
+  EXPECT_THAT(DiagnoseDevice(line_, record_, all, kNow, kStarted)[0],
+              ::testing::HasSubstr("not a byte comes any more, as from feeder-1 since the same "
+                                   "moment: look at what they share"));
+}
+
+TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
+  NeverAnswered();
+  Ended(Outcome::no_reply, 5);
+  EXPECT_THAT(SayOfLine(), IsEmpty()) << "a neighbour answers";
+  neighbour_.status = device();
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("none of its 2 devices answers: not a byte came: check what they share: wiring "
+                  "(A and B), power, bit rate, parity and protocol (9600 7E1, spabus), direction "
+                  "control of the converter; or another program reads the port (fuser -v "
+                  "/dev/ttyUSB0)"));
+  EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
+  line_.exchanges = 10;
+  line_.parity_errors = 4;
+  EXPECT_THAT(SayOfLine()[1],
+              ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
+  neighbour_.status.state = DeviceState::disabled;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(
+                            "check its power and wiring (A and B swapped?), then address (2)"))
+      << "one device alone has a sentence of its own";
+}
+
+TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
+  line_.cut_since = kNow.wall - 3min;
+  line_.collisions = 40;
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("the ring is open since 14:10:20 UTC, as requests come back no more: look "
+                  "for a loose or broken fibre, or a device on it without power"));
+  device().state = DeviceState::offline;
+  EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
+                                 "nothing about the device"));
+}
+
+}  // namespace
+}  // namespace baudgate::control

@@ -1,0 +1,356 @@
+// What is said of a device that answers: failures now and then, late or second replies.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/causes/diagnose.h"
+
+#include <string>
+
+#include "tests/gateway/outputs/status/diagnose_fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST_F(DiagnoseTest, AHealthyDeviceIsNotTalkedAbout) {
+  EXPECT_THAT(Say(), IsEmpty());
+  EXPECT_THAT(SayOfLine(), IsEmpty());
+  Ended(Outcome::corrupt, 1);
+  Ended(Outcome::ok, 1);
+  EXPECT_THAT(Say(), IsEmpty()) << "one of a thousand is no news";
+}
+
+TEST_F(DiagnoseTest, FailuresNowAndThen) {
+  const struct {
+    Outcome outcome;
+    std::uint32_t count;
+    std::string reason;
+    std::string sentence;
+    std::string remedy{};
+  } rows[] = {
+      {Outcome::corrupt, 20, "checksum",
+       "20 of 32 exchanges failed: its replies come damaged: a bad wire or plug at its end, or two "
+       "devices have its address (2; unplug one)"},
+      {Outcome::corrupt, 30, "checksum",
+       "30 of 32 exchanges failed: its replies come damaged: two devices have its address (2; "
+       "unplug one), or a bad wire at its end"},
+      {Outcome::no_reply, 2, "",
+       "2 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its "
+       "end"},
+      {Outcome::busy, 32, "exception 06",
+       "it says 'exception 06' to 32 of 32 requests: end its programming, local or test mode, or "
+       "restart it"},
+      {Outcome::busy, 7, "function 03: exception 06, device busy",
+       "it says 'function 03: exception 06, device busy' to 7 of 32 requests: raise its poll"},
+      {Outcome::refused, 20, "exception 04, device failure",
+       "it says 'exception 04, device failure' to 20 of 32 requests: look at it", "look at it"},
+      {Outcome::unsupported, 64, "",
+       "it says 'unsupported' to 32 of 32 requests: does the profile fit the device and its "
+       "options?"},
+  };
+  const DeviceStatus well = device();
+  for (const auto& row : rows) {
+    device() = well;
+    Ended(row.outcome, SymptomOf(row.outcome), row.count, row.reason,
+          {.cause = row.reason, .remedy = row.remedy});
+    EXPECT_THAT(Say(), ElementsAre(row.sentence));
+  }
+}
+
+TEST_F(DiagnoseTest, LossesThatAreTooSeldomForTheLatestExchanges) {
+  for (int i = 0; i < 5; ++i) {
+    Ended(Outcome::no_reply, 1);
+    Ended(Outcome::ok, 19);
+  }
+  Ended(Outcome::ok, 20);
+  EXPECT_THAT(Say(), IsEmpty()) << "the exchanges of the fixture are many";
+  device().failures = device().spoilt = {};
+  device().findings = {};
+  for (const int behind : {9, 30, 12, 25, 14, 29}) {
+    Ended(Outcome::no_reply, 1);
+    Ended(Outcome::ok, behind);
+  }
+  Ended(Outcome::ok, 15);
+  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: single requests get no answer: noise, "
+                                 "a bad wire or plug at its end"));
+  Looked(device(), Symptom::damaged, 1);
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("single requests get no answer"))
+      << "the largest class of failures";
+}
+
+TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
+  const struct {
+    Outcome outcome;
+    Symptom symptom;
+    std::string before;
+    std::string behind;
+  } rows[] = {
+      {Outcome::no_reply, Symptom::silence,
+       "it is away for about 4.0 s every 16 s, at the same time as ",
+       ": look at the supply or the branch of the line that they share"},
+      {Outcome::corrupt, Symptom::damaged,
+       "its replies come damaged at the same times as those of ",
+       ": a bad contact or noise in what they share: check cable, termination and ground"},
+  };
+  const DeviceStatus well = device();
+  const DeviceStatus beside = neighbour_.status;
+  for (const auto& row : rows) {
+    device() = well;
+    neighbour_.status = beside;
+    for (int i = 0; i < 4; ++i) {
+      const Instant begin = looked_;
+      Ended(row.outcome, 4);
+      Ended(Outcome::ok, 12);
+      looked_ = begin;
+      Looked(neighbour_.status, row.symptom, 3);
+      Looked(neighbour_.status, Symptom::clean, 13);
+    }
+    EXPECT_THAT(Say()[0], ::testing::EndsWith(row.before + neighbour_.device->name + row.behind));
+  }
+}
+
+/// While neighbours are silent as well, every request comes behind a rest.
+TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
+  for (int i = 0; i < 4; ++i) {
+    const Instant begin = looked_;
+    for (DeviceStatus* status : {&device(), &neighbour_.status}) {
+      looked_ = begin;
+      Looked(*status, Symptom::silence, 3, {.idle = 600ms});
+      Looked(*status, Symptom::clean, 13, {.idle = 50ms});
+    }
+  }
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr(", at the same time as "));
+}
+
+TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
+  Ended(Outcome::no_reply, 2000);
+  Ended(Outcome::ok, 28);
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("4 of 32 exchanges failed: ")));
+  Ended(Outcome::ok, 3);
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
+TEST_F(DiagnoseTest, AnotherDeviceAnswersInItsPlace) {
+  device().trouble = "meter 2 answers in place of 1";
+  record_.override_quality = Quality{Quality::bad, Reason::swapped};
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1"));
+  Looked(device(), Symptom::damaged, 3);
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or both answer: "
+                                 "two devices have its address (2; unplug one)"));
+  neighbour_.override_quality = record_.override_quality;
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or are it and " +
+                                 neighbour_.device->name + " swapped?"));
+}
+
+TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
+  Minute().outages = 1;
+  Minute().up = 59min;
+  Minute().down = 10s;
+  EXPECT_THAT(Say(), IsEmpty()) << "a restart is no news";
+  Minute().outages = 9;
+  Minute().down = 10min;
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(
+          "9 outages in the last hour, and it answered 86 % of the time: look at its power and its "
+          "wire"));
+  line_.exchanges = 100;
+  line_.echoed = 0xFFFFFFFF;
+  EXPECT_THAT(Say(), IsEmpty()) << "the line's sentence tells why";
+  line_.echoed = 0;
+  device().hour.At(kNow.instant) = {};
+  device().hour.At(kNow.instant - 61min).outages = 9;
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
+TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
+  device().queries = {{.first_point = 0, .points = 1},
+                      {.first_point = 1, .points = 3, .in_vain = 5, .symptom = Symptom::silence}};
+  const std::string name = record_.device->points[1].name;
+  EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name + " and 2 more (" +
+                                 record_.device->points[1].read +
+                                 "), and answers the others: take these points out "
+                                 "of the profile"));
+  Looked(device(), Symptom::silence, 1, {.ended = true});
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("ends the connection at the request for " +
+                                                       name + " and 2 more (")));
+  device().findings = {};
+  Looked(device(), Symptom::clean, 24);
+  device().queries[1].symptom = Symptom::damaged;
+  Looked(device(), Symptom::damaged, 8);
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "the replies for " + name + " and 2 more come damaged, and no others: ")));
+  device().queries[0].failures = 0b1010;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("8 of 32 exchanges failed: ")))
+      << "others fail now and then as well";
+  device().queries[0].failures = 0;
+  device().findings = {};
+  Looked(device(), Symptom::clean, 9);
+  device().queries[0] = device().queries[1];
+  EXPECT_THAT(Say(), IsEmpty()) << "it answers none";
+}
+
+TEST_F(DiagnoseTest, ReadingsThatAreNotConfirmed) {
+  device().exchanges = 100;
+  device().unconfirmed = 4;
+  EXPECT_THAT(Say(), ElementsAre("4 of its readings changed when they were read again: replies "
+                                 "come damaged, and no check value shows it: switch its checksum "
+                                 "on, here too, and look for noise"));
+  device().rechecks = 13;
+  EXPECT_THAT(Say(), IsEmpty()) << "most jumps were real";
+  device().rechecks = 12;
+  device().exchanges = 101;
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
+TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
+  for (PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
+  device().queries = {{.first_point = 0, .points = 1},
+                      {.first_point = 1, .points = 1, .in_vain = 5, .symptom = Symptom::odd}};
+  device().last_reason = "6 values came where 8 channels are configured";
+  Looked(device(), Symptom::clean, 32);
+  EXPECT_THAT(Say()[0],
+              ::testing::StartsWith("only the request for " + record_.device->points[1].name +
+                                    " fails: its reply "
+                                    "does not fit (6 values came where 8 channels"));
+}
+
+TEST_F(DiagnoseTest, OnlyWhatNoPollAsksIsAnswered) {
+  device().queries = {{.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
+  record_.points[0].value = 1.5;
+  for (int i = 0; i < 3; ++i) {
+    Looked(device(), Symptom::clean, 1);
+    Looked(device(), Symptom::silence, 2);
+  }
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("does not answer the request for " +
+                                              record_.device->points[1].name + " ("));
+  record_.points[1].value = 1.5;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("exchanges failed: ")) << "it was answered once";
+}
+
+TEST_F(DiagnoseTest, WhatHasAnsweredBeforeAndRefusesAllIsNotAskedForItsProfile) {
+  device().queries = {{.first_point = 0, .points = 2, .refused = 3, .symptom = Symptom::refusal}};
+  record_.points[0].value = 1.5;
+  Ended(Outcome::unsupported, Symptom::refusal, 3, "",
+        {.cause = "the module answers '?01' to #", .remedy = "does the profile fit the module?"});
+  Looked(device(), Symptom::clean, 4);
+  EXPECT_EQ(Say()[0],
+            "it says 'the module answers '?01' to #' to 3 of 32 requests: it has answered before: "
+            "another device, other settings or a fault: look at it, restart it");
+  device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("does the profile fit the module?"));
+}
+
+TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
+  Looked(device(), Symptom::text_beside, 3, {.cause = "'HB0001'"});
+  Looked(device(), Symptom::clean, 20);
+  EXPECT_THAT(SayOfLine(), ElementsAre("something on the line sends text by itself ('HB0001'): "
+                                       "take it off this line, or switch its automatic output "
+                                       "(heartbeat) off"));
+  config_.lines[0].port = "tcp://10.0.0.7:4001";
+  EXPECT_THAT(SayOfLine(), ElementsAre("text comes by itself ('HB0001'): a heartbeat or "
+                                       "registration packet of the radio or serial server, or a "
+                                       "device: switch it off"));
+  Looked(device(), Symptom::text_beside, 32, {.cause = "'OK'"});
+  EXPECT_THAT(SayOfLine(), IsEmpty());
+  EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'): set the modem, "
+                                 "radio or serial server in between to raw"));
+  for (int i = 0; i < 32; ++i) {
+    Looked(device(), Symptom::text_beside, 1, {.cause = i % 2 == 0 ? "'+IPD,7:'" : "'+IPD,13:'"});
+  }
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'): set"));
+  const std::string server = std::exchange(config_.lines[0].port, "/dev/ttyUSB0");
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("('+IPD,13:'): switch its automatic output off, or"));
+  config_.lines[0].port = server;
+  Looked(device(), Symptom::clean, 16);
+  Looked(device(), Symptom::noise_behind, 16);
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("noise behind the serial server, or packets of its own "
+                                            "(heartbeat): switch them off"));
+  Looked(device(), Symptom::noise_behind, 32);
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("the modem, radio or serial server adds them: set it "
+                                            "to raw"));
+}
+
+TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
+  Looked(device(), Symptom::noise_before, 4);
+  EXPECT_THAT(Say(),
+              ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges: noise while "
+                          "nobody drives the bus; check bias, termination and ground"));
+  Looked(device(), Symptom::few_beside, 20, {.cause = "10 02 ... 10 03"});
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes stand before its replies")))
+      << "a packet stands around each";
+  Looked(device(), Symptom::few_beside, 10, {.cause = "10 02 ... 10 03"});
+  EXPECT_THAT(Say(), ElementsAre("the same bytes stand around its replies (10 02 ... 10 03): set "
+                                 "the modem, radio or serial server in between to raw, or "
+                                 "terminate the bus"));
+  Looked(device(), Symptom::copies, 32);
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its replies come twice in 32 of 32")));
+  Looked(device(), Symptom::others_beside, 1);
+  EXPECT_THAT(Say(),
+              ElementsAre("a second reply with another content follows in 1 of 32 exchanges: "
+                          "two devices have its address (2; unplug one), or another master "
+                          "asks it (take it away)"))
+      << "and others of theirs are alike";
+  static constexpr config::Traits kCommon{.common_address = "0"};
+  config::Device& its = config_.lines[0].devices[1];
+  its.traits = &kCommon;
+  const std::string address = std::exchange(its.address, "0");
+  EXPECT_THAT(Say()[0],
+              ::testing::HasSubstr("every device answers to address 0: give each its own"));
+  its.traits = &SpabusProtocol().traits;
+  its.address = address;
+  Looked(device(), Symptom::clean, 30);
+  Looked(device(), Symptom::master_beside, 2, {.cause = "another master", .remedy = "take it off"});
+  EXPECT_THAT(Say(), IsEmpty()) << "that is the line's";
+  EXPECT_THAT(SayOfLine(), ElementsAre("another master: take it off"));
+}
+
+TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
+  Ended(Outcome::ok, 20);
+  device().patience = 244ms;
+  device().lateness = 195'200us;
+  device().late = 1;
+  device().timing.reply = 300ms;
+  EXPECT_THAT(Say(), IsEmpty()) << "once";
+  device().late = 2;
+  EXPECT_THAT(Say(),
+              ElementsAre("late: its replies come up to 496 ms after the request, and timing.reply "
+                          "is 300 ms: set timing: { reply: 550ms } in the configuration"));
+  Looked(device(), Symptom::late, 1, {.time = 380ms});
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
+}
+
+TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
+  device().behind = 15;
+  EXPECT_THAT(Say(), IsEmpty());
+  device().behind = 16;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "its replies answer the request before, so that each request is sent")));
+}
+
+TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldomAndForAnHour) {
+  device().doubled = 1;
+  device().last_doubled = kNow.instant - 50min;
+  EXPECT_THAT(Say(), IsEmpty()) << "once is a repeat that met its reply";
+  device().doubled = 2;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "doubled: a second, different reply came behind one 2 times: ")));
+  device().last_doubled = kNow.instant - 61min;
+  EXPECT_THAT(Say(), IsEmpty());
+}
+
+TEST_F(DiagnoseTest, AClockThatIsNotSet) {
+  device().lacks_time = true;
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));
+}
+
+TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {
+  device().state = DeviceState::degraded;
+  Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
+  EXPECT_THAT(
+      Say(), ElementsAre(
+                 "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
+}
+
+}  // namespace
+}  // namespace baudgate::control

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/damage/server_greeting.h"
+
+#include <gtest/gtest.h>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+namespace {
+
+class ServerGreetingTest : public ::testing::Test {
+ protected:
+  const Bytes login_ = ToBytes("Login: ");
+  const Bytes reply_ = ToBytes("A1=5\r");
+  ServerGreeting greeting_;
+};
+
+TEST_F(ServerGreetingTest, IsWhatComesBeforeTheFirstRequestOrMeetsIt) {
+  greeting_.OnBytes(login_);
+  greeting_.OnEnd({}, false);
+  EXPECT_EQ(greeting_.text(), login_);
+  greeting_.OnOpened();
+  EXPECT_TRUE(greeting_.text().empty());
+  greeting_.OnEnd(login_, true);
+  EXPECT_EQ(greeting_.text(), login_);
+}
+
+TEST_F(ServerGreetingTest, WordsInALaterExchangeAreNone) {
+  greeting_.OnEnd({}, false);
+  greeting_.OnEnd(login_, true);
+  EXPECT_TRUE(greeting_.text().empty());
+}
+
+TEST_F(ServerGreetingTest, HasKeptNobodyFromAnsweringOnceADeviceHasAnswered) {
+  greeting_.OnBytes(login_);
+  EXPECT_EQ(greeting_.OnAnswered(reply_), login_);
+  greeting_.OnEnd(reply_, false);
+  EXPECT_TRUE(greeting_.text().empty());
+}
+
+TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
+  EXPECT_EQ(greeting_.OnAnswered(reply_), reply_);
+  greeting_.OnEnd(reply_, false);
+  EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,208 @@
+// A line under virtual time, on a port that does what the test says: the device behind it answers
+// while it does.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/lines/line_parts.h"
+#include "tests/support/toy_protocol.h"
+#include "tests/support/virtual_line.h"
+
+namespace baudgate {
+
+class LoosePort final : public Transport {
+ public:
+  void Open() override {
+    ++opens;
+    opens_by_itself = open_on_demand;
+  }
+  void Close() override { open = false; }
+  bool is_open() const override { return open; }
+  void Send(View bytes) override {
+    sent.emplace_back(bytes.begin(), bytes.end());
+    last = sent.back();
+    ++sends;
+  }
+  void DropUnsent() override {}
+  Status Apply(const config::SerialSettings&) override {
+    ++applied;
+    return refuses ? Status(Error{"refused"}) : Status();
+  }
+  Status Reset(const config::SerialSettings&) override {
+    ++resets;
+    sent.clear();
+    return refuses ? Status(Error{"refused"}) : Status();
+  }
+  std::optional<std::string> Restore() override { return std::exchange(changed, {}); }
+  std::string Describe() const override { return "fake"; }
+
+  int opens = 0;
+  int resets = 0;
+  int applied = 0;
+  int sends = 0;
+  Bytes last;
+  bool refuses = false;  ///< other settings
+  bool open = false;
+  bool open_on_demand = false;   // a server that takes every connection
+  bool opens_by_itself = false;  // right now
+  std::deque<Bytes> sent;
+  std::optional<std::string> changed;  // by another program
+};
+
+class FakeRetries final : public PortRetries {
+ public:
+  void OnOpened() override {}
+  void OnWorked() override { ++worked; }
+  bool OnDown(const std::string& reason) override {
+    downs.push_back(reason);
+    return true;
+  }
+  void Stop() override { ++stops; }
+
+  int worked = 0;
+  int stops = 0;
+  std::vector<std::string> downs;
+};
+
+class NewsSink final : public EventSink {
+ public:
+  void OnReported(ReportedEvents) override {}
+  void OnDrained(std::uint32_t, Instant) override {}
+  void OnNews(const config::Line&, const News& one, Now) override {
+    if (!one.first) news.emplace_back(one.what, one.over);
+  }
+  void OnRead(std::uint32_t, std::span<const std::uint32_t> points, Now) override {
+    read.insert(points.begin(), points.end());
+  }
+
+  std::vector<std::pair<News::What, bool>> news;
+  std::set<std::uint32_t> read;
+};
+
+class LinePortTest : public testing::Test {
+ protected:
+  explicit LinePortTest(const std::string& port = "tcp://server:4001",
+                        std::vector<config::Device> devices = {ToyDevice("a", "A", {"1"})}) {
+    config_.lines.push_back(ToyLine(std::move(devices)));
+    config_.lines[0].port = port;
+    store_ = std::make_unique<PointStore>(config_);
+    twin_ = ToyProtocol().make_twin(config_.lines[0].devices.back(), values_);
+    line_ = std::make_unique<LineParts>(
+        config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
+        *store_, port_, retries_, LineParts::Links{.events = &sink_});
+    line_->Start(now_);
+  }
+
+  /// As LineRunner does.
+  template <typename Input>
+  void Handle(Input input) {
+    input();
+    line_->Settle(now_);
+  }
+  void Open() {
+    port_.open = true;
+    Handle([&] { line_->port.OnOpened(now_); });
+  }
+  void Lose(const std::string& reason) {
+    port_.open = false;
+    Handle([&] { line_->port.OnLost(reason, now_); });
+  }
+  void End() {
+    port_.open = false;
+    port_.sent.clear();  // nobody is there any more
+    Handle([&] { line_->port.OnEnded("closed", false, now_); });
+  }
+  void Say(std::string_view text) {
+    Handle([&] { line_->port.OnBytes(ToBytes(text), now_); });
+  }
+  /// Time goes on; the device answers after 30 ms, while it does.
+  void Pass(Duration time) {
+    const Instant until = now_.instant + time;
+    for (;;) {
+      if (std::exchange(port_.opens_by_itself, false)) {
+        GoTo(now_.instant + 1ms);
+        Open();
+        continue;
+      }
+      if (!port_.sent.empty()) {
+        const Bytes request = port_.sent.front();
+        port_.sent.pop_front();
+        if (!answers_) continue;
+        if (closes_for_.contains(request[1])) {
+          End();
+          continue;
+        }
+        GoTo(now_.instant + 30ms);
+        Handle([&] { line_->port.OnBytes(twin_->Answer(request, now_.instant), now_); });
+        if (closes_) End();
+        continue;
+      }
+      const auto deadline = line_->Deadline();
+      if (!deadline || *deadline > until) break;
+      GoTo(std::max(now_.instant, *deadline));
+      Handle([&] { line_->OnTimer(now_); });
+    }
+    GoTo(std::max(now_.instant, until));
+  }
+  /// The program is stopped for so long.
+  void Stop(Duration time) { GoTo(now_.instant + time); }
+  LineStatus status() { return store_->ReadLine(0); }
+  void Write(Duration patience = 1h) {
+    WriteCommand command;
+    command.kind = Writes{{0, Value(5.0)}};
+    command.deadline = now_.instant + patience;
+    command.abandoned = left_;
+    command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
+    Handle([&] { line_->Submit(std::move(command), now_); });
+  }
+
+  /// By hand.
+  std::shared_ptr<Telegram> Ask(std::string_view text, Duration patience = 5s) {
+    auto telegram = std::make_shared<Telegram>();
+    telegram->bytes = ToBytes(text);
+    WriteCommand command;
+    command.kind = telegram;
+    command.deadline = now_.instant + patience;
+    command.abandoned = left_;
+    command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
+    Handle([&] { line_->Submit(std::move(command), now_); });
+    return telegram;
+  }
+
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+  FixedValues values_ = ToyValues();
+  std::unique_ptr<Twin> twin_;
+  bool answers_ = true;
+  bool closes_ = false;                // behind each answer
+  std::set<std::uint8_t> closes_for_;  // in place of an answer of these devices
+  LoosePort port_;
+  FakeRetries retries_;
+  NewsSink sink_;
+  std::unique_ptr<LineParts> line_;
+  Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
+  std::vector<WriteEnd> ends_;
+  std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
+
+ private:
+  void GoTo(Instant instant) {
+    now_.wall += instant - now_.instant;
+    now_.instant = instant;
+  }
+};
+
+struct LocalPort : LinePortTest {
+  LocalPort() : LinePortTest("/dev/ttyUSB0") {}
+};
+
+}  // namespace baudgate

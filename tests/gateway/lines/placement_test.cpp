@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/placement.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace baudgate {
+namespace {
+
+std::vector<config::Line> LinesOn(const std::vector<std::string>& ports) {
+  std::vector<config::Line> lines(ports.size());
+  for (std::size_t i = 0; i < ports.size(); ++i) lines[i].port = ports[i];
+  return lines;
+}
+
+struct Row {
+  std::string port;
+  Place place;
+};
+
+TEST(Placement, FollowsTheFormOfThePort) {
+  const std::vector<Row> rows = {
+      {"tcp://moxa:4001", Place::shared_loop}, {"tcp://[::1]:4001", Place::shared_loop},
+      {"/dev/pts/7", Place::shared_loop},      {"/dev/ttyUSB0", Place::own_thread},
+      {"/dev/ttyS1", Place::own_thread},       {"/dev/serial/by-id/usb-FTDI", Place::own_thread},
+      {"/tmp/port", Place::own_thread},  // a link to anything
+      {"ttyUSB0", Place::own_thread},          {"", Place::own_thread},
+  };
+  for (const Row& row : rows) EXPECT_EQ(PlaceOf(row.port), row.place) << row.port;
+}
+
+TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
+  const auto loops = [](std::size_t lines, std::size_t cores) {
+    return SharedLoops(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores);
+  };
+  EXPECT_EQ(loops(1000, 64), 4U);
+  EXPECT_EQ(loops(1000, 2), 2U);
+  EXPECT_EQ(loops(1000, 0), 1U) << "nobody knows how many cores there are";
+  EXPECT_EQ(loops(3, 8), 3U);
+  EXPECT_EQ(loops(0, 8), 1U) << "for what is not a line";
+  EXPECT_EQ(SharedLoops(LinesOn({"tcp://a:1", "/dev/ttyS0", "/dev/ttyS1", "tcp://b:1"}), 8), 2U)
+      << "others have their own";
+}
+
+}  // namespace
+}  // namespace baudgate

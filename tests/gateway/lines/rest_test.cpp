@@ -1,0 +1,142 @@
+// When an end of the connection is no outage, and for how long it is remembered.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/lines/rest.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/times.h"
+
+namespace baudgate {
+namespace {
+
+const Bytes kRequest = {1, 2, 3};
+
+/// The server ends each connection behind its first answer: a second request would be lost.
+TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
+  Rest rest(false);
+  std::uint64_t answers = 0;
+  rest.OnOpened(answers, kStart - 1s);
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
+  for (const int wanted : {32, 128, 512, 1024, 1024}) {
+    rest.OnBytes(kStart);
+    EXPECT_FALSE(rest.Holds(kRequest, kStart));
+    EXPECT_TRUE(rest.OnEnded(++answers, false, kStart)) << "in place of the second answer";
+    int alone = 0;
+    while (rest.Holds(kRequest, kStart)) {
+      if (alone++ > 0) rest.OnBytes(kStart);
+      EXPECT_TRUE(rest.OnOpened(answers, kStart - 1s));
+      EXPECT_EQ(rest.TakeHeld(), kRequest);
+      ASSERT_LE(alone, 1024);
+    }
+    EXPECT_EQ(alone, wanted);
+  }
+}
+
+/// It ends each connection 20 ms behind the first answer. Others have come meanwhile.
+TEST(Rest, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
+  Rest rest(false);
+  rest.OnOpened(0, kStart);
+  rest.Holds(kRequest, kStart);
+  EXPECT_FALSE(rest.IsDrop(3, kStart + 30ms));
+  EXPECT_TRUE(rest.OnEnded(3, false, kStart + 30ms));
+  EXPECT_TRUE(rest.Holds(kRequest, kStart + 40ms));
+  EXPECT_TRUE(rest.OnOpened(3, kStart + 41ms));
+  EXPECT_EQ(rest.TakeHeld(), kRequest);
+  rest.OnBytes(kStart + 45ms);
+  EXPECT_TRUE(rest.Holds(kRequest, kStart + 46ms)) << "each gets its own connection";
+}
+
+/// One end in place of an answer says nothing about the next.
+TEST(Rest, AConnectionThatHasServedIsSharedAgain) {
+  Rest rest(false);
+  rest.OnOpened(0, kStart - 1s);
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
+  EXPECT_TRUE(rest.OnEnded(100, false, kStart));
+  EXPECT_TRUE(rest.Holds(kRequest, kStart)) << "it waits for the next connection";
+  EXPECT_TRUE(rest.OnOpened(100, kStart - 1s));
+  EXPECT_EQ(rest.TakeHeld(), kRequest);
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.Holds(kRequest, kStart));
+}
+
+TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
+  for (const bool several : {false, true}) {
+    Rest rest(false);
+    int rested = 0;
+    for (;;) {
+      rest.OnOpened(0, kStart - 1s);
+      rest.Holds(kRequest, kStart);
+      if (!rest.OnEnded(0, several, kStart)) break;
+      ++rested;
+    }
+    EXPECT_EQ(rested, several ? 4 : 0);
+  }
+}
+
+/// It serves the others. Only the number of the request differs.
+TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
+  Rest rest(false, 2);
+  rest.OnOpened(0, kStart - 1s);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.IsDrop(8, kStart));
+  EXPECT_TRUE(rest.OnEnded(8, false, kStart));
+  for (int again = 0; again < 4; ++again) {
+    rest.OnOpened(8, kStart - 1s);
+    EXPECT_FALSE(rest.Holds(Bytes{1, static_cast<std::uint8_t>(again), 3}, kStart));
+    EXPECT_FALSE(rest.IsDrop(8, kStart));
+    EXPECT_TRUE(rest.OnEnded(8, false, kStart));
+  }
+  rest.OnOpened(8, kStart - 1s);
+  rest.Holds(kRequest, kStart);
+  EXPECT_FALSE(rest.OnEnded(8, false, kStart)) << "it has served nothing else meanwhile";
+}
+
+/// A server that ends each connection after some seconds, whatever is asked.
+TEST(Rest, AnEndAtARequestThatIsAnsweredElseIsADrop) {
+  Rest rest(false);
+  rest.OnOpened(0, kStart - 1s);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.OnEnded(8, false, kStart));
+  rest.OnOpened(8, kStart - 1s);
+  rest.Holds(kRequest, kStart);
+  rest.OnBytes(kStart);
+  rest.Holds(kRequest, kStart);
+  EXPECT_TRUE(rest.IsDrop(16, kStart));
+}
+
+TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
+  Rest rest(true);
+  rest.OnOpened(0, kStart - 1s);
+  rest.OnBytes(kStart);
+  EXPECT_FALSE(rest.OnEnded(1, true, kStart));
+  EXPECT_FALSE(rest.rests());
+}
+
+TEST(Rest, AnEndInUseIsADrop) {
+  const struct {
+    std::uint64_t answers;
+    bool asks;
+    Duration since;
+    bool drops;
+  } rows[] = {
+      {1, false, 2ms, false},    // behind each answer
+      {8, false, 300ms, true},   // between two requests
+      {8, false, 20ms, true},    // the same, soon behind the answer to one
+      {8, false, 500ms, false},  // after a rest that is longer than those before
+      {8, false, 20s, false},    // the same
+      {1, true, 2ms, false},     // a request had met the end behind an answer
+      {8, true, 2ms, true},     {0, true, 300ms, false},  // it never answers
+  };
+  for (const auto& row : rows) {
+    Rest rest(false);
+    rest.OnOpened(100, kStart - 1s);
+    rest.Holds(kRequest, kStart - 500ms);
+    rest.OnBytes(kStart - 450ms);
+    rest.Holds(kRequest, kStart);
+    if (!row.asks) rest.OnBytes(kStart);
+    EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,197 @@
+// Requests and traces over a real socket, and what becomes of the socket file.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <fstream>
+
+#include "gateway/outputs/control/socket_path.h"
+#include "tests/gateway/outputs/control/fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TraceRecord Sent(const std::string& device, const std::string& hex = "3E 31") {
+  TraceRecord record;
+  record.kind = TraceRecord::Kind::sent;
+  record.device = device;
+  record.hex = hex;
+  record.text = ">1";
+  return record;
+}
+
+TEST_F(ControlTest, RequestsAreAnsweredOneAfterTheOther) {
+  StartServer();
+  ASSERT_TRUE(listening_) << listening_.error();
+  RawClient client = Connect();
+  EXPECT_THAT(Ask(client, kStatus), StartsWith(R"({"gateway":"substation-7","version":"1.2.3")"));
+  EXPECT_THAT(Ask(client, R"({"command":"disable","target":"io.ai-1"})"),
+              HasSubstr(R"("ok":true)"));
+  client.Send(std::string(kStatus) + "\n" + kStatus + "\n{\"comm");
+  EXPECT_TRUE(client.ReceiveLine());
+  EXPECT_TRUE(client.ReceiveLine());
+  client.Send("and\":\"status\"}\n");
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("substation-7"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("do not use 2"));
+}
+
+TEST_F(ControlTest, TheFileIsForOwnerAndGroupOnly) {
+  StartServer();
+  struct stat found {};
+  ASSERT_EQ(::stat(path().c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 07777U, 0660U);
+  StopServer();
+  EXPECT_FALSE(std::filesystem::exists(path()));
+}
+
+TEST_F(ControlTest, ASocketOfADeadProcessIsReplaced) {
+  {
+    asio::io_context io;
+    const asio::local::stream_protocol::acceptor dead(
+        io, asio::local::stream_protocol::endpoint(path()));
+  }
+  ASSERT_TRUE(std::filesystem::is_socket(path()));
+  ASSERT_FALSE(Connect().connected());
+  StartServer();
+  ASSERT_TRUE(listening_) << listening_.error();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+}
+
+TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
+  limits_.look = 1ms;
+  StartServer();
+  const RawClient before = Connect();
+  EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7"));
+  for (int times = 0; times < 2; ++times) {
+    std::filesystem::remove(path());
+    while (!Connect().connected()) std::this_thread::yield();
+    EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  }
+  EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
+}
+
+/// As when its folder is renamed and comes back.
+TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
+  limits_.look = 1ms;
+  StartServer();
+  const std::string away = path() + ".away";
+  std::filesystem::rename(path(), away);
+  std::filesystem::create_directory(path());
+  while (RawClient(away).connected()) std::this_thread::yield();
+  std::filesystem::remove(path());
+  std::filesystem::rename(away, path());
+  while (!Connect().connected()) std::this_thread::yield();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+}
+
+TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
+  StartServer();
+  asio::io_context io;
+  ControlServer second(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  const Status taken = second.Listen();
+  ASSERT_FALSE(taken);
+  EXPECT_THAT(taken.error(), HasSubstr("another process answers there"));
+  second.Stop();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("1.2.3")) << "the first still owns the file";
+
+  config_.socket = (directory_ / "notes.txt").string();
+  std::ofstream(config_.socket) << "precious";
+  ControlServer third(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  EXPECT_THAT(third.Listen().error(), HasSubstr("not a socket"));
+  EXPECT_EQ(std::filesystem::file_size(config_.socket), 8U);
+
+  config_.socket = (directory_ / "missing" / "x.sock").string();
+  ControlServer fourth(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  EXPECT_THAT(fourth.Listen().error(), HasSubstr("missing/x.sock: No such file"));
+
+  config_.socket = "/tmp/" + std::string(200, 'x');
+  ControlServer fifth(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  EXPECT_THAT(fifth.Listen().error(), HasSubstr("longer than"));
+}
+
+TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
+  const RuntimeDirectory runtime(directory_);
+  const auto places = SocketPaths("substation-7");
+  ASSERT_EQ(places.size(), 3U);
+  EXPECT_EQ(places[0], "/run/baudgate/substation-7.sock");
+  EXPECT_EQ(places[1], (directory_ / "baudgate/substation-7.sock").string());
+  EXPECT_THAT(places[2], StartsWith("/tmp/baudgate-"));
+  config_.socket.clear();
+  StartServer();
+  ASSERT_TRUE(listening_) << listening_.error();
+  // Where the service is installed, and the test may write there, it is the first.
+  EXPECT_THAT(server_->path(), AnyOf(places[0], places[1]));
+  EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
+}
+
+TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
+  const std::string fresh = (directory_ / "fresh").string();
+  EXPECT_TRUE(PrepareDirectory(fresh));
+  EXPECT_TRUE(PrepareDirectory(fresh)) << "it is there already";
+  std::filesystem::permissions(fresh, std::filesystem::perms::all);
+  EXPECT_THAT(PrepareDirectory(fresh).error(), HasSubstr("may write to it"));
+  const std::string link = (directory_ / "link").string();
+  std::filesystem::create_symlink(directory_, link);
+  EXPECT_THAT(PrepareDirectory(link).error(), HasSubstr("not a directory"));
+}
+
+TEST_F(ControlTest, ATraceStreamsWhatComes) {
+  StartServer();
+  RawClient client = Connect();
+  EXPECT_THAT(Ask(client, kTrace),
+              StartsWith(R"({"ok":true,"line":"bay-1","head":["# line bay-1, )"));
+  ASSERT_TRUE(lines_.WaitForTraces(0, 1));
+  lines_.Push(0, Sent("feeder-1"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-1 > 3E 31 | >1"));
+  lines_.Push(0, Sent("feeder-2"));
+  lines_.Push(0, Sent("feeder-1", "41"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-2 > 3E 31"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-1 > 41"));
+  EXPECT_FALSE(lines_.Push(1, Sent("ai-1"))) << "nobody follows the other line";
+}
+
+TEST_F(ControlTest, ATraceOfOneDeviceLeavesTheOthersOut) {
+  StartServer();
+  RawClient client = Connect();
+  Ask(client, R"({"command":"trace","target":"bay-1","device":"feeder-2"})");
+  ASSERT_TRUE(lines_.WaitForTraces(0, 1));
+  lines_.Push(0, Sent("feeder-1"));
+  TraceRecord note;
+  note.text = "records were dropped";
+  lines_.Push(0, note);
+  lines_.Push(0, Sent("feeder-2"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("records were dropped"));
+  EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-2 >"));
+}
+
+TEST_F(ControlTest, AClientThatLeavesEndsItsTrace) {
+  StartServer();
+  RawClient leaving = Connect();
+  RawClient staying = Connect();
+  Ask(leaving, kTrace);
+  Ask(staying, kTrace);
+  ASSERT_TRUE(lines_.WaitForTraces(0, 2));
+  leaving.Close();
+  ASSERT_TRUE(lines_.WaitForTraces(0, 1));
+  lines_.Push(0, Sent("feeder-1"));
+  EXPECT_THAT(staying.ReceiveLine().value_or(""), HasSubstr("feeder-1"));
+}
+
+TEST_F(ControlTest, AStoppingGatewaySaysSoToTraces) {
+  StartServer();
+  RawClient client = Connect();
+  Ask(client, kTrace);
+  ASSERT_TRUE(lines_.WaitForTraces(0, 1));
+  StopServer();
+  EXPECT_EQ(client.ReceiveLine().value_or(""), R"({"end":"the gateway is stopping"})");
+  EXPECT_TRUE(client.IsClosed());
+  EXPECT_FALSE(lines_.Push(0, Sent("feeder-1"))) << "the queue was not given back";
+}
+
+}  // namespace
+}  // namespace baudgate::control

@@ -1,0 +1,109 @@
+// For the gateway of two_lines.h: a line control that remembers what it was asked for, and the
+// control server on a socket of the test's own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <asio/executor_work_guard.hpp>
+#include <asio/io_context.hpp>
+#include <condition_variable>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gateway/outputs/control/control_server.h"
+#include "tests/gateway/outputs/status/two_lines.h"
+#include "tests/support/raw_client.h"
+
+namespace baudgate::control {
+
+// Requests.
+inline constexpr const char* kStatus = R"({"command":"status"})";
+inline constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
+
+class FakeLines final : public LineControl, public CommandSink {
+ public:
+  explicit FakeLines(PointStore& store) : store_(store) {}
+
+  void Release(std::uint32_t line, Duration time) override;
+  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
+  void TakeBack(std::uint32_t line) override;
+  void SetInUse(std::uint32_t device, bool in_use) override;
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+  const Protocol* FindProtocol(const std::string&) const override { return protocol; }
+
+  /// Answered at once with `result`, unless the queue is full, or it is to be held.
+  bool Submit(WriteCommand command) override;
+  void OnNotTaken(const DeniedWrite& denied) override;
+
+  WriteResult result{.read_back = true};
+  std::promise<WriteCommand>* hold = nullptr;  ///< takes the next command
+  bool full = false;
+  const Protocol* protocol = nullptr;  ///< of every name
+
+  /// False when nobody follows the line.
+  bool Push(std::uint32_t line, const TraceRecord& record);
+  /// Waits for an event, for as long as a broken machine may need.
+  bool WaitForTraces(std::uint32_t line, std::size_t count);
+  std::vector<std::string> calls();
+
+  std::vector<TraceRecord> recorded;  ///< of every line; set it before the server starts
+
+ private:
+  std::size_t Traces(std::uint32_t line);
+  void Note(const std::string& call);
+
+  PointStore& store_;
+  std::mutex mutex_;
+  std::vector<std::string> calls_;
+  std::map<std::uint32_t, std::vector<std::weak_ptr<TraceQueue>>> traces_;
+};
+
+/// Sends one line and gives the next that comes.
+inline std::string Ask(const RawClient& client, const std::string& request) {
+  client.Send(request + "\n");
+  return client.ReceiveLine().value_or("(no answer)");
+}
+
+/// XDG_RUNTIME_DIR for the length of a test.
+class RuntimeDirectory {
+ public:
+  explicit RuntimeDirectory(const std::filesystem::path& path);
+  ~RuntimeDirectory();
+
+ private:
+  std::string before_;
+};
+
+class ControlTest : public ::testing::Test {
+ protected:
+  explicit ControlTest(config::Config config = TwoLines());
+  ~ControlTest() override;
+
+  void StartServer() { StartServerWith({"1.2.3", kStarted}); }
+  void StartServerWith(GatewayInfo info);
+  void StopServer();
+  RawClient Connect() const { return RawClient(path()); }
+  std::string path() const { return config_.socket; }
+
+  std::filesystem::path directory_;
+  config::Config config_;
+  PointStore store_{config_};
+  FakeLines lines_{store_};
+  Limits limits_;
+  asio::io_context io_{1};
+  std::optional<ControlServer> server_;
+  Status listening_;
+
+ private:
+  std::thread thread_;
+};
+
+}  // namespace baudgate::control

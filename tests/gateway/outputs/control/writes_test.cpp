@@ -1,0 +1,261 @@
+// The audit over the control socket: pages, `baudgate writes`, and what status says of a disk that
+// fails.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/client/writes.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <future>
+#include <semaphore>
+#include <sstream>
+
+#include "gateway/tools/cli/client/status_view.h"
+#include "tests/gateway/outputs/control/fixture.h"
+
+namespace baudgate::control {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+/// Pages of two.
+struct FakeAudit final : audit::AuditSource {
+  audit::AuditState state() const override { return shown; }
+  std::optional<PastRequests> Past() const override { return past; }
+  Result<audit::Page> Read(const audit::PageQuery& query) const override {
+    if (hangs) {
+      reading.release();
+      goes_on.acquire();
+    }
+    if (!trouble.empty()) return Error{trouble};
+    audit::Page page;
+    page.next = query.after;
+    for (const audit::WriteRecord& record : records) {
+      if (record.seq <= query.after || (query.since && record.time < *query.since)) continue;
+      page.more = page.records.size() == 2;
+      if (page.more) break;
+      page.records.push_back(record);
+      page.next = record.seq;
+    }
+    return page;
+  }
+  audit::AuditState shown;
+  std::atomic<bool> hangs = false;  ///< as the disk does
+  mutable std::counting_semaphore<> reading{0};
+  mutable std::counting_semaphore<> goes_on{0};
+  std::string trouble;
+  std::optional<PastRequests> past = PastRequests();
+  std::vector<audit::WriteRecord> records;
+};
+
+class WritesTest : public ControlTest {
+ protected:
+  ~WritesTest() override { StopServer(); }  // while there is a disk to read
+  WritesTest() {
+    audit_.shown.disk = Disk::fine;
+    for (int i = 1; i <= 5; ++i) {
+      audit::WriteRecord record;
+      record.seq = i;
+      record.time = record.last = kNow.wall + i * 1s;
+      record.client = "192.0.2.5:40312";
+      record.line = "bay-1";
+      record.device = "feeder-1";
+      record.point = "group";
+      record.before = 0.5;
+      record.value = std::int64_t{i};
+      record.end = WriteEnd::ok;
+      record.took = 12345us;
+      audit_.records.push_back(record);
+    }
+  }
+  void Start() {
+    info_.audit = &audit_;
+    StartServerWith(info_);
+  }
+  int Run(bool json = false, std::optional<WallTime> since = {}) {
+    out_.str({});
+    err_.str({});
+    WritesOptions options;
+    options.json = json;
+    options.since = since;
+    options.socket = path();
+    return RunWrites(options, out_, err_);
+  }
+
+  FakeAudit audit_;
+  GatewayInfo info_{"1.2.3", kStarted};
+  std::ostringstream out_;
+  std::ostringstream err_;
+};
+
+TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
+  audit_.hangs = true;
+  limits_.disk = 1ms;
+  Start();
+  const RawClient reader = Connect();
+  reader.Send("{\"command\":\"writes\"}\n");
+  audit_.reading.acquire();
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  EXPECT_THAT(reader.ReceiveLine().value_or(""), HasSubstr("does not answer in time"));
+  // Whoever asks again and again is refused at last.
+  for (std::size_t i = 0; i <= RecordReader::kMost; ++i) {
+    EXPECT_THAT(Ask(Connect(), R"({"command":"writes"})"), HasSubstr("does not answer in time"));
+  }
+  EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
+  audit_.hangs = false;
+  audit_.goes_on.release();
+}
+
+/// What a page that hangs was asked of lives as long as the page does.
+TEST_F(WritesTest, AReloadWaitsForNoDisk) {
+  audit_.hangs = true;
+  info_.audit = &audit_;
+  RequestHandler handler(config_, store_, lines_, lines_, info_);
+  handler.ReadApart();
+  auto before = std::make_shared<config::Config>(config_);
+  const std::weak_ptr<config::Config> held = before;
+  handler.Apply(std::move(before), nullptr);
+  std::promise<std::string> page;
+  handler.Answer(R"({"command":"writes"})", {"user:anna", 1}, kNow,
+                 [&page](std::string text) { page.set_value(std::move(text)); });
+  audit_.reading.acquire();
+  handler.Apply(std::make_shared<config::Config>(config_), nullptr);
+  EXPECT_FALSE(held.expired());
+  audit_.hangs = false;
+  audit_.goes_on.release();
+  EXPECT_THAT(page.get_future().get(), HasSubstr("\"records\""));
+  handler.StopReading();
+  EXPECT_TRUE(held.expired());
+}
+
+TEST_F(WritesTest, AllPagesOneObjectALine) {
+  Start();
+  EXPECT_EQ(Run(true), 0) << err_.str();
+  std::istringstream lines(out_.str());
+  int seq = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const Json record = Json::parse(line);
+    EXPECT_EQ(record["seq"], ++seq);
+    EXPECT_EQ(record["old"], 0.5);
+    EXPECT_EQ(record["new"], seq);
+    EXPECT_EQ(record["outcome"], "ok");
+    EXPECT_EQ(record["took_ms"], 12.345);
+    EXPECT_EQ(record["first"], nullptr);
+    EXPECT_EQ(record["count"], 1);
+    for (const char* key : {"time", "client", "line", "device", "point", "reason"}) {
+      EXPECT_TRUE(record[key].is_string()) << key;
+    }
+  }
+  EXPECT_EQ(seq, 5);
+}
+
+TEST_F(WritesTest, ATableForPeople) {
+  audit_.records[4].count = 2000;
+  audit_.records[4].first = std::int64_t{7};
+  audit_.records[3].end = WriteEnd::refused;
+  audit_.records[3].reason = "busy\nwith \x1b[31m itself";
+  Start();
+  EXPECT_EQ(Run(), 0);
+  EXPECT_THAT(out_.str(), HasSubstr("bay-1.feeder-1.group"));
+  EXPECT_THAT(out_.str(), HasSubstr("0.5 -> 1"));
+  EXPECT_THAT(out_.str(), HasSubstr("2000 times until "));
+  EXPECT_THAT(out_.str(), HasSubstr("the first 7"));
+  EXPECT_THAT(out_.str(), Not(HasSubstr("\x1b")));
+  EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 6);
+}
+
+TEST_F(WritesTest, LongNamesKeepTheirColumns) {
+  for (audit::WriteRecord& record : audit_.records) {
+    record.point = "a_point_whose_name_is_rather_long";
+    record.reason = "so it is";
+  }
+  Start();
+  EXPECT_EQ(Run(), 0);
+  std::istringstream lines(out_.str());
+  std::string line;
+  std::getline(lines, line);
+  const std::size_t outcome = line.find("outcome");
+  const std::size_t reason = line.find("reason");
+  ASSERT_NE(reason, std::string::npos) << line;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(line.find("ok "), outcome) << line;
+    EXPECT_EQ(line.find("so it is"), reason) << line;
+  }
+}
+
+TEST_F(WritesTest, SinceLeavesOutWhatWasBefore) {
+  Start();
+  EXPECT_EQ(Run(true, kNow.wall + 4s), 0);
+  EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 2);
+  EXPECT_EQ(Run(false, kNow.wall + 1h), 0);
+  EXPECT_THAT(out_.str(), HasSubstr("nothing has been written since then"));
+}
+
+TEST_F(WritesTest, NothingIsASentence) {
+  audit_.records.clear();
+  Start();
+  EXPECT_EQ(Run(), 0);
+  EXPECT_EQ(out_.str(), "nothing has been written yet\n");
+  EXPECT_EQ(Run(true), 0);
+  EXPECT_THAT(out_.str(), IsEmpty()) << "no line that is no object";
+  EXPECT_THAT(err_.str(), HasSubstr("nothing has been written yet"));
+}
+
+TEST_F(WritesTest, AGatewayThatWritesNothing) {
+  StartServer();
+  EXPECT_EQ(Run(), 4);
+  EXPECT_THAT(err_.str(), HasSubstr("nothing of this gateway can be written"));
+}
+
+TEST_F(WritesTest, TroubleIsTold) {
+  audit_.trouble = "events.db: it is damaged";
+  Start();
+  EXPECT_EQ(Run(), 4);
+  EXPECT_THAT(err_.str(), HasSubstr("cannot be read: events.db: it is damaged"));
+}
+
+TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
+  audit_.shown = {Disk::failing, "events.db: disk full", kNow.wall, true, 3, 2, "events.db"};
+  Start();
+  EXPECT_EQ(Run(), 0);
+  EXPECT_THAT(err_.str(), HasSubstr("baudgate: audit: events.db: disk full"));
+  const RawClient client = Connect();
+  const Json status = Json::parse(Ask(client, R"({"command":"status"})"));
+  EXPECT_EQ(status["audit"]["state"], "failing");
+  EXPECT_EQ(status["audit"]["mode"], "require");
+  EXPECT_EQ(status["audit"]["waiting"], 3);
+  EXPECT_EQ(status["audit"]["lost"], 2);
+  const std::string text = RenderStatus(status, "", {});
+  EXPECT_THAT(text, HasSubstr("audit: events.db: disk full; writes to points are refused"));
+  EXPECT_THAT(text, HasSubstr("audit: 2 records of writes lost"));
+}
+
+TEST_F(WritesTest, AFileThatWasPutAsideIsInTheStatusWhileItIsThere) {
+  audit_.shown.file = "/var/lib/gate/events.db";
+  audit_.shown.put_aside = {"events.db.bad", "events.db.bad2"};
+  Start();
+  const Json status = Json::parse(Ask(Connect(), R"({"command":"status"})"));
+  EXPECT_EQ(status["audit"]["put_aside"].size(), 2U);
+  EXPECT_THAT(
+      RenderStatus(status, "", {}),
+      HasSubstr("audit: /var/lib/gate/events.db.bad (and 1 more) was damaged and put aside"));
+}
+
+TEST_F(WritesTest, StrangeRequestsAreHarmless) {
+  Start();
+  const RawClient client = Connect();
+  for (const char* request :
+       {R"({"command":"writes","after":"x"})", R"({"command":"writes","since_ms":[]})",
+        R"({"command":"writes","order":7})", R"({"command":"writes","after":1e300})"}) {
+    EXPECT_EQ(Json::parse(Ask(client, request)).value("error", ""), "usage") << request;
+  }
+  const Json page = Json::parse(
+      Ask(client,
+          R"({"command":"writes","after":-9223372036854775808,"since_ms":9223372036854775807})"));
+  EXPECT_TRUE(page.contains("records"));
+}
+
+}  // namespace
+}  // namespace baudgate::control

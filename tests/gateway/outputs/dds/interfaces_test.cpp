@@ -1,0 +1,217 @@
+// On which interfaces a gateway and a subscriber of one machine find each other, and that `watch`
+// hears again when its interface was made anew or plugged in.
+// SPDX-License-Identifier: Apache-2.0
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/xmlparser/XMLProfileManager.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <signal.h>
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <functional>
+#include <sstream>
+
+#include "gateway/outputs/dds/fast/participant.h"
+#include "gateway/outputs/dds/fast/types.h"
+#include "gateway/tools/watch/watch.h"
+#include "tests/gateway/outputs/dds/fixture.h"
+#include "tests/gateway/outputs/dds/own_network.h"
+
+namespace baudgate {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+using dds::testing::OwnNetwork;
+using dds::testing::Published;
+using ::testing::HasSubstr;
+
+const std::string kLoopback = "127.0.0.1";
+const std::string kInterface = OwnNetwork::kHere;
+using Addresses = std::vector<std::string>;
+
+/// A subscriber as others write it: Fast DDS with its own transport.
+class Stranger {
+ public:
+  explicit Stranger(const Addresses& interfaces) {
+    fast::DomainParticipantQos qos;
+    auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    udp->interfaceWhiteList = interfaces;
+    qos.transport().user_transports.push_back(udp);
+    qos.transport().use_builtin_transports = false;
+    participant_ = fast::DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<fast::DomainId_t>(dds::testing::TestDomain()), qos);
+    const fast::TypeSupport type(dds::NewPointType());
+    type.register_type(participant_);
+    auto* topic =
+        participant_->create_topic(dds::kPointTopic, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
+    fast::DataReaderQos reader;
+    reader.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+    reader.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+    reader_ = participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)
+                  ->create_datareader(topic, reader);
+  }
+  ~Stranger() { dds::DeleteParticipant(participant_); }
+  Stranger(const Stranger&) = delete;
+  Stranger& operator=(const Stranger&) = delete;
+
+  bool Hears() { return reader_->wait_for_unread_message({20, 0}); }
+
+ private:
+  fast::DomainParticipant* participant_;
+  fast::DataReader* reader_;
+};
+
+class Interfaces : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    // Else they meet within the process.
+    eprosima::fastrtps::LibrarySettingsAttributes settings;
+    settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
+    eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+    if (!network_.ok()) GTEST_SKIP() << "this user may not make network namespaces; root may";
+  }
+  std::unique_ptr<dds::DdsPublisher> PublishOn(Addresses interfaces, double value) {
+    config_.dds.interfaces = std::move(interfaces);
+    dds::testing::Set(store_, 0, 0, value);
+    return dds::testing::Publish(config_, store_);
+  }
+
+  OwnNetwork network_;
+  config::Config config_ = dds::testing::MakeConfig(1, 1);
+  PointStore store_{config_};
+};
+
+TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
+  const Addresses both = {kLoopback, kInterface};
+  const struct {
+    Addresses gateway;
+    std::vector<Addresses> subscribers;
+  } rows[] = {
+      {both, {{kLoopback}, {kInterface}, both, {}}},
+      {{kLoopback}, {{kLoopback}, both, {}}},
+      {{kInterface}, {{kInterface}, both, {}}},
+      {{}, {{kLoopback}, {kInterface}, both, {}}},
+  };
+  for (const auto& row : rows) {
+    const auto publisher = PublishOn(row.gateway, 2.5);
+    for (const Addresses& interfaces : row.subscribers) {
+      Published heard;
+      auto options = dds::testing::TestSubscriber();
+      options.participant.interfaces = interfaces;
+      const auto subscriber = dds::DdsSubscriber::Create(options, heard.Callbacks());
+      ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+      EXPECT_TRUE(heard.WaitFor([&] { return !heard.points.empty(); }))
+          << ::testing::PrintToString(row.gateway) << ::testing::PrintToString(interfaces);
+    }
+  }
+}
+
+TEST_F(Interfaces, AMissingOneLeavesTheOthers) {
+  const auto publisher = PublishOn({kLoopback, "192.0.2.9"}, 2.5);
+  EXPECT_TRUE(Stranger({kLoopback}).Hears());
+  const auto none = dds::CreateParticipant(
+      {.domain = dds::testing::TestDomain(), .interfaces = {"192.0.2.9", "192.0.2.10"}}, nullptr,
+      dds::Role::subscribes);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error(),
+            "dds: this machine has no IPv4 address of interfaces [192.0.2.9, "
+            "192.0.2.10]; list its own with: ip -4 addr");
+}
+
+TEST_F(Interfaces, OthersThatUseAllOrTheSame) {
+  const Addresses both = {kLoopback, kInterface};
+  const struct {
+    Addresses gateway;
+    std::vector<Addresses> subscribers;
+  } rows[] = {
+      {both, {{}, both, {kInterface}}},
+      {{kLoopback}, {{}, {kLoopback}, both}},
+      {{kInterface}, {{kInterface}}},
+      {{}, {{}, both, {kInterface}}},
+  };
+  for (const auto& row : rows) {
+    const auto publisher = PublishOn(row.gateway, 2.5);
+    for (const Addresses& interfaces : row.subscribers) {
+      EXPECT_TRUE(Stranger(interfaces).Hears())
+          << ::testing::PrintToString(row.gateway) << ::testing::PrintToString(interfaces);
+    }
+  }
+}
+
+/// Does something each time that the next text has been flushed.
+class Steps : public std::stringbuf {
+ public:
+  struct Step {
+    std::string seen;
+    std::function<void()> then;
+  };
+  explicit Steps(std::vector<Step> steps) : steps_(std::move(steps)) {}
+  int sync() override {
+    if (next_ < steps_.size() && str().find(steps_[next_].seen) != std::string::npos) {
+      steps_[next_++].then();
+    }
+    return 0;
+  }
+  bool Done() const { return next_ == steps_.size(); }
+
+ private:
+  const std::vector<Step> steps_;
+  std::size_t next_ = 0;
+};
+
+/// With a gateway on the other machine: here it would join the multicast group for `watch` as well.
+class FarGateway : public Interfaces {
+ protected:
+  void Publish(double value) {
+    network_.GoThere();
+    publisher_ = PublishOn({OwnNetwork::kThere}, value);
+    network_.ComeBack();
+  }
+  /// What `watch` says beside the points.
+  std::string Watch(std::vector<Steps::Step> steps) {
+    Steps output(std::move(steps));
+    WatchOptions options;
+    options.domain = dds::testing::TestDomain();
+    options.interfaces = {kInterface};
+    options.seconds = 20s;
+    std::ostream out(&output);
+    std::ostringstream err;
+    EXPECT_EQ(RunWatch(options, out, err), 0);
+    EXPECT_TRUE(output.Done()) << output.str();
+    return err.str();
+  }
+  static void StopWatch() { pthread_kill(pthread_self(), SIGTERM); }
+
+  std::unique_ptr<dds::DdsPublisher> publisher_;
+};
+
+TEST_F(FarGateway, IsHeardAgainWhenTheInterfaceWasMadeAnew) {
+  Publish(2.5);
+  const auto renew = [this] {
+    publisher_.reset();
+    network_.RemoveCable();
+    network_.AddCable();
+    Publish(3.5);
+  };
+  EXPECT_THAT(Watch({{"2.5 A", renew}, {"3.5 A", StopWatch}}),
+              HasSubstr("watch: the interface of " + kInterface + " was made anew; begun anew"));
+}
+
+TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
+  network_.Unplug();
+  const auto begin = [this] {
+    network_.PlugIn();
+    Publish(2.5);
+  };
+  EXPECT_THAT(Watch({{"", begin}, {"2.5 A", StopWatch}}),
+              HasSubstr("watch: the interface of " + kInterface + " is up now; begun anew"));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,269 @@
+// Requests from DDS: what gets through to a line as what, how it is answered, and what is recorded.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/writes/write_service.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "gateway/outputs/dds/writes/request_value.h"
+#include "tests/gateway/outputs/dds/writes/service_fixture.h"
+
+namespace baudgate::dds {
+namespace {
+
+using testing::Ask;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::ServiceConfig;
+using ::testing::SizeIs;
+
+constexpr char kClient[] = "dds:01.0f.02.03.04.05.06.07.08.09.0a.0b|0.0.1.2";
+
+class WriteServiceTest : public ::testing::Test {
+ protected:
+  /// The reply; one that has none is empty.
+  ReplySample Take(WriteArrival arrival) {
+    if (arrival.received == Instant()) arrival.received = now_.instant;
+    service_.Take(arrival, now_);
+    return Reply();
+  }
+  ReplySample Reply() {
+    if (replies_.empty()) return {};
+    const ReplySample reply = replies_.front();
+    replies_.erase(replies_.begin());
+    return reply;
+  }
+  /// The line has done the first command.
+  void Finish(const WriteResult& result) {
+    sink_.commands.front().done(result);
+    sink_.commands.erase(sink_.commands.begin());
+    ASSERT_THAT(ended_, SizeIs(1));
+    service_.End(ended_[0].first, ended_[0].second, now_.instant);
+    ended_.clear();
+  }
+
+  const config::Config config_ = ServiceConfig();
+  PointStore store_{config_};
+  KeepingSink sink_;
+  std::vector<ReplySample> replies_;
+  std::vector<std::pair<WriteService::Ticket, WriteResult>> ended_;
+  Now now_{Instant(1h), testing::kAsked};
+  std::optional<PastRequests> past_ = PastRequests();
+  WriteService service_{config_,
+                        store_,
+                        sink_,
+                        [this] { return past_; },
+                        [this](ReplySample reply) { replies_.push_back(std::move(reply)); },
+                        [this](WriteService::Ticket ticket, const WriteResult& result) {
+                          ended_.emplace_back(std::move(ticket), result);
+                        }};
+};
+
+TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsEndIsTheReply) {
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)), ReplySample()) << "not before the device has confirmed";
+  ASSERT_THAT(sink_.commands, SizeIs(1));
+  const WriteCommand& command = sink_.commands[0];
+  EXPECT_EQ(command.client, kClient);
+  EXPECT_EQ(command.deadline, now_.instant + 5s);
+  ASSERT_THAT(command.writes(), SizeIs(1));
+  EXPECT_EQ(command.writes()[0].point, 0U);
+  EXPECT_EQ(command.writes()[0].raw, Value(2.5));
+  now_.instant += 42ms;
+  Finish({WriteEnd::ok});
+  EXPECT_EQ(Reply(), (ReplySample{"substation-7", "plc-1", 7, "ok", "", 42'000}));
+  EXPECT_EQ(service_.taken(), 1U);
+  EXPECT_THAT(sink_.denied, IsEmpty());
+}
+
+TEST_F(WriteServiceTest, EveryEndHasItsWord) {
+  const WriteEnd ends[] = {WriteEnd::ok,      WriteEnd::differs,  WriteEnd::refused, WriteEnd::busy,
+                           WriteEnd::unknown, WriteEnd::not_sent, WriteEnd::denied};
+  std::uint64_t seq = 0;
+  for (const WriteEnd end : ends) {
+    Take(Ask(++seq, "setting", 1));
+    Finish({end, "a sentence"});
+    const ReplySample reply = Reply();
+    EXPECT_EQ(reply.outcome, Name(end));
+    EXPECT_LE(reply.outcome.size(), kMaxOutcome);
+    EXPECT_EQ(reply.reason, "a sentence");
+  }
+}
+
+TEST_F(WriteServiceTest, ADuplicateIsSentOnce) {
+  Take(Ask(7, "setting", 1));
+  EXPECT_EQ(Take(Ask(7, "setting", 1)), ReplySample());
+  Finish({WriteEnd::differs, "shows 0"});
+  const ReplySample first = Reply();
+  now_.instant += 3s;
+  EXPECT_EQ(Take(Ask(7, "setting", 1)), first);
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  const ReplySample other = Take(Ask(7, "setting", 2));
+  EXPECT_EQ(other.outcome, "denied");
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  ASSERT_THAT(sink_.denied, SizeIs(1)) << "recorded, too";
+  EXPECT_EQ(sink_.denied[0].value, Value(2.0));
+}
+
+TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
+  past_->all.push_back({IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, "", 42ms});
+  past_->all.push_back({IdOf(Ask(6, "setting", 2.5).request), WriteEnd::unknown, "it was stopped"});
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)),
+            (ReplySample{"substation-7", "plc-1", 7, "ok", "", 42'000}));
+  EXPECT_EQ(Take(Ask(6, "setting", 2.5)).outcome, "unknown");
+  EXPECT_EQ(Take(Ask(7, "setting", 3)).outcome, "denied") << "this number was for another one";
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  Take(Ask(8, "setting", 2.5));
+  ASSERT_THAT(sink_.commands, SizeIs(1));
+  EXPECT_EQ(sink_.commands[0].request, IdOf(Ask(8, "setting", 2.5).request));
+}
+
+TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
+  past_.reset();
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "busy");
+  past_ = PastRequests{{{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}}, true};
+  EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "ok");
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+/// The DDS library of a client may keep requests for a reader that has gone, and send them to the
+/// reader of the next run.
+TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
+  WriteArrival early = Ask(1, "setting", 1);
+  early.early = true;
+  EXPECT_THAT(Take(early).reason, HasSubstr("too old: by its time stamp it was published"));
+  WriteArrival slow = Ask(2, "setting", 1);
+  slow.published -= 5001ms;
+  EXPECT_THAT(Take(slow).reason, HasSubstr("its deadline has passed"));
+  WriteArrival patient = Ask(3, "setting", 1);
+  patient.request.deadline_ms = 1000;
+  patient.published -= 1001ms;
+  EXPECT_EQ(Take(patient).outcome, "denied");
+  WriteArrival ahead = Ask(6, "setting", 1);
+  ahead.published += 5001ms;
+  EXPECT_THAT(Take(ahead).reason, HasSubstr("ahead of this machine's clock"));
+  WriteArrival timeless = Ask(4, "setting", 1);
+  timeless.published = {};
+  EXPECT_THAT(Take(timeless).reason, HasSubstr("no time stamp"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  EXPECT_THAT(sink_.denied, SizeIs(5));
+  EXPECT_EQ(Take(early).outcome, "denied") << "repeated, it stays so";
+  WriteArrival in_time = Ask(5, "setting", 1);
+  in_time.published -= 4999ms;
+  Take(in_time);
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+}
+
+TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {
+  EXPECT_THAT(Take(Ask(1, "off", 1)).reason, HasSubstr("is not in the device's 'write'"));
+  EXPECT_THAT(Take(Ask(2, "setting", 41)).reason, HasSubstr("41 is above"));
+  const ReplySample trip = Take(Ask(3, "trip", 1));
+  EXPECT_EQ(trip.outcome, "denied");
+  EXPECT_THAT(trip.reason, HasSubstr("selected before it is written; over DDS set 'confirm'"));
+  EXPECT_THAT(Take(Ask(4, "setting", std::numeric_limits<double>::quiet_NaN())).reason,
+              HasSubstr("not a number"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  ASSERT_THAT(sink_.denied, SizeIs(4));
+  for (const DeniedWrite& denied : sink_.denied) {
+    EXPECT_EQ(denied.client, kClient);
+    EXPECT_FALSE(denied.reason.empty());
+  }
+  EXPECT_EQ(sink_.denied[3].value, Value(std::string("nan")));
+}
+
+TEST_F(WriteServiceTest, WhatMayBeOldIsDeniedAndMayBeAskedAnew) {
+  WriteArrival old = Ask(7, "setting", 1);
+  old.lasting = true;
+  EXPECT_THAT(Take(old).reason, HasSubstr("is not volatile"));
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  EXPECT_THAT(sink_.denied, SizeIs(1));
+  EXPECT_EQ(Take(Ask(7, "setting", 1)), ReplySample());
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+  EXPECT_EQ(Take(old).outcome, "denied") << "not told of what another has asked";
+}
+
+TEST_F(WriteServiceTest, ConfirmStandsForTheSelection) {
+  WriteArrival trip = Ask(1, "trip", 1);
+  trip.request.confirm = true;
+  EXPECT_EQ(Take(trip), ReplySample());
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+}
+
+TEST_F(WriteServiceTest, WhatIsNotThereIsNamedAndNotRecorded) {
+  WriteArrival arrival = Ask(1, "seting", 1);
+  EXPECT_THAT(Take(arrival).reason, HasSubstr("'seting' is no point of feeder-1"));
+  arrival = Ask(2, "setting", 1);
+  arrival.request.device = "feeder\n2";
+  EXPECT_THAT(Take(arrival).reason, HasSubstr("'feeder?2' is no device of this gateway"));
+  arrival = Ask(3, "setting", 1);
+  arrival.request.client.clear();
+  EXPECT_THAT(Take(arrival).reason, HasSubstr("'client' is empty"));
+  EXPECT_THAT(sink_.denied, IsEmpty());
+  arrival = Ask(4, "setting", 1);
+  arrival.request.gateway = "substation-8";
+  EXPECT_EQ(Take(arrival), ReplySample()) << "it is another gateway's";
+  EXPECT_EQ(service_.taken(), 3U);
+  EXPECT_THAT(sink_.commands, IsEmpty());
+}
+
+TEST_F(WriteServiceTest, AFullLineIsBusyAndNotDoneLater) {
+  sink_.full = true;
+  const ReplySample busy = Take(Ask(1, "setting", 1));
+  EXPECT_EQ(busy.outcome, "busy");
+  sink_.full = false;
+  EXPECT_EQ(Take(Ask(1, "setting", 1)), busy);
+  EXPECT_THAT(sink_.commands, IsEmpty());
+  EXPECT_EQ(Take(Ask(2, "setting", 1)), ReplySample());
+  EXPECT_THAT(sink_.commands, SizeIs(1));
+}
+
+struct Deadline {
+  std::uint32_t deadline_ms;
+  Duration waited;                    ///< since it was received
+  std::optional<Duration> not_after;  ///< from now, by the wall clock
+  Duration left;
+};
+
+TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
+  const Deadline cases[] = {
+      {0, 0s, {}, 5s},
+      {2500, 0s, {}, 2500ms},
+      {2500, 2s, {}, 500ms},
+      {1, 3s, {}, -2999ms},  // its time was over when it came: the line sends nothing
+      {4'294'967'295U, 0s, {}, 60s},
+      {0, 0s, 1s, 1s},
+      {0, 0s, 1h, 5s},
+      {0, 0s, Duration::max(), 5s},
+      {0, 0s, -1ns, 0s},
+      {100, 0s, 1s, 100ms},
+      {0, 59min, {}, 5s - 59min},
+  };
+  std::uint64_t seq = 0;
+  for (const Deadline& one : cases) {
+    WriteArrival arrival = Ask(++seq, "setting", 1);
+    arrival.request.deadline_ms = one.deadline_ms;
+    arrival.received = now_.instant - one.waited;
+    if (one.not_after) {
+      arrival.request.not_after_ns = *one.not_after == Duration::max()
+                                         ? std::numeric_limits<std::int64_t>::max()
+                                         : (now_.wall + *one.not_after).time_since_epoch().count();
+    }
+    Take(arrival);
+    ASSERT_THAT(sink_.commands, SizeIs(1)) << seq;
+    EXPECT_EQ(sink_.commands[0].deadline - now_.instant, one.left) << seq;
+    Finish({WriteEnd::not_sent, "late"});
+    EXPECT_EQ(Reply().outcome, "not_sent");
+  }
+  WriteArrival arrival = Ask(++seq, "setting", 1);
+  for (const std::int64_t odd :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    arrival.request.not_after_ns = odd;
+    arrival.request.seq = ++seq;
+    Take(arrival);
+    EXPECT_LE(sink_.commands.back().deadline, now_.instant + 5s);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::dds

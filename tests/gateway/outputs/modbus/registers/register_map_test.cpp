@@ -1,0 +1,222 @@
+// Which addresses are mapped, and how a range is divided.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/registers/register_map.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gateway/outputs/modbus/registers/points.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using config::Access;
+using config::Table;
+using config::Type;
+
+constexpr auto kNone = kNoException;
+
+class RegisterMapTest : public testing::Test {
+ protected:
+  // 0 int16, 1-2 float, 3-6 int64, 8 int16 (rw), 9 float (rw), 11 write-only; bits 0, 1 (rw), 5
+  RegisterMapTest()
+      : config_(MakeConfig(
+            {MakeDevice(5, {}),
+             MakeDevice(
+                 7, {MakePoint(Type::int16, 0), MakePoint(Type::float32, 1),
+                     MakePoint(Type::int64, 3), MakePoint(Type::int16, 8, Access::read_write),
+                     MakePoint(Type::float32, 9, Access::read_write),
+                     MakePoint(Type::int16, 11, Access::write), MakePoint(Type::boolean, 0),
+                     MakePoint(Type::boolean, 1, Access::read_write), MakePoint(Type::boolean, 5),
+                     MakePoint(Type::int16, 8999), MakePoint(Type::int16, 9100),
+                     MakePoint(Type::int16, 19999)})})),
+        map_(config_) {}
+
+  ExceptionCode Read(std::uint16_t start, std::uint16_t count, Table table = Table::registers) {
+    return PlanRead(map_.unit(7), table, start, count, pieces_);
+  }
+  ExceptionCode ReadOver(std::uint16_t start, std::uint16_t count) {
+    return PlanRead(map_.unit(7), Table::registers, start, count, pieces_, Holes::zero);
+  }
+  ExceptionCode Write(std::uint16_t start, std::uint16_t count, Table table = Table::registers) {
+    return PlanWrite(map_.unit(7), table, start, count, pieces_);
+  }
+
+  config::Config config_;
+  RegisterMap map_;
+  std::vector<Piece> pieces_;
+};
+
+TEST_F(RegisterMapTest, UnitsFindTheirDevices) {
+  EXPECT_EQ(map_.unit(5).device, 0U);
+  EXPECT_EQ(map_.unit(7).device, 1U);
+  EXPECT_EQ(map_.unit(7).kind, UnitMap::Kind::device);
+  EXPECT_EQ(map_.unit(6).kind, UnitMap::Kind::unmapped);
+  EXPECT_EQ(map_.unit(0).kind, UnitMap::Kind::gateway);
+  EXPECT_EQ(map_.unit(255).kind, UnitMap::Kind::gateway);
+}
+
+TEST_F(RegisterMapTest, DevicesWithoutAUnitAndOnOtherLinesStillCount) {
+  config::Config config = MakeConfig({MakeDevice(1, {}), MakeDevice(2, {})});
+  config.lines[0].devices[0].unit.reset();
+  config.lines.push_back(MakeConfig({MakeDevice(3, {})}).lines[0]);
+  const RegisterMap map(config);
+  EXPECT_EQ(map.unit(1).kind, UnitMap::Kind::unmapped);
+  EXPECT_EQ(map.unit(2).device, 1U);
+  EXPECT_EQ(map.unit(3).device, 2U);
+}
+
+TEST_F(RegisterMapTest, NeighboursAreDividedIntoTheirValues) {
+  ASSERT_EQ(Read(0, 7), kNone);
+  ASSERT_EQ(pieces_.size(), 3U);
+  EXPECT_EQ(pieces_[1].index, 1U);
+  EXPECT_EQ(pieces_[1].offset, 1);
+  EXPECT_EQ(pieces_[1].count, 2);
+  EXPECT_EQ(pieces_[2].offset, 3);
+  EXPECT_EQ(pieces_[2].count, 4);
+}
+
+TEST_F(RegisterMapTest, OneUnmappedAddressSpoilsTheRange) {
+  EXPECT_EQ(Read(7, 1), kIllegalAddress);
+  EXPECT_EQ(Read(3, 6), kIllegalAddress);
+  EXPECT_EQ(Read(2, 6), kIllegalAddress) << "unmapped counts before cut";
+  EXPECT_EQ(Read(12, 1), kIllegalAddress);
+  EXPECT_EQ(Read(65535, 1), kIllegalAddress);
+}
+
+TEST_F(RegisterMapTest, PartOfAValueIsRefused) {
+  EXPECT_EQ(Read(1, 1), kIllegalValue);
+  EXPECT_EQ(Read(2, 1), kIllegalValue);
+  EXPECT_EQ(Read(0, 2), kIllegalValue);
+  EXPECT_EQ(Read(4, 2), kIllegalValue);
+  EXPECT_EQ(Read(2, 5), kIllegalValue);
+}
+
+TEST_F(RegisterMapTest, WriteOnlyPointsCanNotBeRead) {
+  EXPECT_EQ(Read(11, 1), kIllegalAddress);
+  EXPECT_EQ(Read(20011, 1), kIllegalAddress);
+  EXPECT_EQ(Write(11, 1), kNone);
+}
+
+TEST_F(RegisterMapTest, MirrorsMayBeReadInParts) {
+  EXPECT_EQ(Read(20002, 1), kNone);
+  ASSERT_EQ(Read(20002, 2), kNone);
+  ASSERT_EQ(pieces_.size(), 2U);
+  EXPECT_EQ(pieces_[0].area, Area::quality);
+  EXPECT_EQ(pieces_[0].index, 1U);
+  EXPECT_EQ(pieces_[1].index, 2U);
+  ASSERT_EQ(Read(40001, 2), kNone);
+  EXPECT_EQ(pieces_[0].area, Area::age);
+  EXPECT_EQ(Read(20007, 1), kIllegalAddress);
+  EXPECT_EQ(Read(40007, 1), kIllegalAddress);
+  EXPECT_EQ(Read(29000, 1), kIllegalAddress) << "the status block has no quality";
+}
+
+TEST_F(RegisterMapTest, EdgesOfTheAreas) {
+  EXPECT_EQ(Read(8999, 1), kNone);
+  EXPECT_EQ(Read(9100, 1), kNone);
+  EXPECT_EQ(Read(19999, 1), kNone);
+  ASSERT_EQ(Read(19999, 2), kNone) << "the last value and the quality of the first";
+  EXPECT_EQ(pieces_[1].area, Area::quality);
+  EXPECT_EQ(Read(39999, 2), kNone) << "the last quality and the first age";
+  EXPECT_EQ(Read(59999, 1), kNone);
+  EXPECT_EQ(Read(59999, 2), kIllegalAddress);
+}
+
+TEST_F(RegisterMapTest, StatusBlock) {
+  ASSERT_EQ(Read(9000, 16), kNone);
+  EXPECT_EQ(pieces_[0].area, Area::status);
+  EXPECT_EQ(Read(9004, 4), kNone);
+  EXPECT_EQ(Read(9015, 1), kNone);
+  EXPECT_EQ(Read(9002, 1), kIllegalValue);
+  EXPECT_EQ(Read(9003, 1), kIllegalValue);
+  EXPECT_EQ(Read(8999, 2), kNone) << "a value and the status block in one range";
+  EXPECT_EQ(Read(9000, 1, Table::bits), kIllegalAddress);
+  EXPECT_EQ(Write(9000, 1), kIllegalAddress);
+  EXPECT_EQ(PlanRead(map_.unit(5), Table::registers, 9000, 16, pieces_), kNone);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 12, pieces_), kNone);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 0, 1, pieces_), kIllegalAddress);
+}
+
+TEST_F(RegisterMapTest, EventBlock) {
+  const struct {
+    std::uint16_t start;
+    std::uint16_t count;
+    ExceptionCode expected;
+  } cases[] = {
+      {9016, 80, kNone},          {9016, 81, kIllegalAddress},
+      {9016, 10, kNone},          {9016, 2, kNone},
+      {9016, 1, kIllegalValue},   {9017, 1, kIllegalValue},
+      {9017, 2, kIllegalValue},   {9018, 2, kNone},
+      {9024, 1, kNone},           {9025, 1, kNone},
+      {9026, 10, kNone},          {9026, 2, kNone},
+      {9026, 1, kIllegalValue},   {9027, 9, kIllegalValue},
+      {9030, 1, kNone},           {9033, 1, kIllegalValue},
+      {9033, 2, kNone},           {9035, 1, kNone},
+      {9086, 10, kNone},          {9094, 2, kIllegalValue},
+      {9095, 1, kNone},           {9095, 2, kIllegalAddress},
+      {9096, 1, kIllegalAddress}, {9000, 96, kNone},
+      {9000, 18, kNone},          {9000, 17, kIllegalValue},
+      {9099, 1, kIllegalAddress},
+  };
+  for (const auto& c : cases) {
+    EXPECT_EQ(Read(c.start, c.count), c.expected) << c.start << ", " << c.count;
+    EXPECT_EQ(Read(c.start, c.count, Table::bits), kIllegalAddress);
+    EXPECT_EQ(Write(c.start, c.count), kIllegalAddress);
+  }
+  ASSERT_EQ(Read(9014, 4), kNone);
+  ASSERT_EQ(pieces_.size(), 2U);
+  EXPECT_EQ(pieces_[1].area, Area::events);
+  EXPECT_EQ(pieces_[1].index, 0U);
+  EXPECT_EQ(pieces_[1].offset, 2);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9016, 80, pieces_), kNone);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_), kIllegalAddress);
+  EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_, Holes::zero), kNone);
+}
+
+TEST_F(RegisterMapTest, BitsAreATableOfTheirOwn) {
+  EXPECT_EQ(Read(0, 2, Table::bits), kNone);
+  EXPECT_EQ(Read(0, 3, Table::bits), kIllegalAddress);
+  EXPECT_EQ(Read(20005, 1, Table::bits), kNone);
+  EXPECT_EQ(Read(20006, 1, Table::bits), kIllegalAddress);
+  EXPECT_EQ(Read(40005, 1, Table::bits), kIllegalAddress) << "bits have no age";
+}
+
+TEST_F(RegisterMapTest, WritesCoverWholePoints) {
+  EXPECT_EQ(Write(8, 1), kNone);
+  EXPECT_EQ(Write(8, 4), kNone);
+  EXPECT_EQ(pieces_.size(), 3U);
+  EXPECT_EQ(Write(7, 1), kIllegalAddress) << "no point";
+  EXPECT_EQ(Write(9, 1), kIllegalValue);
+  EXPECT_EQ(Write(8, 2), kIllegalValue);
+  EXPECT_EQ(Write(20008, 1), kIllegalAddress);
+  EXPECT_EQ(Write(1, 1, Table::bits), kNone);
+  EXPECT_EQ(Write(1, 2, Table::bits), kIllegalAddress);
+}
+
+TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
+  const config::Config config =
+      MakeConfig({MakeDevice(1, {MakePoint(Type::int16, 1), MakePoint(Type::float32, 0),
+                                 MakePoint(Type::float32, 8999), MakePoint(Type::int16, 9050),
+                                 MakePoint(Type::float32, 19999), MakePoint(Type::int16, 30000)})});
+  const RegisterMap map(config);
+  ASSERT_EQ(map.unit(1).registers.size(), 1U);
+  EXPECT_EQ(map.unit(1).registers[0].point, 0U);
+}
+
+TEST_F(RegisterMapTest, HolesAreOnePieceEachWhereTheListenerLetsThemPass) {
+  EXPECT_EQ(ReadOver(3, 6), kNone) << "int64 at 3, nothing at 7, int16 at 8";
+  ASSERT_EQ(pieces_.size(), 3U);
+  EXPECT_EQ(pieces_[1].area, Area::hole);
+  EXPECT_EQ(pieces_[1].offset, 4);
+  EXPECT_EQ(pieces_[1].count, 1);
+  EXPECT_EQ(ReadOver(11, 1), kIllegalAddress) << "nothing but a hole: a point that is only written";
+  EXPECT_EQ(ReadOver(4000, 100), kIllegalAddress);
+  EXPECT_EQ(ReadOver(8, 100), kNone);
+  EXPECT_EQ(pieces_.back().count, 97) << "behind the float at 9";
+  EXPECT_EQ(ReadOver(7, 3), kIllegalValue) << "half a float stays an error";
+  EXPECT_EQ(ReadOver(8990, 20), kNone) << "a hole, a value, the status block";
+  EXPECT_EQ(pieces_.size(), 3U);
+}
+
+}  // namespace
+}  // namespace baudgate::modbus

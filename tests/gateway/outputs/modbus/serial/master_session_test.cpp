@@ -1,0 +1,254 @@
+// What a serial master is answered, and when.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/serial/master_session.h"
+
+#include "tests/gateway/outputs/modbus/serial/master_fixture.h"
+
+namespace baudgate::modbus {
+namespace {
+
+TEST_F(MasterSessionTest, ReadsComeFromTheStore) {
+  Begin();
+  AskForTheValue();
+  AskForTheValue();
+  EXPECT_EQ(Master().damaged, 0U);
+}
+
+TEST_F(MasterSessionTest, AWriteIsAnsweredWhenTheDeviceHasConfirmedIt) {
+  Begin();
+  Say(1, "06 00 00 00 07");
+  ASSERT_EQ(commands(), 1U);
+  ExpectSilence();
+  sink_.commands[0].done({});
+  Expect(1, "06 00 00 00 07");
+}
+
+TEST_F(MasterSessionTest, ExceptionsOfTheUnitAreAnswered) {
+  Begin();
+  Say(1, "03 10 00 00 01");
+  Expect(1, "83 02");
+  Say(1, "06 00 00 00 07");
+  ASSERT_EQ(commands(), 1U);
+  sink_.commands[0].done({WriteEnd::refused, "no"});
+  Expect(1, "86 04");
+}
+
+TEST_F(MasterSessionTest, RoutedRequestsPassAsTheyAre) {
+  Begin();
+  Say(20, "03 00 C8 00 01");
+  ASSERT_EQ(target_.requests.size(), 1U);
+  EXPECT_EQ(target_.requests[0].slave, 20);
+  EXPECT_EQ(ToHex(target_.requests[0].pdu), "03 00 C8 00 01");
+  target_.Answer(0, "03 02 09 C4");
+  Expect(20, "03 02 09 C4");
+}
+
+TEST_F(MasterSessionTest, WhatNobodyAnswersEndsAtItsDeadline) {
+  listener().errors = config::Listener::Errors::exception;
+  config_.modbus.routes[0].deadline = 2500ms;
+  Begin();
+  Say(20, "03 00 C8 00 01");
+  Pass(2500ms);
+  EXPECT_THAT(sent_, testing::IsEmpty());
+  Expect(20, "83 0B");
+}
+
+TEST_F(MasterSessionTest, ARequestMayComeInAnyPieces) {
+  Begin();
+  const Bytes request = Rtu(1, "03 00 00 00 01");
+  for (std::size_t cut = 1; cut < request.size(); ++cut) {
+    Hear(Bytes(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(cut)));
+    Hear(Bytes(request.begin() + static_cast<std::ptrdiff_t>(cut), request.end()));
+    Expect(1, "03 02 FF FE");
+  }
+  for (const std::uint8_t byte : request) Hear({byte});
+  Expect(1, "03 02 FF FE");
+}
+
+TEST_F(MasterSessionTest, HalfARequestIsDamageAfterTheGap) {
+  Begin();
+  Hear(ParseHex("01 03 00").value());
+  Pass(19ms);
+  EXPECT_EQ(Master().damaged, 0U) << "a USB adapter may hand over the rest 16 ms later";
+  Pass(1ms);
+  EXPECT_EQ(Master().damaged, 1U);
+  AskForTheValue();
+}
+
+TEST_F(MasterSessionTest, AfterGarbageAndASilenceTheNextRequestIsAnswered) {
+  Begin();
+  Bytes bytes = ParseHex("FF 00 13 37 01 03 00").value();
+  Append(bytes, View(Rtu(1, "06 00 00 00 07")));
+  Hear(bytes);
+  ExpectSilence();
+  EXPECT_EQ(Master().damaged, 1U);
+  EXPECT_EQ(commands(), 0U) << "it may be another's data";
+  AskForTheValue();
+  EXPECT_EQ(Master().damaged, 1U);
+}
+
+TEST_F(MasterSessionTest, DriverNoiseBeforeARequestIsPassedOver) {
+  Begin();
+  Bytes bytes = ParseHex("FF 00").value();
+  Append(bytes, View(Rtu(1, "03 00 00 00 01")));
+  Hear(bytes);
+  Expect(1, "03 02 FF FE");
+  EXPECT_EQ(Master().damaged, 0U);
+}
+
+TEST_F(MasterSessionTest, DamageIsCountedAndNotAnswered) {
+  Begin();
+  Bytes request = Rtu(1, "03 00 00 00 01");
+  request[3] ^= 0x01;
+  Hear(request);
+  ExpectSilence();
+  EXPECT_EQ(Master().damaged, 1U);
+  request = Rtu(1, "06 00 00 00 07");
+  request.pop_back();
+  Hear(request);
+  ExpectSilence();
+  EXPECT_EQ(Master().damaged, 2U);
+  EXPECT_EQ(commands(), 0U);
+  AskForTheValue();
+}
+
+TEST_F(MasterSessionTest, OthersOnTheBusAreNotDisturbed) {
+  Begin();
+  const std::pair<std::string, std::string> exchanges[] = {
+      {"03 00 C8 00 01", "03 02 09 C4"},    {"03 00 C8 00 02", "03 04 09 C4 00 CA"},
+      {"06 00 08 00 02", "06 00 08 00 02"}, {"10 00 01 00 01 02 00 05", "10 00 01 00 01"},
+      {"03 10 00 00 01", "83 02"},
+  };
+  for (const auto& [request, reply] : exchanges) {
+    Bytes bytes = Rtu(5, request);
+    Append(bytes, View(Rtu(5, reply)));
+    Append(bytes, View(Rtu(1, "03 00 00 00 01")));
+    Hear(bytes);
+    Expect(1, "03 02 FF FE");
+  }
+  EXPECT_EQ(Master().damaged, 0U);
+  EXPECT_EQ(commands(), 0U);
+}
+
+TEST_F(MasterSessionTest, UnitsThatAreNotMappedStaySilent) {
+  Begin();
+  Say(77, "03 00 00 00 01");
+  ExpectSilence();
+  AskForTheValue();
+}
+
+TEST_F(MasterSessionTest, NobodyAnswersABroadcast) {
+  listener().broadcast = config::Listener::Broadcast::pass;
+  Begin();
+  Say(0, "06 00 08 00 00");
+  ASSERT_EQ(target_.requests.size(), 1U);
+  EXPECT_EQ(target_.requests[0].slave, 0);
+  target_.Answer(0, "06 00 08 00 00");
+  ExpectSilence();
+  Say(0, "03 23 28 00 01");
+  ExpectSilence();
+  EXPECT_EQ(Client().bytes_out, 0U);
+  AskForTheValue();
+}
+
+TEST_F(MasterSessionTest, AMasterThatAsksAnewHasGivenUp) {
+  Begin();
+  Say(20, "03 00 C8 00 01");
+  Say(20, "03 00 C8 00 01");
+  ASSERT_EQ(target_.requests.size(), 2U);
+  target_.Answer(0, "03 02 AA AA");
+  ExpectSilence();
+  target_.Answer(1, "03 02 BB BB");
+  Expect(20, "03 02 BB BB");
+  AskForTheValue();
+}
+
+TEST_F(MasterSessionTest, AMasterThatAsksAnotherSlaveHasGivenUp) {
+  Begin();
+  Say(20, "03 00 C8 00 01");
+  Say(5, "03 00 C8 00 01");
+  EXPECT_EQ(Master().frames, 2U);
+  target_.Answer(0, "03 02 AA AA");
+  ExpectSilence();
+}
+
+TEST_F(MasterSessionTest, BytesBehindARequestAreHeardOutBeforeTheReply) {
+  Begin();
+  Bytes bytes = Rtu(1, "03 00 00 00 01");
+  bytes.push_back(0x00);
+  bytes.push_back(0x03);
+  Hear(bytes);
+  Pass(19ms);
+  EXPECT_THAT(sent_, testing::IsEmpty());
+  Expect(1, "03 02 FF FE");
+  EXPECT_EQ(Master().damaged, 1U) << "it was sent into what might have become a request";
+}
+
+TEST_F(MasterSessionTest, AReplyKeepsTheQuietOfTheBus) {
+  Begin();
+  Say(1, "03 00 00 00 01");
+  const Instant asked = now_.instant;
+  Expect(1, "03 02 FF FE");
+  EXPECT_EQ(sent_at_.at(0) - asked, ModbusRtuProtocol().timing(listener().serial).quiet.value());
+  EXPECT_GE(sent_at_.at(0) - asked, LineTime(7) / 2) << "3.5 characters";
+}
+
+TEST_F(MasterSessionTest, TheMasterIsAClientLikeOthers) {
+  Begin();
+  AskForTheValue();
+  EXPECT_EQ(Client().peer, listener().path);
+  EXPECT_EQ(Client().requests, 1U);
+  EXPECT_EQ(Client().bytes_in, 8U);
+  EXPECT_EQ(Client().bytes_out, 7U);
+}
+
+TEST_F(MasterSessionTest, RequestsToOthersAreNotCountedAsItsOwn) {
+  Begin();
+  for (int i = 0; i < 5; ++i) Say(5, "03 00 C8 00 01");
+  AskForTheValue();
+  EXPECT_EQ(Master().frames, 6U);
+  EXPECT_EQ(Client().requests, 1U);
+}
+
+TEST_F(MasterSessionTest, WhatIsAnsweredAfterTheEndIsDropped) {
+  Begin();
+  Say(20, "03 00 C8 00 01");
+  session_.reset();
+  EXPECT_EQ(target_.forgotten, 1);
+  target_.Answer(0, "03 02 09 C4");
+  Poll();
+  EXPECT_THAT(sent_, testing::IsEmpty());
+}
+
+TEST_F(MasterSessionTest, AnAsciiMasterIsAnsweredAtEveryCut) {
+  listener().framing = Framing::ascii;
+  Begin();
+  const Bytes request = Ascii(1, "03 00 00 00 01");
+  for (std::size_t cut = 0; cut <= request.size(); ++cut) {
+    Hear(Bytes(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(cut)));
+    Pass(900ms);  // a character may be late by a second
+    Hear(Bytes(request.begin() + static_cast<std::ptrdiff_t>(cut), request.end()));
+    Pass(100ms);
+    EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Ascii(1, "03 02 FF FE"))))
+        << cut;
+  }
+}
+
+TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
+  for (const auto& [expected, spoken] :
+       {std::pair(Framing::rtu, Framing::ascii), std::pair(Framing::ascii, Framing::rtu)}) {
+    session_.reset();
+    listener().framing = expected;
+    Begin();
+    const std::string pdu = "03 00 00 00 01";
+    for (const std::uint8_t byte : spoken == Framing::ascii ? Ascii(1, pdu) : Rtu(1, pdu)) {
+      Hear({byte});
+    }
+    ExpectSilence();
+    Pass(2s);
+    EXPECT_EQ(Master().other, spoken) << Title(spoken);
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::modbus

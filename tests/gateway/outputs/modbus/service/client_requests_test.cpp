@@ -1,0 +1,325 @@
+// Routed requests: what the target is given, and how each end of them is answered.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/service/client_requests.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/gateway/outputs/modbus/service/service_fixture.h"
+
+namespace baudgate::modbus {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+TEST_F(ServiceTest, EveryFunctionPassesAsItIs) {
+  Add(1, 20, 20);
+  const char* kRequests[] = {"01 00 00 00 08",
+                             "02 00 00 00 08",
+                             "03 03 E7 00 78",
+                             "04 00 00 00 01",
+                             "05 00 01 FF 00",
+                             "06 00 08 00 02",
+                             "07",
+                             "08 00 00 A5 37",
+                             "0F 00 13 00 0A 02 CD 01",
+                             "10 00 01 00 02 04 00 0A 01 02",
+                             "11",
+                             "16 00 04 00 F2 00 25",
+                             "17 00 03 00 06 00 0E 00 01 02 00 FF",
+                             "18 04 DE",
+                             "2B 0E 01 00",
+                             "64 DE AD BE EF",
+                             "03",
+                             "06 00"};
+  std::size_t number = 0;
+  for (const char* pdu : kRequests) {
+    EXPECT_THAT(Ask(20, pdu), IsEmpty());
+    const RoutedRequest request = drive_.Wait(number++);
+    EXPECT_EQ(ToHex(request.pdu), pdu);
+    EXPECT_EQ(request.slave, 20);
+    request.done(GoodReply(std::string(pdu).substr(0, 2) + " 55 AA"));
+    EXPECT_THAT(Settle(),
+                ElementsAre("12 34 00 00 00 04 14 " + std::string(pdu).substr(0, 2) + " 55 AA"));
+  }
+}
+
+TEST_F(ServiceTest, WhatIsNoFunctionCodeIsRefused) {
+  Add(1, 20, 20);
+  EXPECT_THAT(Ask(20, "00 00 00"), ElementsAre("12 34 00 00 00 03 14 80 01"));
+  EXPECT_THAT(Ask(20, "83 02"), ElementsAre("12 34 00 00 00 03 14 83 01"));
+  EXPECT_EQ(drive_.count(), 0U);
+}
+
+TEST_F(ServiceTest, TheLongestAduPassesBothWays) {
+  Add(1, 20, 20);
+  Bytes pdu(253);
+  for (std::size_t i = 0; i < pdu.size(); ++i) pdu[i] = static_cast<std::uint8_t>(i + 0x17);
+  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  const Bytes frame = AduOf(0xBEEF, 20, pdu);
+  ASSERT_EQ(frame.size(), kMaxAdu);
+  EXPECT_THAT(Ask(frame), ElementsAre(ToHex(frame)));
+}
+
+TEST_F(ServiceTest, RemappedUnitsAreAnsweredAsTheyWereAsked) {
+  Add(1, 33, 40).remap = 1;
+  Ask(34, kRead);
+  EXPECT_EQ(drive_.Wait(0).slave, 2);
+  drive_.Wait(0).done(GoodReply("03 02 00 07"));
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 05 22 03 02 00 07"));
+  Ask(40, kRead);
+  EXPECT_EQ(drive_.Wait(1).slave, 8);
+}
+
+TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
+  Add(1, 20, 20).deadline = 700ms;
+  Ask(20, kRead);
+  const RoutedRequest request = drive_.Wait(0);
+  EXPECT_EQ(request.client, IdOf(0));
+  EXPECT_NE(request.client, 0U);
+  EXPECT_EQ(request.arrived, now_);
+  EXPECT_EQ(request.deadline, now_ + 700ms);
+}
+
+TEST_F(ServiceTest, RepliesComeInTheOrderOfCompletionWithTheirTransactionIds) {
+  Add(1, 20, 21);
+  Add(2, 30, 30);
+  for (std::uint16_t i = 0; i < PendingRequests::kMost; ++i) {
+    const auto unit = static_cast<std::uint8_t>(i % 3 == 2 ? 30 : 20 + i % 3);
+    ASSERT_THAT(Ask(Frame(unit, kRead, static_cast<std::uint16_t>(0xA000 + i))), IsEmpty());
+  }
+  EXPECT_EQ(services_[0]->outstanding(), PendingRequests::kMost);
+  Enter(wire_);
+  for (std::size_t i = drive_.count(); i-- > 0;) {
+    const RoutedRequest request = drive_.Wait(i);
+    request.done(GoodReply(Bytes{3, 2, 0, static_cast<std::uint8_t>(i)}));
+    const auto number = static_cast<std::uint8_t>(i / 2 * 3 + i % 2);
+    EXPECT_THAT(Settle(),
+                ElementsAre("A0 " + HexByte(number) + " 00 00 00 05 " + HexByte(request.slave) +
+                            " 03 02 00 " + HexByte(static_cast<std::uint8_t>(i))));
+  }
+  EXPECT_EQ(services_[0]->outstanding(), pumps_.count());
+}
+
+TEST_F(ServiceTest, OneClientMayHaveThirtyTwoRequestsWaiting) {
+  Add(1, 20, 20);
+  for (std::uint16_t i = 0; i < 32; ++i) ASSERT_THAT(Ask(Frame(20, kRead, i)), IsEmpty());
+  EXPECT_THAT(Ask(Frame(20, kRead, 32)), ElementsAre("00 20 00 00 00 03 14 83 06"));
+  EXPECT_THAT(Ask(Frame(1, "06 00 00 00 01", 33)), ElementsAre("00 21 00 00 00 03 01 86 06"));
+  EXPECT_THAT(Ask(1, "03 00 00 00 01"), ElementsAre("12 34 00 00 00 05 01 03 02 FF FE"));
+  drive_.Wait(7).done(GoodReply("03 02 00 00"));
+  EXPECT_THAT(Settle(), ElementsAre("00 07 00 00 00 05 14 03 02 00 00"));
+  EXPECT_THAT(Ask(Frame(20, kRead, 34)), IsEmpty());
+  KeptWire other;
+  Enter(other)->Handle(Frame(20, kRead, 35), Clocks());
+  EXPECT_THAT(other.Take(), IsEmpty()) << "others have room of their own";
+}
+
+struct RoutedEnding {
+  Outcome outcome;
+  const char* pdu;
+  const char* answer;
+};
+
+class RoutedEndings : public ServiceTest, public testing::WithParamInterface<RoutedEnding> {};
+
+TEST_P(RoutedEndings, AreAnsweredAsTheContractSays) {
+  Add(1, 20, 20);
+  Ask(20, kRead);
+  RoutedReply reply = GoodReply(std::string(GetParam().pdu));
+  reply.outcome = GetParam().outcome;
+  drive_.Wait(0).done(reply);
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 0" + std::string(GetParam().answer)));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RoutedEndings,
+                         testing::Values(RoutedEnding{Outcome::ok, "03 02 00 01",
+                                                      "5 14 03 02 00 01"},
+                                         RoutedEnding{Outcome::refused, "83 02", "3 14 83 02"},
+                                         RoutedEnding{Outcome::refused, "83 0B", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::no_reply, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::partial, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::corrupt, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::unexpected, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::busy, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::line_down, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::none, "", "3 14 83 0B"},
+                                         RoutedEnding{Outcome::ok, "", "3 14 83 0B"}),
+                         [](const auto& info) {
+                           return std::string(Name(info.param.outcome)) +
+                                  std::to_string(info.index);
+                         });
+
+TEST_F(ServiceTest, WhatNoTargetCanServeIsAnsweredAtOnce) {
+  Add(1, 20, 20);
+  config_.modbus.routes.emplace_back(RouteTo(config_, 0, 21, 21)).line_index = 9;
+  drive_.full = true;
+  EXPECT_THAT(Ask(20, kRead), ElementsAre("12 34 00 00 00 03 14 83 06"));
+  EXPECT_THAT(Ask(21, kRead), ElementsAre("12 34 00 00 00 03 15 83 0A"));
+  EXPECT_THAT(Ask(22, kRead), ElementsAre("12 34 00 00 00 03 16 83 0A"));
+}
+
+TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
+  listener().errors = config::Listener::Errors::silent;
+  Add(1, 20, 20);
+  EXPECT_THAT(Ask(22, kRead), ElementsAre("nothing")) << "0x0A";
+  Ask(20, kRead);
+  drive_.Wait(0).done(Trouble(Outcome::no_reply, "silence"));
+  EXPECT_THAT(Settle(), ElementsAre("nothing")) << "0x0B";
+  Ask(20, kRead);
+  drive_.Wait(1).done(SlaveException("83 06"));
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 06"));
+  drive_.full = true;
+  EXPECT_THAT(Ask(20, kRead), ElementsAre("nothing")) << "0x06";
+  EXPECT_THAT(Ask(1, "03 00 09 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
+}
+
+TEST_F(ServiceTest, PermissionIsByFunction) {
+  Add(1, 20, 20);
+  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  const auto allowed = [this](config::Permit permit) {
+    listener().permit = permit;
+    std::string codes;
+    for (int code = 1; code < 0x80; ++code) {
+      const std::string hex = HexByte(static_cast<std::uint8_t>(code));
+      const Answers answers = Ask(20, hex + " 00");
+      if (answers == Answers{"12 34 00 00 00 03 14 " + hex + " 00"}) codes += hex + " ";
+    }
+    return codes;
+  };
+  EXPECT_EQ(allowed(config::Permit::read), "01 02 03 04 ");
+  EXPECT_EQ(allowed(config::Permit::data), "01 02 03 04 05 06 0F 10 ");
+  EXPECT_EQ(allowed(config::Permit::all).size(), 127U * 3);
+  listener().permit = config::Permit::read;
+  EXPECT_THAT(Ask(20, "06 00 08 00 02"), ElementsAre("12 34 00 00 00 03 14 86 01"));
+  EXPECT_THAT(Ask(1, "06 00 00 00 02"), ElementsAre("12 34 00 00 00 03 01 86 01"));
+  EXPECT_THAT(Ask(99, "06 00 00 00 02"), ElementsAre("12 34 00 00 00 03 63 86 0A"));
+}
+
+TEST_F(ServiceTest, TheFunctionsPriorityIsOverTheClients) {
+  using config::Priority;
+  Add(1, 20, 20);
+  listener().functions = {{{5, 6}, Priority::high}, {{6, 16}, Priority::low}};
+  Enter(wire_, Priority::low);
+  Ask(20, "06 00 08 00 02");
+  Ask(20, "10 00 08 00 01 02 00 02");
+  Ask(20, kRead);
+  EXPECT_EQ(drive_.Wait(0).priority, Priority::high) << "the first rule that fits";
+  EXPECT_EQ(drive_.Wait(1).priority, Priority::low);
+  EXPECT_EQ(drive_.Wait(2).priority, Priority::low);
+  KeptWire other;
+  Enter(other, Priority::high)->Handle(Frame(20, kRead), Clocks());
+  EXPECT_EQ(drive_.Wait(3).priority, Priority::high);
+}
+
+TEST_F(ServiceTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
+  Add(1, 20, 20).deadline = 2500ms;
+  Ask(20, kRead);
+  EXPECT_EQ(services_[0]->Deadline(), now_ + 2520ms);
+  EXPECT_THAT(wire_.sweeps, ElementsAre(now_ + 2520ms));
+  now_ += 2519ms;
+  services_[0]->Sweep(Clocks());
+  EXPECT_THAT(Settle(), IsEmpty()) << "the target's own answer still has its chance";
+  now_ += 1ms;
+  services_[0]->Sweep(Clocks());
+  EXPECT_EQ(services_[0]->Deadline(), std::nullopt);
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
+  drive_.Wait(0).done(GoodReply("03 02 00 07"));
+  EXPECT_THAT(Settle(), IsEmpty()) << "answered once";
+  EXPECT_EQ(Traffic().routes[0].no_reply, 1U);
+  EXPECT_EQ(Traffic().routes[0].ok, 0U);
+}
+
+TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
+  EXPECT_THAT(Ask(1, "06 00 00 00 07"), IsEmpty());
+  const WriteCommand write = sink_.commands.at(0);
+  now_ = write.deadline;
+  services_[0]->Sweep(Clocks());
+  EXPECT_THAT(Settle(), IsEmpty()) << "the line's own answer still has its chance";
+  write.done({});
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 06 01 06 00 00 00 07"));
+  Ask(1, "06 00 00 00 07");
+  now_ = sink_.commands.at(1).deadline + PendingRequest::kGrace;
+  services_[0]->Sweep(Clocks());
+  EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
+}
+
+TEST_F(ServiceTest, WritesOfAClientThatLeavesOrGivesUpAreDropped) {
+  Ask(1, "06 00 00 00 01");
+  Ask(1, "06 00 00 00 02");
+  services_[0]->Abandon();
+  Ask(1, "06 00 00 00 03");
+  const auto abandoned = [this](std::size_t i) { return sink_.commands.at(i).abandoned->load(); };
+  EXPECT_TRUE(abandoned(0));
+  EXPECT_TRUE(abandoned(1));
+  EXPECT_FALSE(abandoned(2));
+  services_[0]->Close();
+  EXPECT_TRUE(abandoned(2));
+}
+
+TEST_F(ServiceTest, TheSoonestDeadlineIsSweptFirst) {
+  Add(1, 20, 20).deadline = 1h;
+  Add(2, 30, 30).deadline = 30min;
+  Ask(20, kRead);
+  Ask(30, kRead);
+  now_ = services_[0]->Deadline().value();
+  services_[0]->Sweep(Clocks());
+  EXPECT_THAT(wire_.Take(), ElementsAre("12 34 00 00 00 03 1E 83 0B"));
+  EXPECT_EQ(services_[0]->outstanding(), 1U);
+}
+
+TEST_F(ServiceTest, AReplyAfterTheDeadlineIsNoReply) {
+  Add(1, 20, 20).deadline = 1h;
+  for (const RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
+    Ask(20, kRead);
+    now_ += 1h;
+    drive_.Wait(drive_.count() - 1).done(late);
+    EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 14 83 0B"));
+  }
+  EXPECT_EQ(Traffic().routes[0].no_reply, 2U);
+  EXPECT_EQ(Traffic().routes[0].last_trouble, "its reply came after the deadline");
+}
+
+TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
+  Add(1, 20, 20);
+  Ask(20, kRead);
+  Ask(1, "06 00 00 00 07");
+  services_[0]->Abandon();
+  EXPECT_THAT(drive_.forgotten(), ElementsAre(IdOf(0)));
+  drive_.Wait(0).done(GoodReply("03 02 00 07"));
+  sink_.commands.at(0).done({});
+  EXPECT_THAT(Settle(), IsEmpty());
+  EXPECT_EQ(services_[0]->outstanding(), 0U);
+  services_[0]->Abandon();
+  EXPECT_THAT(drive_.forgotten(), testing::SizeIs(1)) << "nothing is left to forget";
+}
+
+TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
+  Add(1, 20, 20);
+  Add(2, 30, 30);
+  Ask(20, kRead);
+  Ask(20, kRead);
+  const std::uint64_t id = IdOf(0);
+  services_[0]->Close();
+  EXPECT_THAT(drive_.forgotten(), ElementsAre(id));
+  EXPECT_THAT(pumps_.forgotten(), IsEmpty());
+  drive_.Wait(0).done(GoodReply("03 02 00 07"));
+  EXPECT_THAT(Settle(), IsEmpty());
+  EXPECT_EQ(Traffic().routes[0].dropped, 2U);
+  EXPECT_THAT(Traffic().clients, IsEmpty());
+}
+
+TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
+  Add(1, 20, 20);
+  Ask(20, kRead);
+  const RoutedRequest request = drive_.Wait(0);
+  services_[0]->Close();
+  services_.clear();
+  shared_->inbox()->Close();
+  shared_.reset();
+  request.done(GoodReply("03 02 00 07"));
+  EXPECT_THAT(Settle(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace baudgate::modbus

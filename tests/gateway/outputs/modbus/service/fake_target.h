@@ -1,0 +1,110 @@
+// A route target that does what a test says: keeps requests, answers them at once, or is full.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/text.h"
+#include "gateway/bus/writes/routed.h"
+
+namespace baudgate::modbus {
+
+/// A request for register 500.
+inline constexpr const char* kRead = "03 01 F4 00 01";
+
+inline RoutedReply GoodReply(Bytes pdu) {
+  RoutedReply reply;
+  reply.outcome = Outcome::ok;
+  reply.pdu = std::move(pdu);
+  reply.sent = true;
+  return reply;
+}
+
+inline RoutedReply GoodReply(const std::string& hex) { return GoodReply(ParseHex(hex).value()); }
+
+inline RoutedReply SlaveException(const std::string& hex) {
+  RoutedReply reply = GoodReply(hex);
+  reply.outcome = Outcome::refused;
+  return reply;
+}
+
+inline RoutedReply Trouble(Outcome outcome, const std::string& reason, bool sent = true) {
+  RoutedReply reply;
+  reply.outcome = outcome;
+  reply.reason = reason;
+  reply.sent = sent;
+  return reply;
+}
+
+class FakeTarget final : public RouteTarget {
+ public:
+  bool Submit(RoutedRequest request) override {
+    std::unique_lock lock(mutex_);
+    if (full) return false;
+    requests_.push_back(request);
+    arrived_.notify_all();
+    lock.unlock();
+    if (answer) request.done(answer(request));
+    return true;
+  }
+  void Abandon(std::uint64_t client) override {
+    const std::lock_guard lock(mutex_);
+    forgotten_.push_back(client);
+    arrived_.notify_all();
+  }
+
+  /// Wait for the request, or the parting client, with this number; the test's own timeout is the
+  /// bound.
+  RoutedRequest Wait(std::size_t number) {
+    std::unique_lock lock(mutex_);
+    arrived_.wait(lock, [&] { return requests_.size() > number; });
+    return requests_[number];
+  }
+  std::uint64_t WaitForgotten(std::size_t number) {
+    std::unique_lock lock(mutex_);
+    arrived_.wait(lock, [&] { return forgotten_.size() > number; });
+    return forgotten_[number];
+  }
+  std::size_t count() const {
+    const std::lock_guard lock(mutex_);
+    return requests_.size();
+  }
+  std::vector<std::uint64_t> forgotten() const {
+    const std::lock_guard lock(mutex_);
+    return forgotten_;
+  }
+
+  // Set before the clients start.
+  bool full = false;
+  std::function<RoutedReply(const RoutedRequest&)> answer;  ///< empty: the test answers
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::vector<RoutedRequest> requests_;
+  std::vector<std::uint64_t> forgotten_;
+};
+
+/// Lines "drive" and "pumps" behind the line of MakeConfig, without devices.
+inline void AddRoutedLines(config::Config& config) {
+  for (const char* name : {"drive", "pumps"}) {
+    config.lines.emplace_back().name = name;
+  }
+}
+
+inline config::Route RouteTo(const config::Config& config, std::size_t line, std::uint8_t first,
+                             std::uint8_t last) {
+  config::Route route;
+  route.first = first;
+  route.last = last;
+  route.line = config.lines[line].name;
+  route.line_index = line;
+  return route;
+}
+
+}  // namespace baudgate::modbus

@@ -1,0 +1,161 @@
+// Each thing that can be wrong with the files of DDS Security is named, with its file.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/pki/security_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <openssl/pem.h>
+
+#include "gateway/outputs/pki/demo_authority.h"
+#include "gateway/outputs/pki/demo_documents.h"
+#include "gateway/outputs/pki/openssl.h"
+#include "tests/gateway/outputs/pki/pki_folder.h"
+
+namespace baudgate::pki {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::kNow;
+using ::testing::Not;
+using testing::PkiFolder;
+using testing::ReadText;
+using ::testing::StartsWith;
+using testing::WriteText;
+
+class SecurityCheck : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(folder_.Make({"g"}, 1, kNow).ok());
+    ASSERT_TRUE(other_.Make({"g"}, 0, kNow).ok());
+  }
+  /// "warning key: …" or "key: …", without the folder.
+  std::vector<std::string> Found(WallTime now = kNow) const {
+    std::vector<std::string> found;
+    for (const Finding& one : CheckSecurity(files_, now).findings) {
+      std::string text = (one.warning ? "warning " : "") + one.key + ": " + one.sentence;
+      for (const PkiFolder* folder : {&folder_, &other_}) {
+        for (std::size_t at; (at = text.find(folder->path())) != std::string::npos;) {
+          text.erase(at, folder->path().string().size() + 1);
+        }
+      }
+      found.push_back(text);
+    }
+    return found;
+  }
+
+  const PkiFolder folder_{"check"};
+  const PkiFolder other_{"other"};
+  config::DdsSecurity files_ = folder_.Of("g");
+};
+
+TEST_F(SecurityCheck, Times) {
+  EXPECT_THAT(Found(), IsEmpty());
+  EXPECT_THAT(Found(kNow + kDemoValidity - 59 * 24h),
+              ElementsAre("warning identity: g/identity.pem expires on 2031-11-21; have a new one "
+                          "issued",
+                          "warning permissions: g/permissions.p7s expire on 2031-11-21; have new "
+                          "ones signed"));
+  EXPECT_THAT(
+      Found(kNow + kDemoValidity + 1s),
+      ElementsAre("identity: g/identity.pem has expired on 2031-11-21; have a new one "
+                  "issued",
+                  "permissions: g/permissions.p7s have expired on 2031-11-21; have new ones "
+                  "signed"));
+  EXPECT_THAT(Found(kNow - 48h),
+              ElementsAre(StartsWith("ca: g/ca.pem is not valid before 2026-11-21T00:00:00.000Z"),
+                          StartsWith("identity: g/identity.pem is not valid before ")));
+}
+
+TEST_F(SecurityCheck, OfAnotherAuthority) {
+  files_.ca = other_.In("g/ca.pem");
+  EXPECT_THAT(Found(),
+              ElementsAre(StartsWith("identity: g/identity.pem was not issued by g/ca.pem ("),
+                          StartsWith("governance: g/governance.p7s is not signed by g/ca.pem, or "),
+                          StartsWith("permissions: g/permissions.p7s is not signed by ")));
+  files_ = folder_.Of("g");
+  files_.permissions_ca = other_.In("g/ca.pem");
+  files_.governance = other_.In("g/governance.p7s");
+  files_.permissions = other_.In("g/permissions.p7s");
+  EXPECT_THAT(Found(), IsEmpty()) << "documents may be signed by another one";
+}
+
+TEST_F(SecurityCheck, AKeyThatIsNotTheCertificates) {
+  files_.key = folder_.In("subscriber-1/key.pem");
+  EXPECT_THAT(Found(), ElementsAre("key: subscriber-1/key.pem is not the key of g/identity.pem"));
+}
+
+TEST_F(SecurityCheck, AKeyThatEverybodyCanRead) {
+  fs::permissions(files_.key, fs::perms::others_read, fs::perm_options::add);
+  EXPECT_THAT(
+      Found(),
+      ElementsAre("warning key: g/key.pem can be read by everybody; mend that with chmod o="));
+}
+
+TEST_F(SecurityCheck, AKeyWithAPassword) {
+  const PrivateKey key = ParseKey(ReadText(files_.key), {});
+  ASSERT_NE(key, nullptr);
+  const Bio to(BIO_new(BIO_s_mem()));
+  ASSERT_EQ(PEM_write_bio_PKCS8PrivateKey(to.get(), key.get(), EVP_aes_256_cbc(), "plinth-42", 9,
+                                          nullptr, nullptr),
+            1);
+  WriteText(files_.key, Written(to));
+  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem has a password, and password_file does not hold "
+                                   "it"));
+  files_.password_file = folder_.In("password");
+  WriteText(files_.password_file, "plinth-42\n");
+  EXPECT_THAT(Found(), IsEmpty());
+  EXPECT_EQ(CheckSecurity(files_, kNow).password, "plinth-42");
+  WriteText(files_.password_file, "plinth-43\n");
+  const auto found = Found();
+  EXPECT_THAT(found, ElementsAre(StartsWith("key: g/key.pem has a password")));
+  EXPECT_THAT(found.front(), Not(HasSubstr("plinth")));
+}
+
+TEST_F(SecurityCheck, MissingAndDamagedFiles) {
+  for (const std::string& file : {files_.ca, files_.identity, files_.key}) {
+    const std::string text = ReadText(file);
+    WriteText(file, text.substr(0, text.size() / 2));
+    EXPECT_FALSE(CheckSecurity(files_, kNow).FirstError().empty()) << file;
+    fs::remove(file);
+    EXPECT_THAT(CheckSecurity(files_, kNow).FirstError(),
+                HasSubstr(file + " cannot be read: No such file or directory"));
+    WriteText(file, text);
+    fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write);
+  }
+  for (const std::string& file : {files_.governance, files_.permissions}) {
+    const std::string text = ReadText(file);
+    std::string changed = text;
+    changed.replace(changed.find("baudgate/"), 9, "baudgate?");
+    WriteText(file, changed);
+    EXPECT_THAT(CheckSecurity(files_, kNow).FirstError(), HasSubstr(file + " is not signed by "));
+    WriteText(file, "");
+    EXPECT_THAT(CheckSecurity(files_, kNow).FirstError(), HasSubstr(file + " is not signed by "));
+    WriteText(file, text);
+  }
+  EXPECT_THAT(Found(), IsEmpty());
+}
+
+TEST_F(SecurityCheck, PermissionsOfSomebodyElse) {
+  files_.permissions = folder_.In("subscriber-1/permissions.p7s");
+  EXPECT_THAT(Found(), ElementsAre("warning permissions: subscriber-1/permissions.p7s grants "
+                                   "nothing to CN=g, whom g/identity.pem names"));
+}
+
+TEST_F(SecurityCheck, AGovernanceThatLeavesMessagesOpen) {
+  const Issued authority{ReadText(folder_.In("ca/ca.pem")), ReadText(folder_.In("ca/key.pem"))};
+  std::string xml = Governance();
+  const std::string kind = "<rtps_protection_kind>ENCRYPT";
+  xml.replace(xml.find(kind), kind.size(), "<rtps_protection_kind>NONE");
+  const auto document = SignDocument(authority, xml);
+  ASSERT_TRUE(document.ok());
+  WriteText(files_.governance, *document);
+  const SecurityReport report = CheckSecurity(files_, kNow);
+  EXPECT_THAT(report.findings, IsEmpty());
+  EXPECT_FALSE(report.messages_protected);
+}
+
+}  // namespace
+}  // namespace baudgate::pki

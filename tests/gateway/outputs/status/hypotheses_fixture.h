@@ -1,0 +1,69 @@
+// What was seen of a device, and what is said of it.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gateway/diagnosis/causes/hypotheses.h"
+#include "protocols/modbus/protocol.h"
+#include "tests/gateway/outputs/status/diagnose_fixture.h"
+
+namespace baudgate::control {
+
+using enum Symptom;
+
+struct Seen {
+  Symptom symptom;
+  std::uint32_t count;
+  Finding finding{};
+};
+
+enum : unsigned {
+  kAnswered = 1,   ///< the device has answered before
+  kNeighbour = 2,  ///< a neighbour answers
+  kServer = 4,     ///< Modbus TCP
+  kHere = 8,       ///< it answers at present
+};
+
+struct Row {
+  std::vector<Seen> seen;
+  std::string says;
+  unsigned state = 0;
+  std::vector<QueryCount> queries{};
+
+  bool Is(unsigned flag) const { return (state & flag) != 0; }
+};
+
+class HypothesesTest : public DiagnoseTest {
+ protected:
+  std::string SayOf(const Row& row) {
+    config_.lines[0].port = row.Is(kServer) ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
+    config_.lines[0].serial = row.Is(kServer)
+                                  ? config::SerialSettings{.baud = config::SerialSettings::kNoWire}
+                                  : TwoLines().lines[0].serial;
+    const config::Traits* const traits = config_.lines[0].devices[1].traits;
+    if (row.Is(kServer)) config_.lines[0].devices[1].traits = &ModbusTcpProtocol().traits;
+    NeverAnswered();
+    device().timing.reply = 100ms;
+    device().timing.gap = 50ms;
+    device().state = row.Is(kAnswered) ? DeviceState::offline : DeviceState::never_seen;
+    if (row.Is(kHere)) device().state = DeviceState::degraded;
+    if (row.Is(kAnswered)) device().last_ok = kNow.instant - 1min;
+    for (const Seen& seen : row.seen) Looked(device(), seen.symptom, seen.count, seen.finding);
+    device().exchanges = 30;
+    device().queries = row.queries;
+    neighbour_.status.findings = {};
+    if (row.Is(kNeighbour)) Looked(neighbour_.status, clean, 32);
+    const DeviceRecord both[] = {neighbour_, record_};
+    const Evidence evidence = Gather(line_, record_, both, kNow);
+    std::string text;
+    for (const Hypothesis* hypothesis : Judge(evidence)) {
+      text += (text.empty() ? "" : " | ") + hypothesis->say(evidence);
+    }
+    config_.lines[0].devices[1].traits = traits;
+    return text;
+  }
+};
+
+}  // namespace baudgate::control

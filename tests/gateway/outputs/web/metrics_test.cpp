@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/metrics.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "gateway/outputs/web/series.h"
+#include "tests/gateway/outputs/status/two_lines.h"
+
+namespace baudgate::web {
+namespace {
+
+using control::kNow;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class MetricsTest : public ::testing::Test {
+ protected:
+  MetricsTest() {
+    control::SetOpen(store_, 0, "serial");
+    control::AddExchanges(store_, 0, Outcome::ok, 3, kNow);
+    control::AddExchanges(store_, 0, Outcome::no_reply, 1, kNow);
+    store_.UpdateLine(0, [](LineStatus& status) { status.spent = {1s, 0s, 0s, 0s, 2s, 0s}; });
+    Put(0, {Value(1.25), Quality::good});
+    Put(1, {Value(0.5), {Quality::bad_sensor_failure, Reason::open_sensor}});
+  }
+  struct Reading {
+    Value value;
+    Quality quality;
+  };
+  void Put(std::uint32_t point, const Reading& reading) {
+    const std::array<Sample, 1> samples = {{{point, reading.value, reading.quality}}};
+    store_.Update(0, samples, {kNow.instant - 1500ms, kNow.wall - 1500ms}, 20ms);
+  }
+  std::string Text() { return MetricsText(config_, store_, {"1.2.3", control::kStarted}, kNow); }
+
+  config::Config config_ = control::TwoLines();
+  PointStore store_{config_};
+};
+
+TEST_F(MetricsTest, AreTheStoreAsText) {
+  const std::string text = Text();
+  for (const char* line : {
+           "baudgate_build_info{version=\"1.2.3\"} 1\n",
+           "baudgate_line_up{line=\"bay-1\"} 1\n",
+           "baudgate_line_up{line=\"io\"} 0\n",
+           "baudgate_line_busy_seconds_total{line=\"bay-1\",why=\"silence\"} 2\n",
+           "baudgate_log_dropped_total 0\n",
+           "baudgate_exchange_duration_seconds_bucket{line=\"bay-1\",le=\"+Inf\"} 3\n",
+           "baudgate_exchange_duration_seconds_count{line=\"bay-1\"} 3\n",
+           "baudgate_device_state{line=\"bay-1\",device=\"feeder-1\",state=\"online\"} 1\n",
+           "baudgate_device_state{line=\"bay-1\",device=\"feeder-1\",state=\"offline\"} 0\n",
+           "baudgate_device_state{line=\"io\",device=\"ai-1\",state=\"never seen\"} 1\n",
+           "baudgate_exchanges_total{line=\"bay-1\",device=\"feeder-1\",outcome=\"ok\"} 3\n",
+           "baudgate_exchanges_total{line=\"bay-1\",device=\"feeder-1\",outcome=\"no_reply\"} 1\n",
+           "baudgate_point_value{line=\"bay-1\",device=\"feeder-1\",point=\"current\",unit=\"A\"} "
+           "1.25\n",
+           "baudgate_point_quality{line=\"bay-1\",device=\"feeder-1\",point=\"current\"} 192\n",
+           "baudgate_point_age_seconds{line=\"bay-1\",device=\"feeder-1\",point=\"current\"} 1.5\n",
+           "baudgate_point_quality{line=\"bay-1\",device=\"feeder-1\",point=\"voltage\"} 784\n",
+           "baudgate_device_last_ok_timestamp_seconds{line=\"bay-1\",device=\"feeder-1\"} "
+           "1790000000\n",
+       }) {
+    EXPECT_THAT(text, HasSubstr(line));
+  }
+  EXPECT_THAT(text, Not(HasSubstr("baudgate_point_value{line=\"bay-1\",device=\"feeder-1\","
+                                  "point=\"voltage\"")))
+      << "what is not good has no value";
+}
+
+TEST_F(MetricsTest, TheLinesOfAMetricStandTogetherBehindItsType) {
+  std::istringstream lines(Text());
+  std::set<std::string> done;
+  std::string current;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("# TYPE ")) {
+      current = line.substr(7, line.find(' ', 7) - 7);
+      EXPECT_TRUE(done.insert(current).second) << line;
+      EXPECT_EQ(line.ends_with(" counter"), current.ends_with("_total")) << line;
+    } else if (!line.starts_with('#')) {
+      EXPECT_TRUE(line.starts_with(current)) << line;
+    }
+  }
+}
+
+class FakeTraffic final : public modbus::TrafficSource {
+ public:
+  modbus::TrafficStatus Traffic() const override {
+    modbus::TrafficStatus status;
+    status.functions = {{"0.0.0.0:502", 4, 0, 12}, {"0.0.0.0:502", 0, 1, 3}};
+    return status;
+  }
+};
+
+TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
+  const FakeTraffic traffic;
+  control::GatewayInfo info{"1.2.3", control::kStarted, &traffic};
+  info.dds = [] {
+    dds::LinkState state;
+    state.written = 77;
+    return state;
+  };
+  const std::string text = MetricsText(config_, store_, info, kNow);
+  for (const char* line : {"baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function=\"4\","
+                           "exception=\"none\"} 12\n",
+                           "baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function="
+                           "\"other\",exception=\"1\"} 3\n",
+                           "baudgate_dds_samples_total 77\n"}) {
+    EXPECT_THAT(text, HasSubstr(line));
+  }
+}
+
+TEST_F(MetricsTest, LabelsAreEscaped) {
+  config_.lines[1].devices[0].points[0].unit = "a\"b\\c\nd";
+  const std::array<Sample, 1> samples = {{{0, Value(true), Quality::good}}};
+  store_.Update(2, samples, kNow, 20ms);
+  EXPECT_THAT(Text(), HasSubstr(R"(point="current",unit="a\"b\\c\nd"} 1)"));
+}
+
+TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
+  for (std::uint32_t device = 0; device < 3; ++device) {
+    control::AddExchanges(store_, device, Outcome::ok, 1, kNow);
+    for (std::uint32_t point = 0; point < 2; ++point) {
+      const std::array<Sample, 1> samples = {{{point, Value(1.0), Quality::good}}};
+      store_.Update(device, samples, kNow, 20ms);
+    }
+  }
+  std::istringstream lines(Text());
+  std::size_t series = 0;
+  for (std::string line; std::getline(lines, line);) series += line.starts_with('#') ? 0 : 1;
+  EXPECT_EQ(series + 3, SeriesOf(config_)) << "no alarms without events, no samples without DDS";
+}
+
+TEST(Metrics, AreAllInTheDocumentation) {
+  std::ifstream file("docs/metrics.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  for (const Metric& metric : kMetrics) {
+    std::string row = "| `" + std::string(metric.name) + "` | " + std::string(metric.type) + " | ";
+    std::istringstream labels{std::string(metric.labels)};
+    std::string cell;
+    for (std::string label; std::getline(labels, label, ',');) {
+      cell += (cell.empty() ? "`" : ", `") + label + "`";
+    }
+    EXPECT_THAT(page, HasSubstr(row + cell)) << metric.help;
+  }
+}
+
+}  // namespace
+}  // namespace baudgate::web

@@ -1,0 +1,264 @@
+// Over HTTP: what is answered, to whom, and as what.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/web_server.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <semaphore>
+
+#include "tests/gateway/outputs/web/fixture.h"
+
+namespace baudgate::web {
+namespace {
+
+using control::Json;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST_F(WebTest, EveryAnswerHasItsHeaders) {
+  Start();
+  for (const char* path : {"/", "/api/v1/status", "/metrics", "/nothing"}) {
+    Reply reply = Get(path);
+    EXPECT_THAT(reply.headers["content-security-policy"], StartsWith("default-src 'self';"))
+        << path;
+    EXPECT_EQ(reply.headers["content-security-policy"].find("unsafe"), std::string::npos);
+    EXPECT_EQ(reply.headers["x-content-type-options"], "nosniff") << path;
+    EXPECT_FALSE(reply.headers.contains("access-control-allow-origin")) << path;
+  }
+}
+
+TEST_F(WebTest, ThePageIsPackedAndKnownAgain) {
+  Start();
+  Reply plain = Get("/");
+  EXPECT_EQ(plain.status, 200);
+  EXPECT_EQ(plain.headers["content-type"], "text/html; charset=utf-8");
+  EXPECT_THAT(plain.body, HasSubstr("<html"));
+  Reply packed = Get("/", "Accept-Encoding: gzip, br\r\n");
+  EXPECT_EQ(packed.headers["content-encoding"], "gzip");
+  EXPECT_EQ(packed.body.substr(0, 2), "\x1f\x8b");
+  EXPECT_EQ(Get("/", "If-None-Match: " + packed.headers["etag"] + "\r\n").status, 304);
+  EXPECT_EQ(Get("/chart.js").headers["content-type"], "text/javascript; charset=utf-8");
+}
+
+TEST_F(WebTest, PathsLeadNowhereElse) {
+  Start();
+  const struct {
+    const char* path;
+    int status;
+  } kPaths[] = {{"/../../etc/passwd", 404},    {"/%2e%2e/%2e%2e/etc/passwd", 404},
+                {"//api/v1/status", 404},      {"/api/v1/status/", 404},
+                {"/api/v1/status%00.js", 404}, {"/API/v1/status", 404},
+                {"/api/v1/%73tatus", 200},     {"/api/v1/../v1/status", 404},
+                {"/index.html/", 404},         {"/page/index.html", 404},
+                {"/api/v2/status", 404},       {"/api/v1/", 404}};
+  for (const auto& [path, status] : kPaths) {
+    const Reply reply = Get(path);
+    EXPECT_EQ(reply.status, status) << path << " " << reply.body;
+  }
+}
+
+TEST_F(WebTest, AnswersAreThoseOfTheControlSocket) {
+  Start();
+  const Json status = Json::parse(Get("/api/v1/status").body);
+  EXPECT_EQ(status["gateway"], "substation-7");
+  EXPECT_EQ(status["lines"].size(), 2U);
+  const Json one = Json::parse(Get("/api/v1/status?target=bay-1.feeder-1").body);
+  EXPECT_EQ(one["lines"][0]["devices"][0]["values"].size(), 2U);
+  const struct {
+    const char* path;
+    int status;
+    const char* says;
+  } kRefused[] = {
+      {"/api/v1/status?target=bay1", 404, "did you mean 'bay-1'?"},
+      {"/api/v1/status?targt=bay-1", 400, "did you mean 'target'?"},
+      {"/api/v1/alarms?after=x", 400, "'after' is a whole number"},
+      {"/api/v1/events", 503, "no device of this gateway is asked for events"},
+      {"/api/v1/alarms", 503, "no device of this gateway is asked for events"},
+      {"/api/v1/history?point=bay-1.feeder-1.current", 503, "keeps no values"},
+      {"/api/v1/history?point=a.b.c&since_ms=5&until_ms=5", 400, "'since_ms' is before"},
+      {"/api/v1/history?pixels=0", 400, "'pixels' is a number from 1"},
+      {"/api/v1/history.csv?point=bay-1.feeder-1.current", 503, "keeps no values"},
+      {"/api/v1/points?device=bay-1.feeder9", 404, "feeder9"},
+      {"/api/v1/points/stream?device=bay-1", 404, "name one device"},
+      {"/api/v1/map?device=x", 404, "there is no line 'x'"},
+      {"/api/v1/trace?line=x", 404, "there is no line 'x'"},
+      {"/api/v1/recorded", 404, "name a line; lines: bay-1"},
+      {"/api/v1/map", 404, "name one device"},
+  };
+  for (const auto& [path, code, says] : kRefused) {
+    Reply reply = Get(path);
+    EXPECT_EQ(reply.status, code) << path << " " << reply.body;
+    EXPECT_EQ(reply.headers["content-type"], "application/problem+json") << path;
+    EXPECT_THAT(Json::parse(reply.body, nullptr, false).value("detail", ""), HasSubstr(says))
+        << path;
+  }
+  EXPECT_THAT(lines_.calls(), ::testing::IsEmpty()) << "no line was asked for anything";
+}
+
+TEST_F(WebTest, PointsAreFiltered) {
+  config_.lines[1].devices[0].points[1].description = "Mains voltage";
+  Start();
+  const struct {
+    const char* query;
+    std::size_t points;
+  } kQueries[] = {
+      {"", 6},         {"?line=bay-1", 4}, {"?device=io.ai-1", 2},    {"?q=FEEDER-2", 2},
+      {"?q=mains", 1}, {"?q=nothing", 0},  {"?q=.current&line=io", 1}};
+  for (const auto& [query, points] : kQueries) {
+    const Json json = Json::parse(Get(std::string("/api/v1/points") + query).body);
+    EXPECT_EQ(json["points"].size(), points) << query;
+  }
+}
+
+TEST_F(WebTest, OnlyWhoHasTheTokenIsAnswered) {
+  Start(kToken);
+  for (const char* path : {"/api/v1/status", "/api/v1/points/stream", "/metrics", "/api/v1/x"}) {
+    EXPECT_EQ(Get(path).status, 401) << path;
+  }
+  EXPECT_EQ(Get("/").status, 200) << "the page has the form";
+  EXPECT_EQ(Get("/metrics", std::string("Authorization: Bearer ") + kToken + "\r\n").status, 200);
+  const Json before = Json::parse(Get("/api/v1/session").body);
+  EXPECT_TRUE(before["needs_token"]);
+  EXPECT_FALSE(before["logged_in"]);
+  for (const std::string& body :
+       {std::string("token=") + kToken, std::string("{\"token\":\"") + kToken + "\"}"}) {
+    Reply login = Client().Post("/login", body);
+    ASSERT_EQ(login.status, 204);
+    const std::string cookie = login.headers["set-cookie"];
+    const std::string shown = "Cookie: " + cookie.substr(0, cookie.find(';')) + "\r\n";
+    EXPECT_EQ(Get("/api/v1/status", shown).status, 200);
+    EXPECT_EQ(Client().Post("/logout", "", shown).status, 204);
+    EXPECT_EQ(Get("/api/v1/status", shown).status, 401);
+  }
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(Client().Post("/login", "token=wrong").status, 401);
+  Reply wait = Client().Post("/login", std::string("token=") + kToken);
+  EXPECT_EQ(wait.status, 429);
+  EXPECT_EQ(wait.headers["retry-after"], "60");
+}
+
+TEST_F(WebTest, WhatChangesSomethingIsPosted) {
+  Start();
+  EXPECT_EQ(Get("/login").status, 405);
+  EXPECT_EQ(Get("/api/v1/alarms/ack?target=bay-1").status, 405);
+  EXPECT_EQ(Client().Post("/api/v1/status", "").status, 405);
+  EXPECT_EQ(Client().Send("DELETE /api/v1/status HTTP/1.1\r\n" + Client().Host() + "\r\n").status,
+            405);
+  EXPECT_EQ(Client().Post("/api/v1/alarms/ack", "{\"target\":\"bay-1\"}").status, 403);
+}
+
+TEST_F(WebTest, ForeignHostsAndPagesAreRefused) {
+  Start();
+  const std::string host = "\r\nHost: ";
+  EXPECT_EQ(Client().Send("GET / HTTP/1.1" + host + "evil.example\r\n\r\n").status, 421);
+  EXPECT_EQ(Client().Send("GET / HTTP/1.1" + host + "localhost:1\r\n\r\n").status, 200);
+  EXPECT_EQ(Client().Send("GET / HTTP/1.1\r\n\r\n").status, 400) << "HTTP/1.1 needs one";
+  EXPECT_EQ(Get("/api/v1/status", "Origin: http://evil.example\r\n").status, 403);
+  EXPECT_EQ(Get("/api/v1/status", "Sec-Fetch-Site: same-site\r\n").status, 403);
+  EXPECT_EQ(Get("/", "Host: evil.example\r\n").status, 421) << "two of them";
+}
+
+TEST_F(WebTest, AStreamBeginsWithHowAllStandsAndBeats) {
+  Put(0, 0, 1.25);
+  Start();
+  HttpClient client = Client();
+  Reply head = client.Open("/api/v1/points/stream");
+  EXPECT_EQ(head.headers["content-type"], "text/event-stream");
+  EXPECT_EQ(head.headers["x-accel-buffering"], "no");
+  EXPECT_THAT(client.NextEvent().value_or(""), HasSubstr("event: snapshot\ndata: {"));
+  EXPECT_THAT(client.NextEvent().value_or(""), HasSubstr("event: alarms\ndata: {\"active\":0"));
+  EXPECT_THAT(client.NextEvent().value_or(""), HasSubstr("event: beat"));
+  Put(2, 1, 7.5);
+  std::string event = client.NextEvent().value_or("");
+  while (event.starts_with("event: beat")) event = client.NextEvent().value_or("");
+  EXPECT_THAT(event, HasSubstr("[5,7.5,192,\"good\","));
+  EXPECT_THAT(client.NextEvent().value_or(""), HasSubstr("event: beat"));
+}
+
+TEST_F(WebTest, AReloadEndsStreamsAndStopEndsAll) {
+  Start();
+  HttpClient one = Client();
+  one.Open("/api/v1/points/stream");
+  server_->ApplyHistory(Running(), nullptr);
+  std::string last;
+  while (auto event = one.NextEvent()) last = *event;
+  EXPECT_EQ(last, "event: reload\ndata: {}");
+  HttpClient two = Client();
+  two.Open("/api/v1/points/stream");
+  HttpClient trace = Client();
+  trace.Open("/api/v1/trace?line=bay-1");
+  Stop();
+  EXPECT_TRUE(two.raw().IsClosed());
+  EXPECT_TRUE(trace.raw().IsClosed());
+}
+
+TEST_F(WebTest, ATraceIsFollowed) {
+  Start();
+  HttpClient client = Client();
+  client.Open("/api/v1/trace?line=bay-1");
+  ASSERT_TRUE(lines_.WaitForTraces(0, 1));
+  TraceRecord record;
+  record.device = "feeder-1";
+  record.text = "offline: \"no_reply\"";
+  EXPECT_TRUE(lines_.Push(0, record));
+  std::string event = client.NextEvent().value_or("");
+  while (event.starts_with("event: beat")) event = client.NextEvent().value_or("");
+  EXPECT_THAT(event, StartsWith("event: record\ndata: {\"record\":\"00:00:00.000000 feeder-1 # "
+                                "offline: \\\"no_reply\\\"\"}"));
+  client.raw().Close();
+  EXPECT_TRUE(lines_.WaitForTraces(0, 0)) << "who has left is noticed by the next beat";
+}
+
+/// As on a disk that does not answer.
+struct HangingHistory final : history::HistorySource {
+  history::HistoryState state() const override { return {}; }
+  Result<history::Page> Read(const history::PageQuery&) const override {
+    reading.release();
+    goes_on.acquire();
+    return history::Page{.known = true};
+  }
+  Result<history::TrendPage> ReadTrends(const history::TrendQuery&) const override {
+    return Error{};
+  }
+
+  mutable std::counting_semaphore<> reading{0};
+  mutable std::counting_semaphore<> goes_on{0};
+};
+
+TEST_F(WebTest, AReloadWaitsForNoPageOfThePast) {
+  auto hanging = std::make_shared<HangingHistory>();
+  info_.history = hanging;
+  Start();
+  info_.history.reset();
+  HttpClient client = Client();
+  client.raw().Send("GET /api/v1/history.csv?point=bay-1.feeder-1.current HTTP/1.1\r\n" +
+                    client.Host() + "\r\n");
+  hanging->reading.acquire();
+  server_->ApplyHistory(Running(), nullptr);
+  EXPECT_EQ(Get("/api/v1/status").status, 200);
+  hanging->goes_on.release();
+  EXPECT_EQ(client.Receive().status, 200);
+  EXPECT_NE(Get("/api/v1/history.csv?point=bay-1.feeder-1.current").status, 200);
+}
+
+TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
+  Start();
+  const auto next = std::make_shared<config::Config>(config_);
+  next->web.hosts = {"gate.example"};
+  WebServer::Opened opened;
+  opened.token = kToken;
+  ASSERT_TRUE(server_->Apply(next, std::move(opened), nullptr));
+  EXPECT_EQ(Get("/api/v1/status").status, 401);
+  EXPECT_EQ(Client().Send("GET / HTTP/1.1\r\nHost: gate.example\r\n\r\n").status, 200);
+  auto moved = WebServer::ListenAt(next->web.listen);
+  ASSERT_TRUE(moved);
+  const std::uint16_t before = std::exchange(port_, moved->port());
+  WebServer::Opened elsewhere;
+  elsewhere.socket = std::move(*moved);
+  ASSERT_TRUE(server_->Apply(next, std::move(elsewhere), nullptr));
+  EXPECT_EQ(Get("/api/v1/status").status, 200);
+  EXPECT_FALSE(HttpClient(before).raw().connected());
+}
+
+}  // namespace
+}  // namespace baudgate::web

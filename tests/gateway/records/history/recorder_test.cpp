@@ -1,0 +1,193 @@
+// What a recorder makes of a point store that changes, with clocks that are set.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/history/recorder.h"
+
+#include <gmock/gmock.h>
+
+namespace baudgate::history {
+namespace {
+
+using ::testing::ElementsAre;
+
+class RecorderTest : public ::testing::Test {
+ protected:
+  RecorderTest() {
+    config::Line line;
+    line.name = "bay";
+    config::Device device;
+    device.name = "f1";
+    for (const char* name : {"a", "b", "c"}) {
+      config::Point point;
+      point.name = name;
+      point.type = config::Type::float64;
+      device.points.push_back(point);
+    }
+    line.devices.push_back(device);
+    config_.lines.push_back(line);
+    config_.history.points = {{.device = 0, .point = 0}, {.device = 0, .point = 2}};
+    store_ = std::make_unique<PointStore>(config_);
+    feed_ = store_->Subscribe();
+    recorder_ = std::make_unique<Recorder>(config_.history, *store_, now_);
+  }
+
+  void Pass(Duration time) {
+    now_.instant += time;
+    now_.wall += time;
+  }
+  void Set(std::uint32_t point, double value, Quality quality = Quality::good) {
+    const Sample_ sample{point, value, quality};
+    store_->Update(0, {&sample, 1}, now_, 1ms);
+  }
+  void Take(std::size_t room = 1000) {
+    Changes changes;
+    feed_->Drain({}, changes);
+    recorder_->Take(changes, now_, room, out_);
+  }
+  /// "1/0@5s=10": run, point, seconds since the begin, value.
+  std::vector<std::string> Kept() const {
+    std::vector<std::string> texts;
+    for (const Sample& sample : out_.samples) {
+      texts.push_back(std::to_string(sample.run) + "/" + std::to_string(sample.point) + "@" +
+                      std::to_string(sample.entry.time - kBegin) + "=" +
+                      ToText(sample.entry.value));
+    }
+    return texts;
+  }
+
+  using Sample_ = baudgate::Sample;
+  static constexpr Millis kBegin = 1'790'000'040'000;  // a whole minute
+  Now now_{Instant(1h), ToWall(kBegin)};
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+  std::shared_ptr<ChangeFeed> feed_;
+  std::unique_ptr<Recorder> recorder_;
+  Batch out_;
+};
+
+TEST_F(RecorderTest, KeepsChangesOfThePointsThatWereChosen) {
+  Set(0, 1);
+  Set(1, 7);
+  Take();
+  Pass(1s);
+  Set(0, 1);
+  Set(2, 5);
+  Pass(5ms);
+  Take();
+  Pass(1s);
+  Set(0, 2);
+  Take();
+  EXPECT_THAT(Kept(), ElementsAre("1/0@0=1", "1/1@1000=5", "1/0@2005=2"));
+  EXPECT_EQ(recorder_->counters().readings, 4U);
+  EXPECT_EQ(recorder_->counters().merged, 0U);
+}
+
+TEST_F(RecorderTest, CountsWhatItDidNotSee) {
+  for (int i = 0; i < 5; ++i) Set(0, i);
+  Take();
+  EXPECT_EQ(recorder_->counters().merged, 4U);
+}
+
+TEST_F(RecorderTest, KeepsQualityWithoutAValue) {
+  Set(0, 1);
+  Take();
+  Pass(1s);
+  store_->SetOverride(0, Quality(Quality::bad_communication));
+  Take();
+  ASSERT_EQ(out_.samples.size(), 3U) << "the other point, too";
+  EXPECT_EQ(out_.samples[1].entry.quality, Quality::bad_communication);
+  EXPECT_FALSE(HasValue(out_.samples[1].entry.value));
+  EXPECT_EQ(out_.samples[1].entry.time, kBegin + 1000);
+}
+
+TEST_F(RecorderTest, AFullQueueIsAGap) {
+  Set(0, 1);
+  Take();
+  Pass(1s);
+  Set(0, 2);
+  Take(1);
+  Pass(1s);
+  Set(0, 3);
+  Take(1);
+  EXPECT_THAT(Kept(), ElementsAre("1/0@0=1"));
+  EXPECT_EQ(recorder_->counters().dropped, 2U);
+  EXPECT_EQ(out_.runs.back().until, kBegin + 1000) << "until the first that was dropped";
+  out_ = {};
+  for (int n = 0; n < 10; ++n) {
+    Pass(1s);
+    recorder_->Tick(now_, 0, out_);
+  }
+  Take(1000);
+  EXPECT_THAT(Kept(), ElementsAre("2/0@12000=3")) << "anew, what is known";
+  ASSERT_EQ(out_.runs.size(), 2U);
+  EXPECT_EQ(out_.runs[0].until, kBegin + 1000);
+  EXPECT_EQ(out_.runs[1].began, kBegin + 12'000);
+  EXPECT_EQ(out_.runs[1].why, RunBegin::dropped);
+}
+
+TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
+  Set(0, 1);
+  Take();
+  for (const Duration step : {Duration(-1h), Duration(2h)}) {
+    Pass(1s);
+    now_.wall += step;
+    Take();
+  }
+  EXPECT_THAT(Kept(), ElementsAre("1/0@0=1", "2/0@-3599000=1", "3/0@3602000=1"));
+  ASSERT_EQ(out_.runs.size(), 3U);
+  EXPECT_EQ(out_.runs[0].until, kBegin + 1000) << "by the clock as it was";
+  EXPECT_EQ(out_.runs[1].began, kBegin - 3'599'000);
+  EXPECT_EQ(out_.runs[1].until, kBegin - 3'598'000);
+  EXPECT_EQ(out_.runs[2].why, RunBegin::clock);
+  // This clock cannot tell the time of a reading before the step.
+  Pass(1s);
+  Set(0, 2);
+  Take();
+  EXPECT_EQ(Kept().back(), "3/0@3603000=2");
+}
+
+/// SIGSTOP, suspend, a virtual machine without a processor.
+TEST_F(RecorderTest, WhatNobodyLookedAtIsAGap) {
+  Set(0, 10);
+  Set(2, 20);
+  Take();
+  Pass(1s);
+  recorder_->Tick(now_, 1000, out_);
+  Pass(15s);
+  recorder_->Tick(now_, 1000, out_);
+  ASSERT_EQ(out_.runs.size(), 2U);
+  EXPECT_EQ(out_.runs[0].until, kBegin + 1000);
+  EXPECT_EQ(out_.runs[1].why, RunBegin::standstill);
+  EXPECT_EQ(out_.runs[1].began, kBegin + 16000);
+  EXPECT_THAT(Kept(), ElementsAre("1/0@0=10", "1/1@0=20", "2/0@16000=", "2/1@16000="))
+      << "by now they are too old to be good";
+  // One second of 17 was good.
+  Pass(1s);
+  recorder_->End(now_, out_);
+  Millis good = 0;
+  for (const TrendRow& trend : out_.trends) {
+    if (trend.point == 0 && trend.width == kMinute) good += trend.trend.good;
+  }
+  EXPECT_EQ(good, 1000);
+}
+
+TEST_F(RecorderTest, SpansAreOfEveryReading) {
+  config_.history.points.clear();
+  for (int i = 0; i < 90; ++i) {
+    Set(0, i % 2 == 0 ? 1 : 2);
+    Take();
+    Pass(1s);
+    recorder_->Tick(now_, 1000, out_);
+  }
+  ASSERT_EQ(out_.trends.size(), 1U);
+  EXPECT_EQ(out_.trends[0].trend, (Trend{kBegin, 1.5, 1, 2, 1, 2, 60, kMinute}));
+  out_.trends.clear();
+  recorder_->End(now_, out_);
+  ASSERT_EQ(out_.trends.size(), 2U) << "the rest of the minute, and of the hour";
+  EXPECT_EQ(out_.trends[0].trend.good, 30 * kSecond);
+  EXPECT_EQ(out_.trends[1].width, kHour);
+  EXPECT_EQ(out_.trends[1].trend.count, 90);
+  EXPECT_EQ(out_.runs.back().until, kBegin + 90 * kSecond);
+}
+
+}  // namespace
+}  // namespace baudgate::history

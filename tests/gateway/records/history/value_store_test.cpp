@@ -1,0 +1,237 @@
+// The files: what is written is read back, over days, restarts, power cuts and disks that fail.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/history/value_store.h"
+
+#include <gmock/gmock.h>
+#include <sqlite3.h>
+
+#include <fstream>
+#include <random>
+
+#include "gateway/records/disk/versions.h"
+#include "gateway/records/history/chunk.h"
+#include "gateway/records/history/history_page.h"
+#include "tests/gateway/records/audit/faulty_disk.h"
+#include "tests/gateway/records/history/store_fixture.h"
+#include "tests/support/long_run.h"
+
+namespace baudgate::history {
+namespace {
+
+using audit::FaultyDisk;
+using ::testing::HasSubstr;
+
+TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
+  auto store = Open(kBegin);
+  // Three hours in steps of a minute: rows become chunks meanwhile.
+  for (Millis time = kBegin; time < kBegin + 3 * kHour; time += kMinute) {
+    const Status status =
+        store->Write(Seconds(1, time, time + kMinute, {}, kBegin), At(time + kMinute));
+    ASSERT_TRUE(status) << status.error();
+  }
+  for (const char* point : {"bay.f1.a", "bay.f1.on"}) {
+    const auto records = All({.point = point});
+    ASSERT_EQ(records.size(), 3 * 3600U);
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      const Millis time = kBegin + static_cast<Millis>(i) * kSecond;
+      ASSERT_EQ(records[i].entry.time, time);
+      const Value value = point == std::string("bay.f1.a")
+                              ? Value(static_cast<double>(time / kSecond % 1000) / 10)
+                              : Value(time / kSecond % 2 == 0);
+      ASSERT_EQ(records[i].entry.value, value);
+      ASSERT_FALSE(records[i].gap);
+    }
+  }
+  const auto some =
+      All({.point = "bay.f1.a", .since = kBegin + kHour - 500, .until = kBegin + 2 * kHour});
+  ASSERT_EQ(some.size(), 3600U);
+  EXPECT_EQ(some.front().entry.time, kBegin + kHour);
+  EXPECT_FALSE(ReadPage(folder(), {.point = "bay.f1.z"})->known);
+}
+
+TEST_F(ValueStoreTest, ARestartIsAGap) {
+  Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond), true);
+  // It ended without packing: rows are left.
+  auto store = Open(kBegin + kHour);
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 2 * kSecond),
+                           At(kBegin + kHour + 2 * kSecond)));
+  const auto records = All({.point = "bay.f1.on"});
+  ASSERT_EQ(records.size(), 8U);
+  EXPECT_EQ(records[4].entry.value, Value(true)) << "a switch is one behind the restart, too";
+  ASSERT_TRUE(records[5].gap);
+  EXPECT_EQ(records[5].entry.time, kBegin + 5 * kSecond);
+  EXPECT_EQ(records[5].gap->until, kBegin + kHour);
+  EXPECT_EQ(records[5].gap->why, RunBegin::started);
+  EXPECT_EQ(records[6].entry.time, kBegin + kHour);
+}
+
+TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
+  auto store = Open(kBegin + kHour);
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
+                           At(kBegin + kHour + 3 * kSecond)));
+  // Back, and into the day before.
+  const Millis back = kBegin - kHour;
+  ASSERT_TRUE(
+      store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), At(back + 3 * kSecond)));
+  const auto records = All({.point = "bay.f1.a"});
+  ASSERT_EQ(records.size(), 7U);
+  EXPECT_EQ(records[0].entry.time, kBegin + kHour);
+  EXPECT_EQ(records[3].gap->why, RunBegin::clock);
+  EXPECT_EQ(records[4].entry.time, back);
+  EXPECT_TRUE(std::filesystem::exists(folder() / DayFileName(kBegin - kDay)));
+}
+
+TEST_F(ValueStoreTest, ADayThatWasEmptiedIsNamedAndTheLatestMayBeNew) {
+  auto store = Open(kBegin);
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin, kBegin + kSecond), At(kBegin + kSecond)));
+  std::ofstream(folder() / DayFileName(kBegin - kDay)).close();
+  std::ofstream(folder() / DayFileName(kBegin + kDay)).close();
+  const auto page = ReadPage(folder(), {.point = "bay.f1.a", .since = 0});
+  ASSERT_TRUE(page);
+  ASSERT_EQ(page->unread.size(), 1U);
+  EXPECT_EQ(page->unread[0].text,
+            DayFileName(kBegin - kDay) + ": it is empty: its content is lost");
+}
+
+TEST_F(ValueStoreTest, PagesAndDaysJoin) {
+  auto store = Open(kBegin + kDay - kHour);
+  for (Millis time = kBegin + kDay - kHour; time < kBegin + kDay + kHour; time += kMinute) {
+    ASSERT_TRUE(store->Write(Seconds(1, time, time + kMinute, {}, kBegin + kDay - kHour),
+                             At(time + kMinute)));
+  }
+  const auto records = All({.point = "bay.f1.a"});
+  ASSERT_EQ(records.size(), 7200U);
+  for (std::size_t i = 1; i < records.size(); ++i) {
+    ASSERT_EQ(records[i].entry.time - records[i - 1].entry.time, kSecond) << i;
+  }
+}
+
+TEST_F(ValueStoreTest, ADamagedFileIsPutAside) {
+  { Open(kBegin)->Write(Seconds(1, kBegin, kBegin + kMinute), At(kBegin + kMinute), true); }
+  const auto path = folder() / DayFileName(kBegin);
+  {
+    std::fstream bytes(path, std::ios::in | std::ios::out | std::ios::binary);
+    bytes << "this is no database";
+  }
+  auto store = Open(kBegin + kHour);
+  const auto news = store->TakeNews();
+  ASSERT_EQ(news.size(), 1U);
+  EXPECT_THAT(news[0].text, HasSubstr("values-"));
+  EXPECT_TRUE(std::filesystem::exists(path.string() + ".bad"));
+  ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + kSecond),
+                           At(kBegin + kHour + kSecond)));
+  EXPECT_EQ(All({.point = "bay.f1.a"}).size(), 1U);
+}
+
+TEST_F(ValueStoreTest, SpansAreMerged) {
+  auto store = Open(kBegin);
+  Batch batch;
+  batch.runs = {{1, kBegin, kBegin + 2 * kHour, RunBegin::started}};
+  for (int i = 0; i < 90; ++i) {
+    const double v = i;
+    batch.trends.push_back(
+        {0, 1, kMinute, {kBegin + i * kMinute, v, v - 1, v + 1, v, v, 60, kMinute}});
+  }
+  batch.trends.push_back({0, 1, kHour, {kBegin, 29.5, -1, 60, 0, 59, 3600, kHour}});
+  ASSERT_TRUE(store->Write(std::move(batch), At(kBegin + 2 * kHour)));
+  const auto quarters = ReadTrends(folder(), {.point = "bay.f1.a", .every = 15 * kMinute});
+  ASSERT_TRUE(quarters);
+  ASSERT_EQ(quarters->spans.size(), 6U);
+  EXPECT_EQ(quarters->spans[1], (Trend{kBegin + 15 * kMinute, 22, 14, 30, 15, 29, 900, kHour / 4}));
+  const auto hours = ReadTrends(folder(), {.point = "bay.f1.a", .every = kHour});
+  ASSERT_EQ(hours->spans.size(), 2U);
+  EXPECT_EQ(hours->spans[0].mean, 29.5);
+  EXPECT_EQ(hours->spans[1].mean, 74.5) << "out of the minutes of an hour that is not over";
+  store.reset();
+  // The hour that a killed gateway has not written is made of its minutes.
+  store = Open(kBegin + 3 * kHour);
+  Batch later;
+  later.runs = {{1, kBegin + 3 * kHour, kBegin + 3 * kHour, RunBegin::started}};
+  ASSERT_TRUE(store->Write(std::move(later), At(kBegin + 3 * kHour)));
+  const auto mended = ReadTrends(folder(), {.point = "bay.f1.a", .every = kHour});
+  ASSERT_EQ(mended->spans.size(), 2U);
+  EXPECT_EQ(mended->spans[1], hours->spans[1]);
+}
+
+/// Everything that was committed before the last second is there, in order, once.
+TEST(ValuePowerCuts, LoseASecondAtMost) {
+  std::mt19937 random(14);
+  const std::vector<PointName> names = {{"a", config::Type::float64}};
+  for (std::size_t cut = 0; cut < LongRun(60); ++cut) {
+    FaultyDisk disk;
+    const std::string path = "/" + DayFileName(kBegin);
+    Millis written = kBegin;
+    std::int64_t count = 0;
+    {
+      DayFile file(path, names, disk.vfs());
+      ASSERT_TRUE(file.Open().ok) << file.error();
+      disk.power_left = static_cast<int>(random() % 600);
+      for (int second = 0; second < 100; ++second) {
+        std::vector<Sample> samples;
+        for (int i = 0; i < 5; ++i) {
+          samples.push_back(
+              {0, 1, {written + 1 + i, static_cast<double>(count + i), Quality::good}});
+        }
+        if (!file.Write(samples, {{1, kBegin, written + 5, RunBegin::started}})) break;
+        written += 5;
+        count += 5;
+        if (!file.packing() && second % 10 == 9) file.BeginPacking();
+        if (file.packing() && !file.Pack(20)) break;
+      }
+    }
+    disk.Restore(random);
+    DayFile file(path, names, disk.vfs());
+    const DayFile::Opened opened = file.Open();
+    ASSERT_TRUE(opened.ok) << file.error();
+    EXPECT_EQ(opened.put_aside, "");
+    Database database(path, Database::Mode::read, disk.vfs());
+    std::vector<Entry> entries;
+    Statement chunks(database, "SELECT bytes FROM chunks ORDER BY first");
+    while (chunks.Next() == Statement::Step::row) {
+      const auto chunk = DecodeChunk(chunks.Blob(0));
+      ASSERT_TRUE(chunk);
+      entries.insert(entries.end(), chunk->begin(), chunk->end());
+    }
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      ASSERT_EQ(entries[i].value, Value(static_cast<double>(i))) << "none lost between, none twice";
+    }
+    EXPECT_GE(static_cast<std::int64_t>(entries.size()), count) << "what was committed";
+    EXPECT_LE(static_cast<std::int64_t>(entries.size()), count + 5);
+  }
+}
+
+/// gateway/records/disk refuses files of newer versions and has to know those of this room.
+TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
+  ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
+  ASSERT_TRUE(store.Open(At(kBegin)));
+  Batch batch;
+  batch.runs = {{1, kBegin, kBegin + kSecond, RunBegin::started}};
+  batch.samples = {{0, 1, {kBegin, 8.5, Quality::good}}};
+  ASSERT_TRUE(store.Write(std::move(batch), At(kBegin + kSecond), true));
+  for (const auto& [name, application] :
+       {std::pair(DayFileName(kBegin), kValuesApplication),
+        std::pair(std::string("trends.db"), kTrendsApplication)}) {
+    Database file((folder() / name).string(), Database::Mode::read);
+    EXPECT_EQ(file.First("PRAGMA user_version"), Value(KnownVersion(application))) << name;
+  }
+}
+
+TEST(ValueDisk, FullIsOverWhenThereIsRoom) {
+  FaultyDisk disk;
+  const std::vector<PointName> names = {{"a", config::Type::float64}};
+  ValueStore store("/", names, {}, disk.vfs());
+  ASSERT_TRUE(store.Open(At(kBegin)));
+  disk.write_error = SQLITE_FULL;
+  Batch batch;
+  batch.runs = {{1, kBegin, kBegin + 1, RunBegin::started}};
+  batch.samples = {{0, 1, {kBegin + 1, 1.0, Quality::good}}};
+  EXPECT_FALSE(store.Write(std::move(batch), At(kBegin + 1)));
+  EXPECT_TRUE(store.waits());
+  EXPECT_FALSE(store.Write({}, At(kBegin + 2)));
+  disk.write_error = 0;
+  EXPECT_TRUE(store.Write({}, At(kBegin + 3)));
+  EXPECT_FALSE(store.waits());
+}
+
+}  // namespace
+}  // namespace baudgate::history

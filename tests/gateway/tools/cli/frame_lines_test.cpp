@@ -1,0 +1,188 @@
+// Records of a trace as whole frames, decoded.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/decode/frame_lines.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "gateway/base/text.h"
+#include "gateway/tools/cli/offline/decode.h"
+#include "gateway/tools/cli/offline/traced_decoder.h"
+#include "protocols/all_protocols.h"
+
+namespace baudgate {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const config::Catalog& Protocols() {
+  static const config::Catalog catalog = [] {
+    config::Catalog all;
+    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    return all;
+  }();
+  return catalog;
+}
+
+const std::vector<std::string> kTraceHead = {"# line io, port /dev/ttyUSB0 9600 8N1, protocol dcon",
+                                             "# device ai-1, protocol dcon"};
+
+std::string Frames(const std::string& records) {
+  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
+  std::string text;
+  const auto print = [&text](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) text += line + "\n";
+  };
+  std::istringstream in(records);
+  for (std::string record; std::getline(in, record);) print(frames.Take(record));
+  print(frames.Flush());
+  return text;
+}
+
+struct FrameCase {
+  const char* what;
+  std::string records;
+  std::string frames;
+};
+
+const FrameCase kFrameCases[] = {
+    {"a reply in pieces is one line, with what it means",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B | >+\n"
+     "04:05:06.011000 ai-1 < 30 31 2E 35 30 30 0D | 01.500.\n"
+     "04:05:06.011300 ai-1 = ok, 11.0 ms\n",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | #[0] 1.5\n"
+     "04:05:06.011300 ai-1 = ok, 11.0 ms\n"},
+    {"what comes behind the frame has a line of its own",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D 3E 39 | >+01.500.>9\n"
+     "04:05:06.011300 ai-1 = ok, 11.0 ms\n",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | #[0] 1.5\n"
+     "04:05:06.010000 ai-1 < 3E 39 | >9\n"
+     "04:05:06.011300 ai-1 = ok, 11.0 ms\n"},
+    {"silence is told, over midnight as well",
+     "23:59:59.900000 ai-1 > 23 30 31 0D | #01.\n00:00:00.400000 ai-1 = no_reply\n",
+     "23:59:59.900000 ai-1 > 23 30 31 0D | #01.\n"
+     "00:00:00.400000 ai-1 = no_reply: no reply after 500 ms\n"},
+    {"damage stays as it came",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B | >+\n04:05:06.020000 ai-1 < 30 | 0\n"
+     "04:05:06.300000 ai-1 = partial: stopped mid-frame\n",
+     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
+     "04:05:06.010000 ai-1 < 3E 2B 30 | >+0\n"
+     "04:05:06.300000 ai-1 = partial: stopped mid-frame\n"},
+    {"bytes that nobody asked for are put together while they come close",
+     "04:05:06.000000 - < 41 | A\n04:05:06.001000 - < 42 | B\n04:05:06.100000 - < 43 | C\n"
+     "04:05:06.200000 - # port closed\n",
+     "04:05:06.000000 - < 41 42 | AB\n04:05:06.100000 - < 43 | C\n"
+     "04:05:06.200000 - # port closed\n"},
+    {"secrets stay masked",
+     "04:05:06.000000 ai-1 > 23 ** 0D | #*.\n04:05:06.010000 ai-1 < ** ** | **\n"
+     "04:05:06.020000 ai-1 = ok\n",
+     "04:05:06.000000 ai-1 > 23 ** 0D | #*.\n04:05:06.010000 ai-1 < ** ** | **\n"
+     "04:05:06.020000 ai-1 = ok\n"},
+    {"of an unknown device the bytes are shown",
+     "04:05:06.000000 slave-7 > 07 03 | ..\n04:05:06.010000 slave-7 < 07 83 | ..\n"
+     "04:05:06.020000 slave-7 = refused\n",
+     "04:05:06.000000 slave-7 > 07 03 | ..\n04:05:06.010000 slave-7 < 07 83 | ..\n"
+     "04:05:06.020000 slave-7 = refused\n"},
+};
+
+TEST(FrameLines, AreWholeAndDecoded) {
+  for (const FrameCase& one : kFrameCases) EXPECT_EQ(Frames(one.records), one.frames) << one.what;
+}
+
+std::string RecordOf(const std::string& time, const std::string& bytes) {
+  return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
+}
+
+/// Messages that come unasked, in pieces and behind damage: in a trace, and decoded from the trace
+/// and from lines that somebody has written.
+TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
+  config::Catalog catalog = Protocols();
+  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  const std::string head = "# device wind, protocol telegram, profile nmea-0183-weather";
+  const std::string sentence = "$WIMWV,045,R,011.63,N,A*09\r\n";
+  const std::string records = RecordOf("12:00:00.000000", sentence.substr(0, 9)) +
+                              RecordOf("12:00:00.020000", sentence.substr(9)) +
+                              RecordOf("12:00:01.000000", "$WIMWV,046,R,011.63,N,A*09\r\n") +
+                              RecordOf("12:00:02.000000", sentence + sentence);
+  FrameLines frames(DecodersOf({head}, catalog));
+  std::vector<std::string> lines;
+  std::istringstream in(records);
+  for (std::string record; std::getline(in, record);) {
+    for (std::string& line : frames.Take(record)) lines.push_back(std::move(line));
+  }
+  for (std::string& line : frames.Flush()) lines.push_back(std::move(line));
+  const std::string means = " 0A | wind_angle 45 deg, wind_speed 11.63 kn";
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[0], AllOf(HasSubstr("12:00:00.000000 - < 24 57"), HasSubstr(means)));
+  EXPECT_THAT(lines[1], AllOf(HasSubstr("12:00:01"), Not(HasSubstr("wind_angle"))));
+  EXPECT_THAT(lines[2], HasSubstr(means));
+  EXPECT_THAT(lines[3], HasSubstr(means));
+
+  const auto decoded = [&](const DecodeOptions& options, const std::string& text) {
+    std::istringstream file(text);
+    std::ostringstream out;
+    std::ostringstream err;
+    RunDecode(options, catalog, file, out, err);
+    return out.str() + err.str();
+  };
+  const std::string good = R"({"point":"wind_angle","value":45.0,"unit":"deg","quality":192})";
+  const std::string of_trace = decoded({}, head + "\n" + records);
+  std::size_t found = 0;
+  for (auto at = of_trace.find(good); at != std::string::npos; at = of_trace.find(good, at + 1)) {
+    ++found;
+  }
+  EXPECT_EQ(found, 3U) << of_trace;
+  EXPECT_THAT(of_trace, HasSubstr(R"({"outcome":"corrupt")"));
+  const DecodeOptions wind{.protocol = "telegram", .profile = "nmea-0183-weather"};
+  EXPECT_THAT(decoded(wind, "< " + ToHex(ToBytes(sentence)) + "\n"), HasSubstr(good));
+  EXPECT_THAT(decoded({.protocol = "dcon"}, "< 41\n"), HasSubstr("line 1: a reply before any"));
+}
+
+TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
+  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
+  frames.Take("04:05:06.000000 ai-1 > 23 30 31 0D | #01.");
+  frames.Take("04:05:06.010000 ai-1 < 3E | >");
+  EXPECT_FALSE(frames.waits()) << "the end of the exchange comes";
+  frames.Take("04:05:06.011000 ai-1 = partial");
+  frames.Take("04:05:06.100000 - < 41 | A");
+  EXPECT_TRUE(frames.waits());
+}
+
+TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
+  FrameLines frames({});
+  std::string piece = "04:05:06.000000 - <";
+  for (int i = 0; i < 1024; ++i) piece += " 41";
+  std::size_t lines = 0;
+  for (int i = 0; i < 100; ++i) lines += frames.Take(piece).size();
+  EXPECT_EQ(lines, 100 * 1024 / FrameLines::kMostBytes);
+}
+
+TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
+  for (const FrameCase& one : kFrameCases) {
+    const auto decoded = [](const std::string& text) {
+      std::istringstream in(kTraceHead[0] + "\n" + kTraceHead[1] + "\n" + text);
+      std::ostringstream out;
+      std::ostringstream err;
+      RunDecode({}, Protocols(), in, out, err);
+      return out.str() + err.str();
+    };
+    const std::string of_records = decoded(one.records);
+    if (one.records.find("= no_reply\n") == std::string::npos) {
+      EXPECT_EQ(decoded(one.frames), of_records) << one.what;
+    } else {
+      EXPECT_THAT(decoded(one.frames), HasSubstr("no reply after 500 ms"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -1,0 +1,289 @@
+// The commands that only read: what check, map, protocols and profiles print, and their exit codes.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "gateway/tools/cli/offline/check.h"
+#include "gateway/tools/cli/offline/map.h"
+#include "gateway/tools/cli/offline/profiles.h"
+#include "gateway/tools/cli/offline/protocols.h"
+#include "tests/config/fake_protocol.h"
+
+namespace baudgate::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+constexpr const char* kGood =
+    "gateway: { name: gate }\n"
+    "modbus: { listen: { at: \"0.0.0.0:502\", allow: [10.0.0.0/8], write: deny } }\n"
+    "lines:\n"
+    "- name: bay\n"
+    "  port: /dev/l\n"
+    "  protocol: fake\n"
+    "  devices:\n"
+    "  - { name: d, address: 1, unit: 7, profile: relay, password: hunter, write: allow }\n"
+    "  - { name: e, address: 2, enabled: false, points: [{ name: p, read: A1, type: string(5) }] "
+    "}\n";
+
+/// A file that is gone with the object.
+class ConfigFile {
+ public:
+  explicit ConfigFile(const std::string& text)
+      : path_(::testing::TempDir() + "baudgate_cli_" +
+              ::testing::UnitTest::GetInstance()->current_test_info()->name() + ".yaml") {
+    std::ofstream(path_) << text;
+  }
+  ~ConfigFile() { std::remove(path_.c_str()); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+struct Ran {
+  int code = 0;
+  std::string out;
+  std::string err;
+};
+
+template <typename Run>
+Ran Capture(Run run) {
+  std::ostringstream out;
+  std::ostringstream err;
+  const int code = run(out, err);
+  return {code, out.str(), err.str()};
+}
+
+Ran Check(const std::string& text, bool json = false) {
+  const ConfigFile file(text);
+  return Capture(
+      [&](auto& out, auto& err) { return RunCheck(file.path(), FakeCatalog(), out, err, json); });
+}
+
+Ran Map(const std::string& text, MapFormat format) {
+  const ConfigFile file(text);
+  return Capture(
+      [&](auto& out, auto& err) { return RunMap(file.path(), FakeCatalog(), format, out, err); });
+}
+
+TEST(Check, GoodConfigurationIsSummedUp) {
+  const Ran ran = Check(kGood);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_EQ(ran.err, "");
+  EXPECT_THAT(ran.out, HasSubstr(": good: 1 line, 2 devices, 4 points\n"));
+  EXPECT_THAT(ran.out,
+              HasSubstr("modbus 0.0.0.0:502, Modbus TCP, reading only (functions 1-4), for "
+                        "10.0.0.0/8\n"));
+  EXPECT_THAT(ran.out, HasSubstr("line bay: /dev/l, 19200 8E1, fake, 2 devices\n"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr("topics baudgate/points, baudgate/devices, baudgate/gateways; write: deny\n"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr("  device  address  protocol  profile  unit  points  on Modbus  poll  slow  note\n"
+                "  d       1        fake      relay    7     3       3          2s    2min\n"
+                "  e       2        fake               none  1       0          1s    1min  "
+                "disabled\n"));
+  EXPECT_THAT(ran.out, Not(HasSubstr("hunter")));
+}
+
+TEST(Check, SaysWhereClientsCanHaveAPort) {
+  const Ran ran = Check(
+      "gateway: { name: g }\ndds: { enabled: false }\nmodbus: { enabled: false }\nlines:\n"
+      "  - { name: panel, port: /dev/p, serial: 9600 8N1, serial_server: { at: "
+      "\"127.0.0.1:4001\" } }\n"
+      "  - { name: bay, port: /dev/l, serial: 9600 8N1, protocol: fake, lend: { at: "
+      "\"127.0.0.1:4002\", mode: rfc2217, for: 5min } }\n");
+  EXPECT_THAT(ran.out, HasSubstr("line panel: /dev/p, 9600 8N1, served at 127.0.0.1:4001, raw, for "
+                                 "everybody who reaches it\n"))
+      << ran.err;
+  EXPECT_THAT(ran.out, HasSubstr("0 devices, lent at 127.0.0.1:4002, rfc2217, for everybody who "
+                                 "reaches it, 5min at most\n"));
+}
+
+TEST(Check, SaysThatDdsMayWrite) {
+  const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.out,
+              HasSubstr("; write: allow, so that whoever reaches the domain may write what "
+                        "devices allow, on baudgate/write\n"));
+}
+
+TEST(Check, BadConfigurationIsExitCode3) {
+  const Ran ran = Check("lines: 1\n");
+  EXPECT_EQ(ran.code, 3);
+  EXPECT_EQ(ran.out, "");
+  EXPECT_THAT(ran.err, HasSubstr(".yaml:1:8: error: lines: expected a list, found a single value"));
+  EXPECT_THAT(ran.err, HasSubstr(".yaml: bad: 1 error\n"));
+}
+
+TEST(Check, JsonHasPlacesAndSeverities) {
+  const Ran bad = Check("lines: 1\n", true);
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_EQ(bad.err, "");
+  const Json problems = Json::parse(bad.out);
+  EXPECT_EQ(problems["ok"], false);
+  EXPECT_EQ(problems["problems"][0]["line"], 1);
+  EXPECT_EQ(problems["problems"][0]["column"], 8);
+  EXPECT_EQ(problems["problems"][0]["severity"], "error");
+  const Json good = Json::parse(Check(kGood, true).out);
+  EXPECT_EQ(good["ok"], true);
+  EXPECT_EQ(good["summary"]["lines"][0]["devices"][0]["unit"], 7);
+  EXPECT_TRUE(good["summary"]["lines"][0]["devices"][1]["unit"].is_null());
+  EXPECT_EQ(good["summary"]["modbus"]["listen"][0]["permit"], "read");
+  EXPECT_EQ(good["summary"]["units"][0]["target"], "device d on line bay (cached)");
+}
+
+TEST(Map, TableShowsBothNotationsAndTheCompanions) {
+  const Ran ran = Map(kGood, MapFormat::table);
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_THAT(ran.out, HasSubstr("device d on line bay: unit 7, word order CDAB; DDS key "
+                                 "gate/d/POINT\n"));
+  EXPECT_THAT(
+      ran.out,
+      HasSubstr(
+          "  point     address  PLC          regs  type     unit  read FC  write FC  group  quality"
+          "  age\n"
+          "  current   0        30001/40001  2     float32  A     4,3                fast   20000  "
+          "  40000\n"
+          "  blocking  0        10001/00001  1     bool           2,1                slow   20000\n"
+          "  setting   100      30101/40101  1     uint16         4,3      6,16      fast   20100  "
+          "  40100\n"));
+  EXPECT_THAT(ran.out, HasSubstr("device e on line bay: not on Modbus (no unit)"));
+}
+
+TEST(Check, SaysWhatMayBeWrittenAndWhatCouldBe) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
+      "{ name: d, address: 1, write: [a], points: [\n"
+      "{ name: a, read: A1, type: float32, unit: A, access: rw, min: 0.5, max: 40, step: 0.5,"
+      " select: true, allow_when: { point: l.e.p, is: 3 } },\n"
+      "{ name: b, read: A2, type: bool, access: rw }] },\n"
+      "{ name: e, address: 2, points: [{ name: p, read: A1, type: uint16 }] }] }\n";
+  EXPECT_THAT(
+      Check(text).out,
+      HasSubstr("  writes to d: a (0.5 to 40 A, steps of 0.5, selected first, when l.e.p is "
+                "3); b could be written: add 'write: allow', or a list of points, to the "
+                "device\n"));
+  const Json json = Json::parse(Check(text, true).out);
+  EXPECT_EQ(json["summary"]["lines"][0]["devices"][0]["writes"].dump(),
+            R"({"allowed":["a"],"off":["b"]})");
+}
+
+TEST(Map, ShowsSelectRegistersAndOnlyWritesThatAreAllowed) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
+      "1, write: [a], points: [{ name: a, read: A1, type: bool, access: w, modbus: 7, select: true "
+      "}, { name: b, read: A2, type: int16, access: rw, modbus: 8 }] }] }\n";
+  const Json json = Json::parse(Map(text, MapFormat::json).out);
+  EXPECT_EQ(json["points"][0]["modbus"]["select"], 60007);
+  EXPECT_EQ(json["points"][0]["access"], "w");
+  EXPECT_EQ(json["points"][1]["modbus"]["write_fc"], "");
+  EXPECT_EQ(json["points"][1]["access"], "r");
+  EXPECT_FALSE(json["points"][1]["modbus"].contains("select"));
+  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("60007"));
+}
+
+TEST(Map, SixDigitNotationBeyondFive) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
+      "1, points: [{ name: p, read: A1, type: int16, modbus: 19999 }] }] }\n";
+  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("320000/420000"));
+}
+
+TEST(Map, CsvHasOneRowAPoint) {
+  const Ran ran = Map(kGood, MapFormat::csv);
+  EXPECT_THAT(ran.out,
+              HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
+                        "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\r\n"));
+  EXPECT_THAT(ran.out, HasSubstr("bay,e,,p,,,,,,,string(5),,,r,fast,,,gate/e/p,A1,\r\n"));
+}
+
+TEST(Map, NoCellOfTheCsvIsAFormula) {
+  const std::string text =
+      "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, points: "
+      "[{ name: p, read: A1, type: int16, unit: \"@SUM(A1)\", description: \"=1+1\" }] }] }\n";
+  const std::string out = Map(text, MapFormat::csv).out;
+  EXPECT_THAT(out, HasSubstr(",'@SUM(A1),"));
+  EXPECT_THAT(out, HasSubstr(",'=1+1\r\n"));
+}
+
+TEST(Map, Json) {
+  const Json json = Json::parse(Map(kGood, MapFormat::json).out);
+  EXPECT_EQ(json["gateway"], "gate");
+  ASSERT_EQ(json["points"].size(), 4U);
+  EXPECT_EQ(json["points"][2]["modbus"]["address"], 100);
+  EXPECT_EQ(json["points"][2]["modbus"]["write_fc"], "6,16");
+  EXPECT_TRUE(json["points"][3]["modbus"].is_null());
+}
+
+TEST(Map, BadConfigurationIsExitCode3) { EXPECT_EQ(Map("lines: 1\n", MapFormat::table).code, 3); }
+
+TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
+  config::Catalog nothing;
+  nothing.module_dirs = {"/opt/baudgate/protocols"};
+  const Ran runs[] = {
+      Capture([&](auto& out, auto& err) { return RunProtocols("", false, nothing, out, err); }),
+      Capture([&](auto& out, auto& err) {
+        return RunProfiles("", ProfileFormat::table, nothing, out, err, 0);
+      })};
+  for (const Ran& ran : runs) {
+    EXPECT_EQ(ran.code, 4);
+    EXPECT_THAT(ran.err, ::testing::AllOf(HasSubstr("no protocol is installed"),
+                                          HasSubstr("/opt/baudgate/protocols"),
+                                          HasSubstr("$BAUDGATE_MODULES")));
+  }
+}
+
+TEST(Protocols, ListAndOne) {
+  const auto run = [](const std::string& name, bool json) {
+    return Capture(
+        [&](auto& out, auto& err) { return RunProtocols(name, json, FakeCatalog(), out, err); });
+  };
+  EXPECT_THAT(run("", false).out, HasSubstr("fake      Fake, for tests  2\n"));
+  const Ran one = run("fake", false);
+  EXPECT_EQ(one.code, 0);
+  EXPECT_THAT(one.out, HasSubstr("  width (device; whole number: 1…20; default 7)\n"));
+  EXPECT_THAT(one.out, HasSubstr("  password (device; text; default 000000; secret)\n"));
+  EXPECT_THAT(one.out, HasSubstr("timing: { quiet: 5ms, reply: 500ms, gap: 25ms, ceiling: 2s, "
+                                 "drain: 100ms }"));
+  EXPECT_EQ(Json::parse(run("fake", true).out)["options"][1]["name"], "width");
+  EXPECT_EQ(Json::parse(run("", true).out).size(), 2U);
+  const Ran none = run("fakt", false);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.err,
+            "protocol 'fakt' is not installed; did you mean 'fake'? installed: fake, other\n");
+}
+
+TEST(Profiles, ListAndOne) {
+  const auto run = [](const std::string& name, ProfileFormat format) {
+    return Capture(
+        [&](auto& out, auto& err) { return RunProfiles(name, format, FakeCatalog(), out, err); });
+  };
+  const Ran list = run("", ProfileFormat::table);
+  EXPECT_THAT(list.out, HasSubstr("fake      relay    3       Fake relay\n"));
+  EXPECT_THAT(list.out, HasSubstr("fake      broken   2       (bad; see profiles NAME)\n"));
+  const Ran one = run("relay", ProfileFormat::table);
+  EXPECT_THAT(
+      one.out,
+      HasSubstr("current   0…1       input     float32  A     r       fast   A1    current"));
+  EXPECT_THAT(run("fake/relay", ProfileFormat::markdown).out,
+              HasSubstr("| blocking | 0 | discrete | bool |  | r | slow | A2 |  |\n"));
+  EXPECT_EQ(Json::parse(run("relay", ProfileFormat::json).out)["points"][2]["access"], "rw");
+  EXPECT_EQ(run("broken", ProfileFormat::table).code, 3);
+  const Ran none = run("relais", ProfileFormat::table);
+  EXPECT_EQ(none.code, 2);
+  EXPECT_EQ(none.err,
+            "profile 'relais' is not installed; did you mean 'relay'? installed: broken, relay\n");
+}
+
+}  // namespace
+}  // namespace baudgate::testing

@@ -1,0 +1,75 @@
+// A bus for scans under virtual time: twins, an echo, devices that think long, and a second master,
+// which asks by its own clock. Keeps every request that was sent.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/tools/scan/scanner.h"
+#include "tests/support/times.h"
+#include "tests/support/twin_bus.h"
+
+namespace baudgate::scan {
+
+class Bench final : public Wire {
+ public:
+  struct Master {
+    Bytes request;
+    config::SerialSettings serial;
+    Duration every = 1s;
+  };
+
+  TwinBus bus;
+  TwinBus::Two two = TwinBus::Two::together;
+  bool echoes = false;
+  Duration think = 10ms;
+  std::optional<Master> master;
+  std::optional<std::size_t> stop_after;  ///< the user presses Ctrl-C behind so many requests
+  bool stops_listening = false;           ///< the same before anything was sent
+  std::vector<std::pair<Bytes, config::SerialSettings>> sent;
+
+  Status Apply(const config::SerialSettings& serial) override {
+    serial_ = serial;
+    return {};
+  }
+  Result<Gathered> Listen(Duration time) override {
+    Gathered gathered;
+    TakeMaster(time, gathered.heard);
+    now_ += time;
+    gathered.stopped = stops_listening;
+    return gathered;
+  }
+  Result<Gathered> Ask(View request, Duration patience, Duration gap) override;
+  Instant Now() override { return now_; }
+
+ private:
+  bool TakeMaster(Duration window, Bytes& heard);
+
+  Instant now_ = kStart;
+  Instant next_ = kStart;
+  config::SerialSettings serial_;
+  Bytes late_;
+};
+
+struct Seen final : Watcher {
+  std::vector<Found> found;
+  std::vector<std::string> told;
+  std::vector<Duration> left;
+  bool may_talk = false;
+  void OnProgress(const Progress& progress) override { left.push_back(progress.left); }
+  void OnFound(const Found& one) override { found.push_back(one); }
+  bool MayTalk(const std::string& who) override {
+    told.push_back(who);
+    return may_talk;
+  }
+};
+
+/// Looks for all protocols that can be looked for, or for one.
+Wish WishFor(const std::string& protocol = {});
+/// As the command makes them of the shipped profiles.
+ProfileNames ShippedNames(const Wish& wish);
+
+}  // namespace baudgate::scan

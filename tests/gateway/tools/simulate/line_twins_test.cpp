@@ -1,0 +1,75 @@
+// The twins of a line whose devices have different options.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/simulate/line_twins.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <asio/io_context.hpp>
+#include <string>
+#include <vector>
+
+#include "config/catalog/option_values.h"
+#include "protocols/dcon/codec.h"
+#include "protocols/dcon/protocol.h"
+
+namespace baudgate {
+namespace {
+
+/// A DCON module with one analog input.
+config::Device Module(const std::string& address, bool checksum) {
+  config::Device device;
+  device.name = "module-" + address;
+  device.address = address;
+  device.protocol = "dcon";
+  device.options = config::DefaultOptions(DconProtocol());
+  device.options.Set("checksum", checksum);
+  config::Point& input = device.points.emplace_back();
+  input.name = "input";
+  input.read = "#[0]";
+  input.type = config::Type::float32;
+  return device;
+}
+
+/// The replies of the twins of `line` to `requests`, one for each. A reply that has not ended
+/// within 10 s is what had come by then.
+std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
+  config::Catalog catalog;
+  catalog.protocols["dcon"] = &DconProtocol();
+  asio::io_context io{1};
+  const auto twins = SimulateLine(io, line, catalog, {});
+  if (!twins) return {twins.error()};
+  const int port = open((*twins)->path().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  EXPECT_GE(port, 0);
+  std::vector<std::string> replies;
+  for (const Bytes& request : requests) {
+    EXPECT_EQ(write(port, request.data(), request.size()), std::ssize(request));
+    std::string& reply = replies.emplace_back();
+    const Instant limit = std::chrono::steady_clock::now() + 10s;
+    while (!reply.ends_with('\r') && std::chrono::steady_clock::now() < limit) {
+      io.run_for(1ms);
+      char bytes[64];
+      const ssize_t count = read(port, bytes, sizeof bytes);
+      if (count > 0) reply.append(bytes, static_cast<std::size_t>(count));
+    }
+  }
+  close(port);
+  return replies;
+}
+
+TEST(LineTwins, EachAnswersInItsOwnChecksumModeWhateverTheirOrder) {
+  using protocols::dcon::BuildRequest;
+  for (const bool first : {true, false}) {
+    config::Line line;
+    line.devices = {Module("1", first), Module("2", !first)};
+    const auto replies = Replies(line, {BuildRequest("#", 1, first), BuildRequest("#", 2, !first)});
+    ASSERT_EQ(replies.size(), 2U);
+    const std::size_t bare = sizeof ">+12.345\r" - 1;
+    EXPECT_EQ(replies[0].size(), bare + (first ? 2 : 0)) << replies[0];
+    EXPECT_EQ(replies[1].size(), bare + (first ? 0 : 2)) << replies[1];
+  }
+}
+
+}  // namespace
+}  // namespace baudgate
