@@ -12,7 +12,7 @@ import re
 import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-PATTERNS = ["README.md", "CHANGELOG.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/*.png", "docs/NOTICE", "docs/rooms.txt",
+PATTERNS = ["README.md", "CHANGELOG.md", "LICENSE", "docs/**/*.md", "docs/*.svg", "docs/*.png", "docs/NOTICE", "docs/modules.txt",
             "protocols/**/README.md", "config/examples/*.yaml", "gateway/outputs/dds/baudgate.idl"]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]*)(#[^)]*)?\)")
 

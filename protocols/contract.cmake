@@ -1,18 +1,18 @@
 # The plugin contract: the headers that a protocol is built with, and their hash in the tag that every module carries
 # (entry.h.in). The source tree and the installed package (packaging/dev) use this file alike.
 
-# Their names, relative to the folder `root` that holds the rooms.
+# Their names, relative to the folder `root` that holds the modules.
 function(baudgate_contract_headers root headers)
-  set(rooms gateway/base config/model protocols protocols/common)
+  set(folders gateway/base config/model protocols protocols/common)
   set(again CONFIGURE_DEPENDS)  # a header that is new or gone is noticed
   if(CMAKE_SCRIPT_MODE_FILE)
     set(again "")
   endif()
   set(all "")
-  foreach(room IN LISTS rooms)
-    file(GLOB found RELATIVE ${root} ${again} ${root}/${room}/*.h)
+  foreach(folder IN LISTS folders)
+    file(GLOB found RELATIVE ${root} ${again} ${root}/${folder}/*.h)
     if(NOT found)
-      message(FATAL_ERROR "there are no headers in ${root}/${room}")
+      message(FATAL_ERROR "there are no headers in ${root}/${folder}")
     endif()
     list(APPEND all ${found})
   endforeach()

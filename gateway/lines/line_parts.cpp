@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "gateway/base/deadline.h"
+#include "gateway/diagnosis/observer.h"
 #include "protocols/transaction.h"
 
 namespace baudgate {
@@ -31,7 +32,7 @@ LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
       memory_(links.memory),
       recorder(line, first_device, std::move(links.recordings)),
       reporter(line, store, recorder, links.memory, links.events),
-      poller(line, first_device, find, store, port, reporter),
+      poller(line, first_device, find, store, port, reporter, &Observe),
       telegrams(line, poller, recorder, port),
       port(line, store, transport, retries, recorder, reporter, poller, telegrams, loan,
            Listens(line, find), TransactionBytes(find(line.protocol))),

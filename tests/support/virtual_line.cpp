@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "gateway/bus/poller/poller.h"
+#include "gateway/diagnosis/observer.h"
 
 namespace baudgate {
 namespace {
@@ -46,7 +47,8 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
 void VirtualLine::MakePoller() {
   RequestPort& port = *this;
   PollerListener& listener = *this;
-  poller_ = std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, port, listener);
+  poller_ =
+      std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, port, listener, &Observe);
   sends_ = 0;
   const auto& devices = config_.lines[0].devices;
   for (std::uint32_t i = 0; i < devices.size(); ++i) {

@@ -75,6 +75,12 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   devices_.push_back(std::move(device));
 }
 
+Device* Roster::Speaker() const {
+  const auto speaks = [](const auto& device) { return device->conversation->Listens() != nullptr; };
+  const auto found = std::ranges::find_if(devices_, speaks);
+  return found == devices_.end() ? nullptr : found->get();
+}
+
 Member* Roster::FindSlave(std::uint8_t slave) const {
   const auto found = by_slave_.find(slave);
   return found == by_slave_.end() ? nullptr : found->second;

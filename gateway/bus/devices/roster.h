@@ -81,6 +81,8 @@ class Roster {
   /// Devices, then slaves, in the order of their places.
   const std::vector<Member*>& everyone() const { return everyone_; }
   Device& device(std::size_t place) const { return *devices_[place]; }
+  /// The first device that sends unasked: a line has at most one. Null: there is none.
+  Device* Speaker() const;
   /// `index`: in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 

@@ -10,15 +10,11 @@
 
 namespace baudgate {
 
-Speaker::Speaker(const Roster& roster) {
-  for (const auto& device : roster.devices()) {
-    if (device_ == nullptr && device->conversation->Listens() != nullptr) device_ = device.get();
-  }
-  if (device_ != nullptr) overheard_.emplace(*device_, roster);
-}
+Speaker::Speaker(const Roster& roster, LineObserver& observer)
+    : device_(roster.Speaker()), observer_(observer) {}
 
 std::optional<Finding> Speaker::Hear(View bytes, Instant now) {
-  return in_use() ? overheard_->Hear(bytes, now) : std::nullopt;
+  return in_use() ? observer_.OnUnaskedBytes(bytes, now) : std::nullopt;
 }
 
 const Standing* Speaker::standing() const {
@@ -33,8 +29,8 @@ Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
 }
 
 Finding Speaker::Look(const Said& said) {
-  if (!ProvesLife(said.outcome)) return overheard_->OnDamaged();
-  overheard_->OnRead();
+  if (!ProvesLife(said.outcome)) return observer_.OnUnaskedDamage();
+  observer_.OnUnaskedRead();
   if (said.reason.empty()) return {.idle = rest_};
   return {.symptom = Symptom::refusal, .idle = rest_, .cause = said.reason, .remedy = said.remedy};
 }

@@ -15,19 +15,19 @@
 
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/event_backlog.h"
+#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/unasked_receiver.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/diagnosis/damage/overheard.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
 
 class Speaker {
  public:
-  /// For the first device that sends unasked: a line has at most one. `roster` outlives it.
-  explicit Speaker(const Roster& roster);
+  /// For the device that sends unasked. Both references outlive it.
+  Speaker(const Roster& roster, LineObserver& observer);
 
   /// Null: no device sends unasked.
   Device* device() const { return device_; }
@@ -50,7 +50,7 @@ class Speaker {
   /// looks different.
   std::optional<Finding> Hear(View bytes, Instant now);
   /// Its message could not be read: returns what it looks like.
-  Finding OnDamaged() { return overheard_->OnDamaged(); }
+  Finding OnDamaged() { return observer_.OnUnaskedDamage(); }
   /// Only in use.
   Said OnMessage(const UnaskedMessage& message, Now now);
   /// What its message looked like.
@@ -69,10 +69,10 @@ class Speaker {
   Said Take(Answer answer, Now received);
   void Keep(EventBatch batch, Said& said);
 
-  Device* device_ = nullptr;
-  Instant last_{};                      // its last message
-  Duration rest_ = kLongIdle;           // before that one
-  std::optional<Overheard> overheard_;  // of `device_`
+  Device* const device_;
+  LineObserver& observer_;
+  Instant last_{};             // its last message
+  Duration rest_ = kLongIdle;  // before that one
   EventBacklog backlog_;
   bool told_lost_ = false;  // the user knows that events are lost
 };

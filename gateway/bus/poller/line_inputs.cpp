@@ -58,7 +58,7 @@ void LineInputs::Apply(LineNews news, Now now) {
 }
 
 void LineInputs::Send(Now now) {
-  for (const Examiner::Earlier& changed : line_.TakeChanged()) {
+  for (const EarlierFinding& changed : line_.TakeChanged()) {
     ledger_.devices.OnMore(*changed.member, changed.finding, changed.back);
     // The line's patience with this device does not grow: its neighbours would pay for it.
     if (changed.lateness > Duration::zero()) {

@@ -62,7 +62,7 @@ class LineSide : private LineClient {
   /// The line is idle, and the job says send. `idle_since`: since when it is.
   LineNews Start(Instant idle_since, Instant now);
   /// See Reception.
-  std::vector<Examiner::Earlier> TakeChanged() { return reception_.TakeChanged(); }
+  std::vector<EarlierFinding> TakeChanged() { return reception_.TakeChanged(); }
   /// The request of the job goes to the port.
   void Send(Now now);
   /// The request that waits for a quiet line may have become too late. The line begins again with

@@ -8,13 +8,15 @@
 namespace baudgate {
 
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
-               PointStore& store, RequestPort& port, PollerListener& listener)
+               PointStore& store, RequestPort& port, PollerListener& listener,
+               const MakeObserver& observe)
     : knows_(line, first_device, find, store, listener),
-      taken_in_(knows_, store, listener),
+      observer_(observe ? observe(knows_.roster) : std::make_unique<LineObserver>()),
+      taken_in_(knows_, *observer_, store, listener),
       chooser_(knows_.roster, knows_.agenda, knows_.owed.late),
       phases_(knows_, chooser_, taken_in_.replies),
       run_(phases_),
-      reception_(line.echo, knows_.roster, knows_.owed.whose),
+      reception_(line.echo, *observer_, knows_.owed.whose),
       line_side_(reception_, taken_in_.unasked.standing(), run_, port),
       devices_(knows_.roster, knows_.ledger, knows_.upkeep, taken_in_.unasked, taken_in_.replies),
       clients_(store, knows_.roster, chooser_, knows_.owed.whose, knows_.agenda,

@@ -1,12 +1,13 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
 // idle (gateway/bus/jobs/turn_taker.h), and has those answered who wait
-// (gateway/bus/jobs/waiting_clients.h). The composition root of this room. Sans-I/O like
+// (gateway/bus/jobs/waiting_clients.h). The composition root of the bus. Sans-I/O like
 // gateway/bus/exchange/line.h: bytes and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 
 #include "config/model/line.h"
 #include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/tap.h"
@@ -42,9 +44,10 @@ class Poller {
   using FindProtocol = Roster::FindProtocol;
   /// `first_device`: the index of line.devices[0] in the store. `find` names the descriptor of a
   /// protocol that the configuration has checked to exist. All references outlive the poller;
-  /// `port` and `listener` may be made later than it.
+  /// `port` and `listener` may be made later than it. Without `observe` nothing is diagnosed.
   Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
-         PointStore& store, RequestPort& port, PollerListener& listener);
+         PointStore& store, RequestPort& port, PollerListener& listener,
+         const MakeObserver& observe = {});
 
   /// Before anything else; `tap` outlives the poller. `foreign`: of all protocols.
   void Attach(Tap& tap, std::vector<ForeignRule> foreign = {}) {
@@ -112,6 +115,7 @@ class Poller {
   void TakeTurns();
 
   LineKnowledge knows_;
+  const std::unique_ptr<LineObserver> observer_;
   TakenIn taken_in_;
   Chooser chooser_;
   JobPhases phases_;

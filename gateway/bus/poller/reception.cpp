@@ -8,30 +8,23 @@ namespace baudgate {
 void Reception::OnOpened() {
   judge_.OnOpened();
   echo_.OnOpened();
-  examiner_.OnOpened();
-}
-
-std::vector<Examiner::Earlier> Reception::TakeChanged() {
-  std::vector<Examiner::Earlier> changed;
-  if (auto more = examiner_.More()) changed.push_back({examiner_.member(), std::move(*more)});
-  while (auto earlier = examiner_.TakeEarlier()) changed.push_back(std::move(*earlier));
-  return changed;
+  observer_.OnOpened();
 }
 
 void Reception::OnSend(const Job& job, Instant now) {
-  examiner_.Begin(*job.member, job.step.request, job.member->times, now);
+  observer_.OnRequest(*job.member, job.step.request, now);
   echo_.OnSent(job.step.request.bytes);
 }
 
 EchoWatch::Received Reception::OnBytes(View bytes, const Job* job, Instant now) {
   EchoWatch::Received heard =
       echo_.OnReceived(bytes, job != nullptr ? &job->step.request : nullptr);
-  if (!heard.bytes.empty()) examiner_.Hear(heard.bytes, now);
+  if (!heard.bytes.empty()) observer_.OnBytes(heard.bytes, now);
   return heard;
 }
 
 Outcome Reception::Judge(Job& job, View frame, Instant now) {
-  examiner_.Take(frame);
+  observer_.OnReply(frame);
   return judge_.Judge(job, frame, echo_.MayBeEcho(job.step.request, frame), now);
 }
 
@@ -39,8 +32,8 @@ Reception::Seen Reception::OnEnd(const Job& job, ExchangeEnd& end) {
   Seen seen;
   seen.no_echo = echo_.OnExchangeEnd(job.step.request, end);
   seen.cut = echo_.is_cut();
-  seen.finding = examiner_.End(end.outcome);
-  seen.negotiates = examiner_.TakeNegotiation();
+  seen.finding = observer_.OnEnd(end.outcome);
+  seen.negotiates = observer_.TakeNegotiation();
   judge_.OnEnd(job, end, echo_.echoed(), seen.finding);
   return seen;
 }

@@ -1,6 +1,6 @@
 // Handles the bytes that come back for the request under way: its echo is taken out
 // (gateway/bus/exchange/echo_watch.h), what the rest looks like is kept for the status
-// (gateway/diagnosis/damage/examiner.h), and a whole frame is judged (reply_judge.h). Driven by
+// (gateway/bus/devices/line_observer.h), and a whole frame is judged (reply_judge.h). Driven by
 // gateway/bus/poller/line_side.cpp:
 //
 //   on the line                          call
@@ -19,26 +19,25 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/exchange/echo_watch.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/job.h"
 #include "gateway/bus/poller/reply_judge.h"
 #include "gateway/bus/replies/whose_reply.h"
-#include "gateway/diagnosis/damage/examiner.h"
 
 namespace baudgate {
 
 class Reception {
  public:
   /// Both references outlive it.
-  Reception(config::Echo echo, const Roster& roster, WhoseReply& whose)
-      : echo_(echo), examiner_(roster), judge_(whose) {}
+  Reception(config::Echo echo, LineObserver& observer, WhoseReply& whose)
+      : echo_(echo), observer_(observer), judge_(whose) {}
 
   void OnOpened();
   void OnClosed() { echo_.OnClosed(); }
   /// Earlier exchanges that look different now, because more has come since they were looked at.
-  std::vector<Examiner::Earlier> TakeChanged();
+  std::vector<EarlierFinding> TakeChanged() { return observer_.TakeChanged(); }
   /// Before the request of this job goes to the port.
   void OnSend(const Job& job, Instant now);
   /// `job`: that of the line, which may wait for its turn; null: none.
@@ -51,14 +50,14 @@ class Reception {
     Finding finding{};
     bool no_echo = false;     ///< `echo: verify`: it was missing
     bool cut = false;         ///< see EchoWatch::is_cut
-    bool negotiates = false;  ///< see Examiner::TakeNegotiation
+    bool negotiates = false;  ///< see LineObserver::TakeNegotiation
   };
   /// The reason of `end` is set if the echo explains it.
   Seen OnEnd(const Job& job, ExchangeEnd& end);
 
  private:
   EchoWatch echo_;
-  Examiner examiner_;
+  LineObserver& observer_;
   ReplyJudge judge_;
 };
 

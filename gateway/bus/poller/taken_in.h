@@ -14,10 +14,10 @@ namespace baudgate {
 
 struct TakenIn {
   /// All outlive it.
-  TakenIn(LineKnowledge& knows, PointStore& store, PollerListener& listener)
+  TakenIn(LineKnowledge& knows, LineObserver& observer, PointStore& store, PollerListener& listener)
       : intake(store, listener),
         replies(knows.owed, knows.agenda, knows.ledger, knows.upkeep, intake),
-        unasked(knows.roster, knows.ledger, knows.upkeep, intake) {}
+        unasked(knows.roster, observer, knows.ledger, knows.upkeep, intake) {}
 
   Intake intake;
   EffectApplier replies;

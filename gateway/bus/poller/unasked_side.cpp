@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "gateway/diagnosis/damage/other_service.h"
-
 namespace baudgate {
 
 void UnaskedSide::OnOpened() {
@@ -27,7 +25,7 @@ void UnaskedSide::OnSettled(Instant now) {
 void UnaskedSide::OnBytes(View bytes, Instant now) {
   // Where a device is asked as well, its answer shows what the connection began with.
   const bool begins = std::exchange(first_, false) && speaker_.in_use();
-  if (begins && is_network_ && IsTelnet(bytes)) {
+  if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
     ledger_.line.OnNegotiation();
     upkeep_.ShowLine(now);
   }

@@ -7,6 +7,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/exchange/unasked_receiver.h"
 #include "gateway/bus/jobs/intake.h"
 #include "gateway/bus/jobs/speaker.h"
@@ -17,8 +18,10 @@ namespace baudgate {
 class UnaskedSide {
  public:
   /// All outlive it.
-  UnaskedSide(const Roster& roster, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : speaker_(roster),
+  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
+              Intake& intake)
+      : speaker_(roster, observer),
+        observer_(observer),
         is_network_(roster.is_network()),
         ledger_(ledger),
         upkeep_(upkeep),
@@ -47,6 +50,7 @@ class UnaskedSide {
   void Take(Speaker::Said said, Instant now);
 
   Speaker speaker_;
+  const LineObserver& observer_;
   const bool is_network_;
   bool first_ = true;  // nothing has come since the port was opened
   Ledger& ledger_;

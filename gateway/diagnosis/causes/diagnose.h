@@ -9,7 +9,6 @@
 
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/outputs/modbus/service/traffic.h"
 
 namespace baudgate::control {
 
@@ -27,21 +26,5 @@ std::vector<std::string> DiagnoseDevice(const LineStatus& line, const DeviceReco
 
 /// "12:04:05 UTC".
 std::string ClockText(WallTime time);
-
-// ---------------- gateway/outputs/status/diagnose_modbus.cpp: a serial master or a transparent
-// route
-
-/// A master that says nothing for so long has stopped polling: panels and PLCs ask all the time.
-inline constexpr Duration kSilentMaster = 1min;
-/// More damage than that is not an occasional disturbance.
-inline constexpr double kNotableDamage = 0.01;
-
-/// Empty when it is heard well.
-std::vector<std::string> DiagnoseMaster(const modbus::MasterStatus& master, WallTime now);
-
-std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now);
-
-/// Empty when every request has had a good reply.
-std::vector<std::string> DiagnoseRoute(const modbus::RouteStatus& route, WallTime now);
 
 }  // namespace baudgate::control

@@ -89,9 +89,9 @@ void EarlierReplies::OnBroken(const HeardExchange& exchange) {
       BrokenReply(*exchange.member(), exchange.request(), exchange.heard(), exchange.last_came());
 }
 
-std::optional<EarlierReplies::Earlier> EarlierReplies::Take() {
+std::optional<EarlierFinding> EarlierReplies::Take() {
   if (found_.empty()) return std::nullopt;
-  Earlier earlier = std::move(found_.back());
+  EarlierFinding earlier = std::move(found_.back());
   found_.pop_back();
   return earlier;
 }

@@ -19,6 +19,7 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/by_member.h"
+#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/diagnosis/damage/broken_reply.h"
 #include "gateway/diagnosis/damage/heard_exchange.h"
@@ -53,16 +54,9 @@ class EarlierReplies {
   /// A request of this gateway has come back so late that it looks like another master's.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
-  /// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
-  struct Earlier {
-    const Member* member = nullptr;
-    Finding finding{};
-    std::size_t back = 0;
-    Duration lateness{};  ///< since it was due; zero: it was not late
-  };
   /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
   /// in the exchange that was looked at last. Empty: there are no more.
-  std::optional<Earlier> Take();
+  std::optional<EarlierFinding> Take();
 
  private:
   struct Open {
@@ -109,7 +103,7 @@ class EarlierReplies {
   NumberedRequests numbered_;
   BrokenReply broken_;
   Bytes beside_;  // what stands behind the reply of the last exchange, where its number told of it
-  std::vector<Earlier> found_;
+  std::vector<EarlierFinding> found_;
 };
 
 }  // namespace baudgate

@@ -1,8 +1,8 @@
 // Keeps what comes from a line between one request and the next, and says what it looked like
 // (gateway/diagnosis/damage/examine.h). For the status, and for one rule: a device whose late reply
 // it finds is blamed for its silence for ten minutes (gateway/bus/devices/heard_points.h). Which
-// replies count is decided in gateway/bus/replies/whose_reply.h. Driven by
-// gateway/bus/poller/reception.h. Bounded memory. Its parts have a question each:
+// replies count is decided in gateway/bus/replies/whose_reply.h. A part of
+// gateway/diagnosis/observer.h. Bounded memory. Its parts have a question each:
 //
 //   heard_exchange.h     what came in this exchange?
 //   server_greeting.h    what did the connection say before the first request?
@@ -58,8 +58,7 @@ class Examiner {
   const Member* member() const { return exchange_.member(); }
 
   /// See EarlierReplies.
-  using Earlier = EarlierReplies::Earlier;
-  std::optional<Earlier> TakeEarlier() { return earlier_.Take(); }
+  std::optional<EarlierFinding> TakeEarlier() { return earlier_.Take(); }
 
  private:
   void OnAnswered();

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/status/diagnose_modbus.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/diagnose.h"
 
 namespace baudgate::control {
 namespace {

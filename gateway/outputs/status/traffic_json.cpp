@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/diagnosis/causes/diagnose.h"
+#include "gateway/outputs/status/diagnose_modbus.h"
 #include "gateway/outputs/status/json_time.h"
 
 namespace baudgate::control {

@@ -73,7 +73,7 @@ class SpeakerTest : public ::testing::Test {
     return speaker().OnMessage({ToBytes(text), since}, kNow);
   }
   Speaker& speaker() {
-    if (!speaker_) speaker_.emplace(roster());
+    if (!speaker_) speaker_.emplace(roster(), observer_.emplace(roster()));
     return *speaker_;
   }
   Roster& roster() {
@@ -83,6 +83,7 @@ class SpeakerTest : public ::testing::Test {
 
   config::Line line_ = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   std::optional<Roster> roster_;
+  std::optional<Observer> observer_;
   std::optional<Speaker> speaker_;
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gateway/bus/replies/owed_replies.h"
+#include "gateway/diagnosis/observer.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
@@ -36,7 +37,8 @@ class ReceptionTest : public ::testing::Test, protected ToyMembers {
 
 TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
   for (const bool echoes : {false, true}) {
-    Reception reception(config::Echo::off, roster, owed_.whose);
+    Observer observer(roster);
+    Reception reception(config::Echo::off, observer, owed_.whose);
     Job read = Ask("?A1\r");
     reception.OnSend(read, kStart);
     if (echoes) reception.OnBytes(read.step.request.bytes, &read, kStart);
@@ -52,7 +54,8 @@ TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho
 
 /// Another device may answer the probe of one that is away; only its name tells.
 TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
-  Reception reception(config::Echo::off, roster, owed_.whose);
+  Observer observer(roster);
+  Reception reception(config::Echo::off, observer, owed_.whose);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {
     Job probe(a, Job::Probe{}, Task{.kind = Task::Kind::probe}, kStart);
     probe.step.request = AskFor(bytes);
@@ -70,7 +73,8 @@ TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne)
 }
 
 TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
-  Reception reception(config::Echo::verify, roster, owed_.whose);
+  Observer observer(roster);
+  Reception reception(config::Echo::verify, observer, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
   EXPECT_TRUE(reception.OnBytes(job.step.request.bytes, &job, kStart).bytes.empty());
@@ -85,13 +89,14 @@ TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
 }
 
 TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
-  Reception reception(config::Echo::off, roster, owed_.whose);
+  Observer observer(roster);
+  Reception reception(config::Echo::off, observer, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
   EXPECT_EQ(End(reception, job, Outcome::no_reply).finding.symptom, Symptom::silence);
   EXPECT_TRUE(reception.TakeChanged().empty());
   reception.OnBytes(ToyReply("A1=5"), nullptr, kStart + 500ms);
-  const std::vector<Examiner::Earlier> changed = reception.TakeChanged();
+  const std::vector<EarlierFinding> changed = reception.TakeChanged();
   ASSERT_EQ(changed.size(), 1U);
   EXPECT_EQ(changed[0].member, &a);
   EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
@@ -100,7 +105,8 @@ TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
 
 TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
   for (const bool repeated : {true, false}) {
-    Reception reception(config::Echo::off, roster, owed_.whose);
+    Observer observer(roster);
+    Reception reception(config::Echo::off, observer, owed_.whose);
     Job job = Ask("?A1\r");
     const auto answer = [&](Job& to, std::string_view body, Instant now) {
       const Bytes frame = ToyReply(body);
@@ -120,7 +126,7 @@ TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
     reception.OnBytes(ToyReply("A1=6"), &next, kStart + 2050ms);
     EXPECT_EQ(answer(next, "A2=5", kStart + 2100ms),
               repeated ? Symptom::clean : Symptom::others_beside);
-    const std::vector<Examiner::Earlier> changed = reception.TakeChanged();
+    const std::vector<EarlierFinding> changed = reception.TakeChanged();
     ASSERT_EQ(changed.size(), repeated ? 1U : 0U);
     if (!repeated) continue;
     EXPECT_EQ(changed[0].finding.symptom, Symptom::late);

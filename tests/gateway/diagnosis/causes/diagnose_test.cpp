@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tests/gateway/outputs/status/diagnose_fixture.h"
+#include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
 namespace baudgate::control {
 namespace {

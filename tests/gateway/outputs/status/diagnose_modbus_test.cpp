@@ -1,8 +1,8 @@
 // What is said of serial masters and routes, and when nothing is.
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
+#include "gateway/outputs/status/diagnose_modbus.h"
 
-#include "gateway/diagnosis/causes/diagnose.h"
+#include <gmock/gmock.h>
 
 namespace baudgate::control {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "protocols/modbus/protocol.h"
-#include "tests/gateway/outputs/status/diagnose_fixture.h"
+#include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
 namespace baudgate::control {
 

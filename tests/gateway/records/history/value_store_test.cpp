@@ -200,7 +200,7 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
   }
 }
 
-/// gateway/records/disk refuses files of newer versions and has to know those of this room.
+/// gateway/records/disk refuses files of newer versions and has to know those of this module.
 TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
   ASSERT_TRUE(store.Open(At(kBegin)));

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <regex>
 
-namespace baudgate::house {
+namespace baudgate::layers {
 namespace {
 
 using testing::ElementsAre;
@@ -63,4 +63,4 @@ TEST(ProtocolNames, AreFoundWhereTheyStand) {
 }
 
 }  // namespace
-}  // namespace baudgate::house
+}  // namespace baudgate::layers

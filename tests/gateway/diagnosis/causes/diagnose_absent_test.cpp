@@ -3,7 +3,7 @@
 #include <string>
 
 #include "gateway/diagnosis/causes/evidence.h"
-#include "tests/gateway/outputs/status/diagnose_fixture.h"
+#include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
 namespace baudgate::control {
 namespace {

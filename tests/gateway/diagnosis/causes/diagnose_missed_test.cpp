@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "tests/gateway/outputs/status/diagnose_fixture.h"
+#include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
 namespace baudgate::control {
 namespace {

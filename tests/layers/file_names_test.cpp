@@ -1,5 +1,5 @@
-// A source that a comment names is there: in the room of the comment, or under the path that stands
-// before its name.
+// A source that a comment names is there: in the folder of the comment, or under the path that
+// stands before its name.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <functional>
 #include <regex>
 
-#include "tests/house/rooms.h"
+#include "tests/layers/modules.h"
 
-namespace baudgate::house {
+namespace baudgate::layers {
 namespace {
 
 namespace fs = std::filesystem;
@@ -20,7 +20,7 @@ using testing::IsEmpty;
 
 using Exists = std::function<bool(const std::string& path)>;
 
-/// "gateway/bus/jobs/job.h:3: there is no gateway/poll/jobs.cpp".
+/// "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
 std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
                                       const Exists& exists) {
   static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
@@ -34,7 +34,7 @@ std::vector<std::string> MissingFiles(const std::string& path, std::istream& sou
     for (std::sregex_iterator at(text.begin(), text.end(), kName), end; at != end; ++at) {
       const std::string name = at->str();
       const bool has_path = name.find('/') != std::string::npos;
-      const std::string file = has_path ? name : RoomOf(path) + "/" + name;
+      const std::string file = has_path ? name : FolderOf(path) + "/" + name;
       if (!exists(file)) {
         missing.push_back(path + ":" + std::to_string(number) + ": there is no " + file);
       }
@@ -59,14 +59,14 @@ TEST(FileNames, WhatACommentNamesIsThere) {
 TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
   std::istringstream source(
       "// from session.cpp, by way of gateway/bus/exchange/line.h\n"
-      "#include \"gateway/line/gone.h\"\n"
-      "int x;  // see rooms.h\n");
+      "#include \"gateway/bus/gone.h\"\n"
+      "int x;  // see modules.h\n");
   EXPECT_THAT(
       MissingFiles("gateway/bus/jobs/job.cpp", source,
                    [](const std::string& path) { return path == "gateway/bus/exchange/line.h"; }),
-      ElementsAre("gateway/bus/jobs/job.cpp:1: there is no gateway/poll/session.cpp",
-                  "gateway/bus/jobs/job.cpp:3: there is no gateway/poll/rooms.h"));
+      ElementsAre("gateway/bus/jobs/job.cpp:1: there is no gateway/bus/jobs/session.cpp",
+                  "gateway/bus/jobs/job.cpp:3: there is no gateway/bus/jobs/modules.h"));
 }
 
 }  // namespace
-}  // namespace baudgate::house
+}  // namespace baudgate::layers
