@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSilencesOfNo = 2;
 
-constexpr std::array<std::string_view, 16> kQuestions = {
+constexpr std::array<std::string_view, 16> kTypeQuestions = {
     "$8C0", "$8C1", "$8C2", "$8C3", "$8C4", "$8C5", "$8C6", "$8C7",
     "$8C8", "$8C9", "$8CA", "$8CB", "$8CC", "$8CD", "$8CE", "$8CF"};
 
@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, 16> kQuestions = {
 std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   if (reply.outcome != Outcome::ok || reply.fields.empty()) return std::nullopt;
   const std::string text = ToText(reply.fields.front().value);
-  const std::string begin = std::string(kQuestions[input].substr(2)) + "R";
+  const std::string begin = std::string(kTypeQuestions[input].substr(2)) + "R";
   if (!text.starts_with(begin) || text.size() != begin.size() + 2) return std::nullopt;
   return ParseInteger<std::uint8_t>(std::string_view(text).substr(begin.size()), 16);
 }
@@ -31,19 +31,19 @@ std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
 std::optional<unsigned> InputOf(const ReadAddress& read) {
   if (!read.command.starts_with('#')) return std::nullopt;
   if (read.form == Form::numbers) {
-    return read.index < kQuestions.size() ? std::optional(read.index) : std::nullopt;
+    return read.index < kTypeQuestions.size() ? std::optional(read.index) : std::nullopt;
   }
   if (read.form != Form::number) return std::nullopt;
   const auto input = ParseInteger<unsigned>(std::string_view(read.command).substr(1), 16);
-  return input && *input < kQuestions.size() ? input : std::nullopt;
+  return input && *input < kTypeQuestions.size() ? input : std::nullopt;
 }
 
-std::string_view QuestionOfInput(unsigned input) { return kQuestions[input]; }
+std::string_view QuestionOfInput(unsigned input) { return kTypeQuestions[input]; }
 
 std::optional<unsigned> InputOfQuestion(std::string_view command) {
-  const auto found = std::ranges::find(kQuestions, command);
-  if (found == kQuestions.end()) return std::nullopt;
-  return static_cast<unsigned>(found - kQuestions.begin());
+  const auto found = std::ranges::find(kTypeQuestions, command);
+  if (found == kTypeQuestions.end()) return std::nullopt;
+  return static_cast<unsigned>(found - kTypeQuestions.begin());
 }
 
 bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,

@@ -44,7 +44,7 @@ DeviceTrouble Complaint(std::string what) {
 }
 
 /// `on`: in the module.
-DeviceTrouble OtherChecksum(bool on) {
+DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
               ", and the configuration says checksum: " + (on ? "false" : "true") +
@@ -133,7 +133,7 @@ void Identification::OnAnswer(const Question& question, const DecodedReply& repl
   answered_ = true;
   if (question.other_mode) {
     const bool on = !settings_.checksum;
-    mode_ = OtherChecksum(on);
+    mode_ = ModuleChecksum(on);
     Sum();
     done_ = true;
     return;
@@ -204,7 +204,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   // With INIT* grounded a module answers at 00 without checksum, whatever is set.
   const bool init = ParseAddress(device_.address).value() == 0;
   if (!init && ((*format & 0x40U) != 0) != settings_.checksum) {
-    return OtherChecksum(!settings_.checksum);
+    return ModuleChecksum(!settings_.checksum);
   }
   for (const config::Point& point : device_.points) {
     const auto read = ParseRead(point.read);

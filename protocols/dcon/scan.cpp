@@ -23,12 +23,12 @@ constexpr config::SerialSettings kSerials[] = {{.baud = 9600},
 constexpr ScanMode kModes[] = {{}, {"checksum", "true"}};
 constexpr std::size_t kWithChecksum = 1;
 
-constexpr const char* kQuestions[] = {kAskName, kAskType};
+constexpr const char* kScanQuestions[] = {kAskName, kAskType};
 /// Address, type, bit rate and format in hex.
 constexpr std::size_t kConfiguration = 8;
 
 Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
-  return BuildRequest(kQuestions[question], static_cast<std::uint8_t>(address),
+  return BuildRequest(kScanQuestions[question], static_cast<std::uint8_t>(address),
                       mode == kWithChecksum);
 }
 

@@ -10,7 +10,7 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr std::uint64_t kModulusOfDecimal = 65536;
-constexpr int kSilencesOfNo = 2;
+constexpr int kUnansweredTotals = 2;
 constexpr Duration kSlack = 2s;  // of the moment at which a count was taken
 
 /// A roll-over is near the end and then near the begin; what else goes back was cleared.
@@ -56,7 +56,7 @@ void Totals::OnRestart(std::optional<bool> restarted) {
 }
 
 void Totals::OnNothing() {
-  if (++silences_ == kSilencesOfNo) OnRestart(std::nullopt);
+  if (++silences_ == kUnansweredTotals) OnRestart(std::nullopt);
 }
 
 void Totals::OnReconnect() {

@@ -32,7 +32,7 @@ constexpr ScanMode kModes[] = {{}};
 
 enum Question : std::size_t { kServer, kObjects, kLoopback, kHolding, kInput, kCount };
 /// No device counts these bytes among its own.
-constexpr std::uint16_t kLoopbackData = 0xA537;
+constexpr std::uint16_t kScanLoopback = 0xA537;
 
 Bytes PduOf(std::size_t question) {
   switch (question) {
@@ -41,7 +41,7 @@ Bytes PduOf(std::size_t question) {
     case kObjects:
       return {kEncapsulated, kIdentification, kBasic, 0};
     case kLoopback:
-      return LoopbackRequest(kLoopbackData);
+      return LoopbackRequest(kScanLoopback);
     case kHolding:
       return ReadRequest(kReadHolding, 0, 1);
     default:

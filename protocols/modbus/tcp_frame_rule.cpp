@@ -26,7 +26,7 @@ namespace baudgate::protocols::modbus {
 namespace {
 
 constexpr std::size_t kHeader = kTcpOverhead - kTcpCounted;
-constexpr std::size_t kException = kTcpOverhead + 2;
+constexpr std::size_t kTcpException = kTcpOverhead + 2;
 
 /// A message of `size` bytes, as the header says or as is known better.
 Cut CutMessage(View held, std::size_t size, bool idle) {
@@ -46,7 +46,7 @@ Cut NoHeader(View held, const Expectation& expect, bool idle) {
 std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, bool idle) {
   if (held.size() <= kTcpOverhead) return told;
   const std::uint8_t function = held[kTcpOverhead];
-  if (function >= kExceptionBit) return std::min(told, kException);
+  if (function >= kExceptionBit) return std::min(told, kTcpException);
   const int tag = TagOf(ByteReader(held).U16Be(0).value_or(0), function);
   const auto shape = std::ranges::find(expect.shapes, tag, &Shape::tag);
   if (shape == expect.shapes.end() || shape->min_length != shape->max_length) return told;

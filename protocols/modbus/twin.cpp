@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::size_t kMostReadWritten = 121;
 
-std::size_t U16At(View pdu, std::size_t at) { return ByteReader(pdu).U16Be(at).value_or(0); }
-
 Registers Words(View bytes) {
   Registers words(bytes.size() / 2);
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kSum = 6;
 constexpr std::uint16_t kIncomplete = 0x8000;
-constexpr std::array<const char*, 4> kNames = {"active_import", "active_export", "reactive_import",
-                                               "reactive_export"};
+constexpr std::array<const char*, 4> kProfileNames = {"active_import", "active_export",
+                                                      "reactive_import", "reactive_export"};
 
 std::uint8_t SumOf(View header) {
   const View summed = header.first(kSum);
@@ -96,8 +96,8 @@ PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slic
   record.begin = UtcOf(header, zone).time_since_epoch() + static_cast<std::int64_t>(slice) * span;
   record.span = span;
   const auto factor = FactorOf(Measure::energy, scale);
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    PastValue value{kNames[i], {}, Quality::bad_configuration, i < 2 ? "kW" : "kvar"};
+  for (std::size_t i = 0; i < kProfileNames.size(); ++i) {
+    PastValue value{kProfileNames[i], {}, Quality::bad_configuration, i < 2 ? "kW" : "kvar"};
     if (factor) {
       value.value = counts.counts[i].pulses * factor->multiply * 60 /
                     (factor->divide * static_cast<double>(header.minutes));

@@ -25,7 +25,6 @@ namespace {
 constexpr Address kIdentification{0, 'F', std::nullopt};
 /// All that is asked of a relay which is not what its profile says: what it is now.
 const Query kWhatIsIt{config::Group::slow, {}};
-constexpr int kOtherError = 9;
 /// What is remembered over restarts, and nothing else.
 constexpr std::string_view kMayBeOpen = "password may be open";
 

@@ -15,6 +15,7 @@ namespace baudgate::protocols::spabus {
 inline constexpr int kTooComplicated = 3;
 inline constexpr int kSyntax = 5;
 inline constexpr int kNotNow = 7;
+inline constexpr int kOtherError = 9;
 
 struct NackRule {
   Outcome outcome = Outcome::refused;

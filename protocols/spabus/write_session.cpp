@@ -13,7 +13,6 @@ constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
 /// A closing that gets lost is sent once more: an open password is worth a second try.
 constexpr int kMostClosings = 2;
-constexpr int kOtherError = 9;
 
 bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
   return std::ranges::equal(a, b, [](const PointValue& one, const PointValue& other) {

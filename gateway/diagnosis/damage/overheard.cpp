@@ -13,7 +13,7 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kMostHeard = 256;
+constexpr std::size_t kMostUnasked = 256;
 /// Messages that are further apart are two.
 constexpr Duration kLongestPause = 2s;
 
@@ -42,7 +42,7 @@ std::optional<Finding> Overheard::Hear(View bytes, Instant now) {
     before_ = std::exchange(pause_, now - last_);
   }
   last_ = now;
-  Append(heard_, bytes.first(std::min(bytes.size(), kMostHeard - heard_.size())));
+  Append(heard_, bytes.first(std::min(bytes.size(), kMostUnasked - heard_.size())));
   return before;
 }
 

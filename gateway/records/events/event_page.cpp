@@ -11,7 +11,7 @@
 namespace baudgate::events {
 namespace {
 
-constexpr std::string_view kColumns =
+constexpr std::string_view kEventColumns =
     "SELECT seq, receive_time, device_time, clock_quality, line, device, channel, code, state, "
     "text FROM events ";
 
@@ -81,7 +81,7 @@ bool AddRecords(Database& database, Page& page) {
 }  // namespace
 
 Result<Page> ReadPage(Database& database, const PageQuery& query) {
-  std::string sql(kColumns);
+  std::string sql(kEventColumns);
   sql += "WHERE seq>?1";
   if (query.since) sql += " AND receive_time>=?2";
   if (!query.line.empty()) sql += " AND line=?3";

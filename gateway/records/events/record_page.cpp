@@ -8,7 +8,7 @@
 namespace baudgate::events {
 namespace {
 
-constexpr std::string_view kColumns =
+constexpr std::string_view kRecordColumns =
     "SELECT kind, seq, line, device, name, event, device_time, clock_quality, read_time, state, "
     "text FROM records ";
 constexpr std::string_view kValues =
@@ -85,7 +85,7 @@ std::string_view Name(RecordState state) {
 }
 
 Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query) {
-  std::string sql(kColumns);
+  std::string sql(kRecordColumns);
   sql += "WHERE kind=?1 AND seq>?2";
   if (!query.line.empty()) sql += " AND line=?3";
   if (!query.device.empty()) sql += " AND device=?4";
@@ -121,7 +121,7 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t f
                                               std::int64_t last) {
   std::vector<KeptRecord> records;
   Statement rows(database,
-                 std::string(kColumns) +
+                 std::string(kRecordColumns) +
                      "WHERE kind='event' AND event>0 AND event>=? AND event<=? ORDER BY event");
   rows.Bind(1, first);
   rows.Bind(2, last);
