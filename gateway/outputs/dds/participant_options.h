@@ -22,7 +22,6 @@ struct ParticipantOptions {
   /// the lease of Cyclone DDS (10 s). Otherwise Cyclone forgets us in a break of the link while we
   /// still know it, and the library does not introduce itself again.
   Duration lease = config::kUsualLease;
-  bool types = false;  ///< learn the types that others announce
 
   bool multicast = true;
   /// IPv4 addresses that are asked beside the multicast group.

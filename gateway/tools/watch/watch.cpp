@@ -18,7 +18,6 @@
 #include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/point_image.h"
 #include "gateway/tools/watch/publishers.h"
-#include "gateway/tools/watch/watch_any.h"
 #include "gateway/tools/watch/watch_events.h"
 #include "gateway/tools/watch/watch_lines.h"
 
@@ -272,7 +271,7 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) 
     return kExitUsage;
   }
   if (options.events || options.alarms) return RunWatchEvents(options, out, err);
-  return options.any ? RunWatchAny(options, out, err) : Watch(options, out, err).Run();
+  return Watch(options, out, err).Run();
 }
 
 }  // namespace baudgate

@@ -26,7 +26,6 @@ struct WatchOptions {
   std::vector<config::HostPort> discovery_servers{};  ///< the same
   bool multicast = true;                              ///< the same
   bool once = false;                ///< print the image when it is whole, then end
-  bool any = false;                 ///< every topic whose type is announced, whoever publishes it
   bool events = false;              ///< events in place of points
   bool alarms = false;              ///< alarms in place of points
   bool json = false;                ///< one JSON object a line for each reading

@@ -47,10 +47,6 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
       "--no-multicast", [&options] { options.multicast = false; },
       "Ask peers and discovery servers only");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
-  auto* any =
-      command
-          ->add_flag("--any", options.any, "Every topic whose type is announced, one line a sample")
-          ->excludes(once);
   command->add_flag("--json", options.json, "One JSON object a line for each reading");
   AddSeconds(*command, options.seconds);
   command->add_option("--gateway", options.gateway, "Only this gateway");
@@ -61,13 +57,11 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
                      ->add_flag("--events", options.events,
                                 "What happens in devices: the newest events, then each as it comes")
                      ->excludes(once)
-                     ->excludes(any)
                      ->excludes(point);
   command
       ->add_flag("--alarms", options.alarms,
                  "Alarms: those that are not over or not acknowledged, then each change")
       ->excludes(once)
-      ->excludes(any)
       ->excludes(events);
   return command;
 }

@@ -71,7 +71,6 @@ struct DatagramCheck::Walk {
 
 DatagramCheck::DatagramCheck(const CheckOptions& options)
     : security_(options.security),
-      types_(options.types),
       servers_(options.servers),
       participants_(options.participants),
       window_(options.window),
@@ -258,7 +257,7 @@ bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdi
     return true;
   };
   return hide(std::span(announced.groups).first(announced.group_count)) &&
-         (types_ || hide(std::span(announced.types).first(announced.type_count)));
+         hide(std::span(announced.types).first(announced.type_count));
 }
 
 Refusal DatagramCheck::AdmitEndpoint(const Parameters& announced, bool gone, Instant now) {

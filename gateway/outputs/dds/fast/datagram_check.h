@@ -42,7 +42,7 @@ struct Verdict {
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
   /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
-  /// types, which the library takes apart and keeps although only `watch --any` needs them, and
+  /// types, which the library takes apart and keeps although nobody needs them, and
   /// multicast groups for samples: where two subscribers name the same one, as Cyclone DDS does,
   /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to
   /// each subscriber separately.
@@ -54,7 +54,6 @@ struct Verdict {
 
 struct CheckOptions {
   Secured security = Secured::off;
-  bool types = false;  ///< let descriptions of types through
   /// Discovery servers. What one of them passes on counts for the address that it announces, not
   /// for the server's.
   std::vector<UdpAddress> servers{};
@@ -94,7 +93,6 @@ class DatagramCheck {
   bool MayBeClear(const Submessage& submessage, const Walk& walk) const;
 
   const Secured security_;
-  bool types_;
   const std::vector<UdpAddress> servers_;
   ParticipantTable participants_;
   SequenceWindow window_;

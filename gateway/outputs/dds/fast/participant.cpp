@@ -103,7 +103,6 @@ std::shared_ptr<DatagramGate> GateFor(const ParticipantOptions& options, Secured
   CheckOptions check;
   check.security = security;
   check.participants.participants = options.participants;
-  check.types = options.types;
   for (const auto& server : options.discovery_servers) {
     if (const auto at = ParseUdpAddress(server.host, server.port)) check.servers.push_back(*at);
   }

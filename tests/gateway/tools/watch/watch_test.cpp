@@ -14,7 +14,6 @@
 
 #include "gateway/base/text.h"
 #include "gateway/outputs/dds/publisher.h"
-#include "gateway/tools/watch/watch_any.h"
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/raw_writer.h"
 
@@ -140,44 +139,6 @@ TEST_F(WatchTest, FiltersByDeviceAndPoint) {
   const auto lines = Split(Trim(watched.out), '\n');
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_EQ(nlohmann::json::parse(lines[0])["point"], "p2");
-}
-
-TEST_F(WatchTest, AnyDecodesWhatItsTypeTells) {
-  WatchOptions options = Options();
-  options.any = true;
-  options.json = true;
-  options.device = "feeder-0";
-  options.point = "p0";
-  const Watched watched = RunUntilSeen(options, "2.5");
-  EXPECT_EQ(watched.exit_code, 0) << watched.err;
-  const auto line = nlohmann::json::parse(Split(Trim(watched.out), '\n')[0]);
-  EXPECT_EQ(line["topic"], "baudgate/points");
-  EXPECT_EQ(line["type"], "baudgate::v1::PointSample");
-  EXPECT_EQ(line["value"], 2.5);
-  EXPECT_EQ(line["seq"], 1);
-  EXPECT_THAT(watched.err, HasSubstr("topic baudgate/points"));
-}
-
-TEST(WatchAny, LinesAreHarmlessAndWholeJson) {
-  const dds::AnySample sample = {"a",
-                                 "t",
-                                 {{"x", "nan", dds::AnyField::Form::none},
-                                  {"y", "\x1b\"", dds::AnyField::Form::text},
-                                  {"z", "7", dds::AnyField::Form::number}}};
-  EXPECT_EQ(PlainLine(sample), "a  x=nan y=?\" z=7");
-  const auto line = nlohmann::json::parse(JsonLine(sample));
-  EXPECT_TRUE(line["x"].is_null());
-  EXPECT_EQ(line["y"], "\x1b\"");
-  EXPECT_EQ(line["z"], 7);
-}
-
-TEST(WatchAny, SaysThatNothingIsAnnounced) {
-  WatchOptions options = Options();
-  options.any = true;
-  options.seconds = 200ms;
-  const Watched watched = RunIt(options);
-  EXPECT_EQ(watched.exit_code, 4);
-  EXPECT_THAT(watched.err, HasSubstr("no topic whose type is announced"));
 }
 
 TEST_F(WatchTest, SaysThatTheFilterFitsNothing) {
