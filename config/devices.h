@@ -1,12 +1,24 @@
 // One device of a line: its own keys, over those of its profile, over what its line and protocol
-// say. YAML nodes come from config/lines.
+// say. YAML nodes come from config/lines. ApplyRatios applies `ratios` to the points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "config/checks/device_checks.h"
 #include "config/lines.h"
+#include "config/model/device.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
+
+// A device's `ratios`: what its units are at this site, applied to every point that has them.
+//
+//   ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
+//
+// YAML comes from the device; scale, offset and unit of its points change.
+
+/// `device.points` are complete. A unit that no point has is a problem, and so is a ratio that is
+/// not above 0 or that a point cannot take.
+void ApplyRatios(MapReader& map, Device& device);
 
 /// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
 /// meant, so that the rest is checked as well; null: none is near. `port`: of the line.

@@ -2,13 +2,322 @@
 #include "config/events.h"
 
 #include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "config/history.h"
 #include "config/outputs.h"
-#include "config/point_events.h"
-#include "config/records.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/decimal.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
+
+namespace {
+
+constexpr std::array<Word<AlarmPriority>, 4> kAlarmWords = {{{"high", AlarmPriority::high},
+                                                             {"medium", AlarmPriority::medium},
+                                                             {"low", AlarmPriority::low},
+                                                             {"off", AlarmPriority::none}}};
+
+/// One entry of event_alarms.
+struct EventAlarm {
+  std::optional<std::uint32_t> channel{};  ///< empty: of every channel
+  std::uint32_t code = 0;
+  AlarmPriority priority = AlarmPriority::none;
+};
+
+/// "2E17", "E3".
+std::optional<EventAlarm> ParseEventAlarm(std::string_view text) {
+  const std::size_t mark = text.find('E');
+  if (mark == std::string_view::npos) return std::nullopt;
+  EventAlarm event;
+  if (mark > 0) {
+    event.channel = ParseInteger<std::uint32_t>(text.substr(0, mark));
+    if (!event.channel) return std::nullopt;
+  }
+  const auto code = ParseInteger<std::uint32_t>(text.substr(mark + 1));
+  if (!code) return std::nullopt;
+  event.code = *code;
+  return event;
+}
+
+/// Those that can be an alarm: "E1", "2E17".
+std::vector<std::string> AlarmEventsIn(const std::vector<EventText>& table) {
+  std::vector<std::string> names;
+  for (const EventText& one : table) {
+    if (one.state == EventState::off) continue;
+    names.push_back((one.channel ? std::to_string(*one.channel) : "") + "E" +
+                    std::to_string(one.code));
+  }
+  return names;
+}
+
+Status CheckEventAlarm(const Device& device, const std::string& key, const EventAlarm& event) {
+  const auto same_code = [&](const EventText& one) {
+    const bool of_channel = !event.channel || !one.channel || *one.channel == *event.channel;
+    return one.code == event.code && of_channel;
+  };
+  const auto& table = device.event_texts;
+  const auto found = std::ranges::find_if(table, same_code);
+  const std::vector<std::string> names = AlarmEventsIn(table);
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  if (found == table.end()) {
+    return Error{Quoted(device.profile) + " has no event " + Quoted(key) + ";" +
+                 DidYouMean(key, views) + " there are: " + Join(views)};
+  }
+  if (found->state != EventState::off || event.priority == AlarmPriority::none) return {};
+  return Error{Quoted(key) + " is the end of something and raises no alarm; name the event that " +
+               "begins it: " + Join(views)};
+}
+
+void SetAlarm(EventText& row, AlarmPriority priority) {
+  row.alarm = priority;
+  if (priority == AlarmPriority::none) row.until.reset();
+}
+
+void ApplyAlarm(const EventAlarm& event, std::vector<EventText>& table) {
+  if (!event.channel) {
+    for (EventText& row : table) {
+      if (row.code == event.code) SetAlarm(row, event.priority);
+    }
+    return;
+  }
+  EventText row = *FindEvent(table, *event.channel, event.code);
+  const bool own = row.channel.has_value();
+  row.channel = event.channel;
+  SetAlarm(row, event.priority);
+  if (!own) return table.push_back(std::move(row));
+  for (EventText& one : table) {
+    if (one.channel == row.channel && one.code == row.code) one = row;
+  }
+}
+
+std::optional<EventAlarm> ReadEventAlarm(const Entry& entry, const Device& device,
+                                         Problems& problems) {
+  const auto error = [&](const std::string& text) {
+    problems.Error(entry.value.mark(), "event_alarms: " + text);
+  };
+  if (const Status status = RefuseLeadingZeros(entry.key, "^E"); !status) {
+    error(status.error());
+    return std::nullopt;
+  }
+  auto event = ParseEventAlarm(entry.key);
+  if (!event) {
+    error(Quoted(entry.key) +
+          " names no event; write channel and code, \"2E17\", or \"E17\" for every channel");
+    return std::nullopt;
+  }
+  const auto priority = ReadWord(entry.value, "event_alarms", kAlarmWords, problems);
+  if (!priority) return std::nullopt;
+  event->priority = *priority;
+  if (const Status known = CheckEventAlarm(device, entry.key, *event); !known) {
+    error(known.error());
+    return std::nullopt;
+  }
+  return event;
+}
+
+}  // namespace
+
+AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above) {
+  AlarmSetting alarms = above;
+  const auto node = map.Get("alarms");
+  if (!node) return alarms;
+  if (node->kind() != YamlNode::Kind::map) {
+    Assign(alarms.priority, ReadWord(*node, "alarms", kAlarmWords, map.problems()));
+    return alarms;
+  }
+  MapReader keys(*node, "alarms", map.problems());
+  Assign(alarms.priority, keys.OneOf("priority", kAlarmWords));
+  Assign(alarms.delay, keys.Time("delay", 0ms, 24h));
+  keys.Finish();
+  return alarms;
+}
+
+void ReadEventAlarms(MapReader& map, Device& device) {
+  const auto node = map.Get("event_alarms");
+  if (!node) return;
+  Problems& problems = map.problems();
+  if (device.event_texts.empty()) {
+    problems.Error(node->mark(), "event_alarms: " +
+                                     (device.profile.empty() ? "there is no profile with a"
+                                                             : Quoted(device.profile) + " has no") +
+                                     " table of events");
+    return;
+  }
+  std::vector<EventAlarm> events;
+  for (const Entry& entry : ReadEntries(*node, "event_alarms", problems)) {
+    if (const auto event = ReadEventAlarm(entry, device, problems)) events.push_back(*event);
+  }
+  // Those of one channel come after those of all.
+  std::stable_partition(events.begin(), events.end(),
+                        [](const EventAlarm& one) { return !one.channel; });
+  for (const EventAlarm& event : events) ApplyAlarm(event, device.event_texts);
+  if (device.events) return;
+  problems.Warning(node->mark(),
+                   "event_alarms: the events of '" + device.name +
+                       "' are not asked for: write 'events: {}' at the top level, or 'events: on' "
+                       "here");
+}
+
+namespace {
+
+constexpr std::size_t kMostEvents = 16;
+constexpr std::array<Word<PointEvent::On>, 3> kOn = {{{"change", PointEvent::On::change},
+                                                      {"above", PointEvent::On::above},
+                                                      {"below", PointEvent::On::below}}};
+constexpr std::array<Word<AlarmPriority>, 5> kAlarms = {{{"no", AlarmPriority::none},
+                                                         {"yes", AlarmPriority::medium},
+                                                         {"low", AlarmPriority::low},
+                                                         {"medium", AlarmPriority::medium},
+                                                         {"high", AlarmPriority::high}}};
+
+bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
+bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
+
+/// The range of whole numbers and bits, in units of the value.
+std::pair<Decimal, Decimal> EndsOf(const Point& point) {
+  const IntegerRange range = RangeOf(point);
+  const Decimal a = range.lowest * point.scale + point.offset;
+  const Decimal b = range.highest * point.scale + point.offset;
+  return {std::min(a, b), std::max(a, b)};
+}
+
+void CheckLimit(const PointEvent& event, const Point& point, const MapReader& map) {
+  const bool above = event.on == PointEvent::On::above;
+  const auto error = [&](std::string_view key, const std::string& text) {
+    map.problems().Error(map.MarkOf(key), std::string(key) + ": " + text);
+  };
+  if (point.type == Type::string) {
+    return error("on", "a text is neither above nor below; write on: change");
+  }
+  if (!map.Has("value")) {
+    return error("on", "'" + std::string(Name(event.on)) + "' needs a limit: { on: " +
+                           std::string(Name(event.on)) + ", value: 5 }");
+  }
+  if (IsFloat(point.type)) return;
+  const auto [low, high] = EndsOf(point);
+  if (above ? event.value >= high : event.value <= low) {
+    error("value", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
+                       ", and never " + ConditionOf(event));
+    return;
+  }
+  const Decimal back = event.value + (above ? -event.hysteresis : event.hysteresis);
+  if (above ? back < low : back > high) {
+    error("hysteresis", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
+                            ", and never back " + (above ? "below " : "above ") + back.ToText());
+  }
+}
+
+void CheckHysteresis(const PointEvent& event, const Point& point, const MapReader& map) {
+  if (!map.Has("hysteresis")) return;
+  const auto error = [&](const std::string& text) {
+    map.problems().Error(map.MarkOf("hysteresis"), "hysteresis: " + text);
+  };
+  if (event.hysteresis < 0) return error("must not be negative");
+  if (!IsNumber(point.type)) {
+    return error("only numbers have one, and '" + point.name + "' is " +
+                 std::string(Name(point.type)));
+  }
+  if (event.on != PointEvent::On::change || IsFloat(point.type)) return;
+  const auto [low, high] = EndsOf(point);
+  if (event.hysteresis >= high - low) {
+    error("'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
+          ", and never changes by more");
+  }
+}
+
+void CheckNormal(const PointEvent& event, const Point& point, const MapReader& map) {
+  if (event.normal.empty()) return;
+  const auto error = [&](const std::string& text) {
+    map.problems().Error(map.MarkOf("normal"), "normal: " + text);
+  };
+  if (event.on != PointEvent::On::change) return error("only on: change has one");
+  if (point.type == Type::boolean) return error("a bool is on and off by itself");
+  if (point.type == Type::string) return;
+  if (const std::string why = WhyLeadingZero(event.normal); !why.empty()) {
+    return error(Quoted(event.normal) + " " + why);
+  }
+  if (!Decimal::Parse(event.normal)) {
+    error("'" + point.name + "' is a number, and " + Quoted(event.normal) + " is none");
+  }
+}
+
+std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Problems& problems) {
+  MapReader map(node, "event of '" + point.name + "'", problems);
+  if (node.kind() != YamlNode::Kind::map) return std::nullopt;
+  PointEvent event;
+  const auto on = map.Need("on", "above");
+  if (on) Assign(event.on, ReadWord(*on, "on", kOn, problems));
+  Assign(event.value, map.Number("value"));
+  Assign(event.hysteresis, map.Number("hysteresis"));
+  Assign(event.delay, map.Time("delay", 0ms, 24h));
+  event.text = ReadEventText(map);
+  event.alarm = ReadAlarm(map);
+  event.normal = map.Label("normal").value_or("");
+  event.record = ReadRecordName(map);
+  map.Finish();
+  if (!on) return std::nullopt;
+  CheckNormal(event, point, map);
+  if (event.on != PointEvent::On::change) {
+    CheckLimit(event, point, map);
+  } else if (map.Has("value")) {
+    problems.Error(map.MarkOf("value"),
+                   "value: every change counts; a limit needs on: above or on: below");
+  }
+  CheckHysteresis(event, point, map);
+  return event;
+}
+
+}  // namespace
+
+AlarmPriority ReadAlarm(MapReader& map) {
+  return map.OneOf("alarm", kAlarms).value_or(AlarmPriority::none);
+}
+
+std::string ReadEventText(MapReader& map) {
+  std::string text = map.Label("text").value_or("");
+  if (text.size() > kLongestEventText) {
+    map.problems().Error(map.MarkOf("text"), "text: it is too long; at most " +
+                                                 std::to_string(kLongestEventText) + " bytes");
+  }
+  return text;
+}
+
+std::string ReadRecordName(MapReader& map) {
+  const auto node = map.Get("record");
+  if (!node) return {};
+  return ReadText(*node, "record", map.problems()).value_or("");
+}
+
+std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
+  std::vector<PointEvent> events;
+  const auto node = map.Get("events");
+  if (!node) return events;
+  Problems& problems = map.problems();
+  if (point.access == Access::write) {
+    problems.Error(node->mark(),
+                   "events: '" + point.name + "' can only be written, so nobody knows its value");
+  }
+  const auto nodes = node->kind() == YamlNode::Kind::list
+                         ? ReadList(*node, "events", kMostEvents, problems)
+                         : std::vector<YamlNode>{*node};
+  for (const YamlNode& one : nodes) {
+    auto event = ReadOne(one, point, problems);
+    if (!event) continue;
+    const std::string condition = ConditionOf(*event);
+    const auto same = [&](const auto& other) { return ConditionOf(other) == condition; };
+    if (std::ranges::any_of(events, same)) {
+      problems.Error(one.mark(), "events: '" + condition + "' stands twice");
+    }
+    events.push_back(std::move(*event));
+  }
+  return events;
+}
+
 namespace {
 
 constexpr std::size_t kMostTexts = 2000;

@@ -7,16 +7,50 @@
 //     - { code: 1, text: "stage I> started", state: on }
 //     - { channel: 2, code: 1, text: "…" }          of one channel; state: message if not said
 //     - { code: 3, state: on, text: "…", alarm: high, until: 4 }
+//
+// ReadEventAlarms reads the keys for alarms, and ReadPointEvents the key `events:` of a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
 
 #include "config/model/config.h"
-#include "config/model/event_text.h"
+#include "config/model/device.h"
+#include "config/model/events.h"
+#include "config/model/point.h"
 #include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
+
+// The keys alarms: and event_alarms:.
+//
+//   alarms: high                              of gateway, line, device and route; or `off`
+//   alarms: { priority: low, delay: 5min }    each key for itself
+//   event_alarms: { "2E17": high, "E3": off } of a device: rows of the table of its profile
+
+/// `above`: what counts where the key is silent.
+AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above);
+
+/// `device` has its table of events, and it is known whether they are kept.
+void ReadEventAlarms(MapReader& map, Device& device);
+
+// The key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high }, or a list of
+// these.
+
+/// Longer texts leave no room for the point and its value.
+inline constexpr std::size_t kLongestEventText = 100;
+
+/// With every problem that they have; `point` is read but for them.
+std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
+
+/// `alarm: yes`, or a priority. Also of a table of events.
+AlarmPriority ReadAlarm(MapReader& map);
+
+/// `text`, and a problem where it is too long. Also of a table of events.
+std::string ReadEventText(MapReader& map);
+
+/// `record: trip`. Also of a table of events.
+std::string ReadRecordName(MapReader& map);
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
 /// `given`: the gateway has the key. `device` has its table and its points.

@@ -1,22 +1,49 @@
 // The section lines: lines, their devices, and what profiles add to them.
-// YAML nodes come from config/loader; structs go to config::Config.
+// YAML nodes come from config/loader; structs go to config::Config. ReadName, ReadSerial and
+// ReadPortServers read single keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "config/catalog/catalog.h"
 #include "config/checks/uniques.h"
 #include "config/model/line.h"
+#include "config/model/serial.h"
+#include "config/model/timing.h"
 #include "config/profile.h"
 #include "config/yaml/yaml_reader.h"
+#include "gateway/base/result.h"
 
 namespace baudgate::config {
+
+// The key `name` of lines and devices.
+
+/// The `name` that a line or device must have, checked; messages call it so from now on.
+std::optional<std::string> ReadName(MapReader& map, std::string_view example);
+
+// Serial settings, named times and periods, wherever they stand: gateway, line, profile, device.
+// YAML nodes come from the readers of those; structs go back to them.
+
+/// "9600 7E1" put over `base`; what the text does not say stays.
+Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base);
+
+/// `serial:` as text or as a map { baud, data, parity, stop, … }, put over `base`.
+SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems);
+
+/// What may stand beside `serial:` on a line: `parity: software`, `rs485: {…}`.
+void ReadSerialExtras(MapReader& line, SerialSettings& serial);
+
+/// `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which may stand in every one of
+/// these maps. `level`: whose map it is.
+Pace ReadPace(MapReader& map, Level level);
 
 /// What the readers of one file share.
 struct LoadContext {
@@ -38,5 +65,14 @@ struct LoadContext {
 };
 
 std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);
+
+// The port of a line over the network, in one of two keys of the line, without devices or with
+// them:
+//
+//   serial_server: { at: "127.0.0.1:4001", mode: rfc2217, busy: wait, idle: 10min }
+//   lend: { at: "0.0.0.0:4001", mode: raw, for: 30min, allow: [10.0.0.7] }
+
+/// Reads both keys into `line`.
+void ReadPortServers(MapReader& map, Line& line, LoadContext& context);
 
 }  // namespace baudgate::config

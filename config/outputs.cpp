@@ -1,19 +1,199 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/outputs.h"
 
+#include <algorithm>
 #include <array>
+#include <filesystem>
 
-#include "config/alarms.h"
-#include "config/checks/name_checks.h"
-#include "config/dds_peers.h"
-#include "config/dds_security.h"
-#include "config/listeners.h"
+#include "config/checks/uniques.h"
+#include "config/events.h"
+#include "config/lines.h"
+#include "config/modbus.h"
 #include "config/model/network.h"
-#include "config/routes.h"
-#include "config/serial.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
+
+namespace {
+
+bool IsHere(const std::string& address) {
+  const auto network = ParseNetwork(address);
+  return network && IsLoopback(*network);
+}
+
+/// A datagram from 127.0.0.1 never leaves this machine.
+void CheckReach(const Dds& dds, const std::string& host, const std::string& what, Mark mark,
+                Problems& problems) {
+  if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
+  if (!std::ranges::all_of(dds.interfaces, IsHere)) return;
+  problems.Warning(mark, what + ": " + host + " is not reached from interfaces, which has only " +
+                             "loopback; add this machine's address in that network");
+}
+
+void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
+  const auto address = ReadText(node, "peers", problems);
+  if (!address) return;
+  if (!IsMachineIpv4(*address)) {
+    problems.Error(node.mark(), "peers: " + Quoted(*address) +
+                                    " is not the IPv4 address of a machine; write for example "
+                                    "10.0.0.7");
+    return;
+  }
+  if (std::ranges::find(dds.peers, *address) != dds.peers.end()) {
+    problems.Warning(node.mark(), "peers: " + *address + " stands there already");
+  }
+  CheckReach(dds, *address, "peers", node.mark(), problems);
+  dds.peers.push_back(*address);
+}
+
+void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
+  const auto text = ReadText(node, "discovery_servers", problems);
+  if (!text) return;
+  const auto server = ParseDiscoveryServer(*text);
+  if (!server || IsEverywhere(server->host)) {
+    problems.Error(node.mark(), "discovery_servers: " +
+                                    (server ? Quoted(*text) + " is not the address of one machine"
+                                            : server.error()));
+    return;
+  }
+  if (std::ranges::find(dds.discovery_servers, *server) != dds.discovery_servers.end()) {
+    problems.Warning(node.mark(), "discovery_servers: " + *text + " stands there already");
+  }
+  CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
+  dds.discovery_servers.push_back(*server);
+}
+
+}  // namespace
+
+void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
+  if (const auto peers = map.Get("peers")) {
+    for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
+      ReadPeer(one, dds, problems);
+    }
+  }
+  if (const auto servers = map.Get("discovery_servers")) {
+    for (const YamlNode& one :
+         ReadList(*servers, "discovery_servers", kMostDiscoveryServers, problems)) {
+      ReadServer(one, dds, problems);
+    }
+  }
+  if (const auto multicast = map.Flag("multicast")) {
+    dds.multicast = *multicast;
+    if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
+      problems.Warning(map.MarkOf("multicast"),
+                       "multicast: off, and there are neither peers nor discovery_servers: only "
+                       "participants that ask this gateway find it");
+    }
+  }
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLongestPath = 255;  // what goes to the DDS process
+
+/// Absolute; relative ones are meant from the configuration's folder.
+std::string PathOf(const std::string& path, const std::string& key, const Mark& mark,
+                   LoadContext& context) {
+  std::error_code error;
+  const std::string full = fs::absolute(context.base / path, error).lexically_normal().string();
+  if (!path.empty() && !error && full.size() <= kLongestPath) return full;
+  context.problems.Error(mark, key + ": " + Quoted(path) + " is not a path of at most " +
+                                   std::to_string(kLongestPath) + " bytes");
+  return {};
+}
+
+}  // namespace
+
+DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
+  if (node.kind() == YamlNode::Kind::scalar) {
+    const auto folder = ReadText(node, "security", context.problems);
+    if (!folder) return {};
+    DdsSecurity security = SecurityIn(PathOf(*folder, "security", node.mark(), context));
+    security.keys.map = node.mark();
+    return security;
+  }
+  MapReader map(node, "security", context.problems);
+  DdsSecurity security;
+  security.keys = map.keys();
+  const auto read = [&](const char* key, std::string& to, bool needed) {
+    if (needed && !map.Has(key)) map.Need(key, std::string("/etc/baudgate/dds/") + key + ".pem");
+    if (const auto path = map.Label(key)) to = PathOf(*path, key, map.MarkOf(key), context);
+  };
+  read("ca", security.ca, true);
+  read("permissions_ca", security.permissions_ca, false);
+  read("identity", security.identity, true);
+  read("key", security.key, true);
+  read("password_file", security.password_file, false);
+  read("governance", security.governance, true);
+  read("permissions", security.permissions, true);
+  map.Finish();
+  return security;
+}
+
+namespace {
+
+constexpr std::size_t kMostHosts = 100;
+constexpr std::array<Word<bool>, 2> kAcknowledge = {{{"deny", false}, {"allow", true}}};
+
+/// A name as browsers write it behind "http://", with or without a port.
+bool IsHost(std::string_view text) {
+  const auto fits = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == ':' ||
+           c == '_' || c == '[' || c == ']';
+  };
+  return !text.empty() && text.size() <= 260 && std::ranges::all_of(text, fits);
+}
+
+void ReadHosts(const YamlNode& list, Web& web, Problems& problems) {
+  for (const YamlNode& node : ReadList(list, "hosts", kMostHosts, problems)) {
+    const auto text = ReadText(node, "hosts", problems);
+    if (!text) continue;
+    const std::string host = Lower(*text);
+    if (!IsHost(host)) {
+      problems.Error(node.mark(), "hosts: " + Quoted(*text) +
+                                      " is no name of a machine; write for example "
+                                      "gate.example.com, without http://");
+      continue;
+    }
+    web.hosts.push_back(host);
+  }
+}
+
+void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
+  MapReader map(node, "token", problems);
+  if (node.kind() != YamlNode::Kind::map) return;
+  map.Need("file", "/etc/baudgate/web.token");
+  web.token_file = ReadAbsolutePath(map, "file", "/etc/baudgate/web.token");
+  web.token_mark = map.MarkOf("file");
+  map.Finish();
+}
+
+}  // namespace
+
+Web ReadWeb(const YamlNode& node, Problems& problems) {
+  Web web;
+  web.on = true;
+  MapReader map(node, "web", problems);
+  if (const auto listen = map.Get("listen")) {
+    Assign(web.listen, ReadOwnAddress(*listen, "listen", "127.0.0.1:8502", problems));
+  }
+  if (const auto allow = map.Get("allow")) web.allow = ReadAllowOrAll(*allow, problems);
+  if (const auto hosts = map.Get("hosts")) ReadHosts(*hosts, web, problems);
+  const auto token = map.Get("token");
+  if (token) ReadTokenFile(*token, web, problems);
+  Assign(web.acknowledge, map.OneOf("acknowledge", kAcknowledge));
+  map.Finish();
+  if (!token && !web.on_loopback()) {
+    problems.Error(map.MarkOf("listen"),
+                   "listen: " + web.Place() +
+                       " can be reached from other machines, and nobody would have to log in; add "
+                       "token: { file: /etc/baudgate/web.token }, or listen on 127.0.0.1");
+  }
+  return web;
+}
+
 namespace {
 
 constexpr std::size_t kMostListeners = 64;
@@ -98,7 +278,7 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
 namespace {
 
 /// Linux gives ports of this range to programs that name none (its default; the run-time check of
-/// gateway/outputs/dds/fast/own_sockets.cpp asks the system).
+/// gateway/outputs/dds/fast/own_network.cpp asks the system).
 void CheckPorts(const Dds& dds, MapReader& map) {
   constexpr int kFirst = 32768;
   constexpr int kLast = 60999;

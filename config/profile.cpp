@@ -1,14 +1,167 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/profile.h"
 
+#include "config/catalog/option_values.h"
 #include "config/events.h"
-#include "config/identity.h"
-#include "config/options.h"
-#include "config/records.h"
-#include "config/serial.h"
-#include "gateway/base/spelling.h"
+#include "config/history.h"
+#include "config/lines.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::config {
+
+namespace {
+
+std::optional<OptionValue> ReadTexts(const YamlNode& node, const std::string& name,
+                                     Problems& problems) {
+  std::vector<std::string> texts;
+  for (const YamlNode& element : ReadList(node, name, 1000, problems)) {
+    if (auto text = ReadText(element, name, problems)) texts.push_back(std::move(*text));
+  }
+  return texts;
+}
+
+std::optional<OptionValue> ReadPairs(const YamlNode& node, const std::string& name,
+                                     Problems& problems) {
+  Pairs pairs;
+  for (const Entry& entry : ReadEntries(node, name, problems)) {
+    if (auto text = ReadText(entry.value, name, problems)) pairs[entry.key] = std::move(*text);
+  }
+  return pairs;
+}
+
+std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& spec,
+                                      const Protocol& protocol, Problems& problems) {
+  const std::string name(spec.name);
+  if (spec.kind == OptionSpec::Kind::description) {
+    return DescriptionRef{protocol.describe(node, problems)};
+  }
+  if (spec.kind == OptionSpec::Kind::pairs && node.kind() == YamlNode::Kind::map) {
+    return ReadPairs(node, name, problems);
+  }
+  if (spec.kind == OptionSpec::Kind::texts && node.kind() == YamlNode::Kind::list) {
+    return ReadTexts(node, name, problems);
+  }
+  const auto text = ReadText(node, name, problems);
+  if (!text) return std::nullopt;
+  // A text is taken as it stands, commas and all; only where a list is meant they separate.
+  auto value = ParseOption(spec, *text);
+  if (value) return std::move(*value);
+  problems.Error(node.mark(), name + ": " + value.error());
+  return std::nullopt;
+}
+
+/// Lists and pairs as `--set` takes them.
+std::string WrittenText(const YamlNode& node, const OptionValue& value) {
+  if (const auto* pairs = std::get_if<Pairs>(&value)) {
+    std::string joined;
+    for (const auto& [word, text] : *pairs) {
+      joined += (joined.empty() ? "" : ",") + word + "=" + text;
+    }
+    return joined;
+  }
+  const auto* texts = std::get_if<std::vector<std::string>>(&value);
+  if (texts == nullptr) return std::string(node.text());
+  std::string joined;
+  for (const std::string& text : *texts) joined += (joined.empty() ? "" : ",") + text;
+  return joined;
+}
+
+}  // namespace
+
+Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope) {
+  Options options;
+  for (const OptionSpec& spec : protocol.options) {
+    if (spec.scope != scope) {
+      map.Refuse(spec.name, "'" + std::string(spec.name) + "' belongs to the " +
+                                (scope == OptionSpec::Scope::line ? "devices, not to the line"
+                                                                  : "line, not to its devices"));
+      continue;
+    }
+    const auto node = map.Get(spec.name);
+    if (!node) continue;
+    if (auto value = ReadOption(*node, spec, protocol, map.problems())) {
+      const bool shown = !spec.secret && spec.kind != OptionSpec::Kind::description;
+      if (shown) options.SetWritten(std::string(spec.name), WrittenText(*node, *value));
+      options.Set(std::string(spec.name), std::move(*value));
+    }
+  }
+  return options;
+}
+
+namespace {
+
+constexpr std::size_t kMostNames = 64;
+constexpr std::size_t kLongestName = 64;
+
+/// Calls `take` with each entry of each profile.
+template <typename Take>
+void ReadEntriesOfAll(const Catalog& catalog, const Protocol& protocol, Take take) {
+  for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
+    // Errors in the file are reported when a device uses it.
+    Problems unheard;
+    const auto text = ReadWholeFile(file.path.string());
+    const auto root = text ? ParseYaml(file.path.string(), *text, unheard) : std::nullopt;
+    if (!root || root->kind() != YamlNode::Kind::map) continue;
+    for (const Entry& entry : ReadEntries(*root, "profile", unheard)) take(file, entry, unheard);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems) {
+  std::vector<std::string> names;
+  for (const YamlNode& element : ReadList(node, "identity", kMostNames, problems)) {
+    const auto name = ReadText(element, "identity", problems);
+    if (!name) continue;
+    if (SpokenName(*name).empty() || name->size() > kLongestName) {
+      problems.Error(element.mark(), "identity: " + Quoted(*name) +
+                                         " is no name of 1 to 64 characters that a device has");
+      continue;
+    }
+    names.push_back(*name);
+  }
+  return names;
+}
+
+Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile) {
+  Identity identity;
+  identity.names = of_profile;
+  const auto node = map.Get("identity");
+  if (!node) return identity;
+  if (node->kind() == YamlNode::Kind::scalar && node->text() == "ignore") {
+    identity.ignore = true;
+  } else if (node->kind() == YamlNode::Kind::scalar) {
+    map.problems().Error(node->mark(), "identity: " + Quoted(node->text()) +
+                                           " is neither 'ignore' nor a list of names");
+  } else {
+    identity.names = ReadIdentityNames(*node, map.problems());
+  }
+  return identity;
+}
+
+std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol) {
+  std::map<std::string, std::string> listed;
+  ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
+    if (entry.key != "identity") return;
+    for (const std::string& name : ReadIdentityNames(entry.value, unheard)) {
+      listed.emplace(SpokenName(name), file.name);
+    }
+  });
+  return listed;
+}
+
+std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
+                                                  const Protocol& protocol) {
+  std::map<std::string, std::string> listed = ListedNames(catalog, protocol);
+  ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
+    if (entry.key != "device") return;
+    if (const auto title = ReadText(entry.value, "device", unheard)) {
+      listed.emplace(SpokenName(*title), file.name);
+    }
+  });
+  return listed;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -6,9 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "config/checks/name_checks.h"
-#include "gateway/base/leading_zero.h"
-#include "gateway/base/spelling.h"
+#include "config/checks/uniques.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

@@ -8,8 +8,7 @@
 #include "gateway/daemon/modules.h"
 #include "gateway/process_start.h"
 #include "gateway/tools/cli/commands.h"
-#include "gateway/tools/cli/mistakes.h"
-#include "gateway/tools/terminal/output.h"
+#include "gateway/tools/terminal/command_end.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;

@@ -25,7 +25,6 @@
 #include "config/model/timing.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
-#include "gateway/base/quality.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
@@ -197,7 +196,7 @@ struct DeviceTrouble {
 };
 
 /// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
-/// indicators. gateway/bus/exchange/unasked_receiver.h receives them, also during an exchange.
+/// indicators. gateway/bus/exchange/line.h receives them, also during an exchange.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< reply: standing

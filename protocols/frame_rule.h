@@ -1,17 +1,20 @@
 // The contract of frame rules. Bytes come from a serial line in pieces of any size; a frame rule
 // says where a message begins and where it ends. protocols/assembler.h keeps the bytes and calls
-// it. docs: protocols/README.md, "Frame rules".
+// it. docs: protocols/README.md, "Frame rules". MaskedHex shows a request without its secrets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
+#include "gateway/base/text.h"
 
 namespace baudgate {
 
@@ -96,8 +99,22 @@ struct Cut {
 /// 3. Every answer but need_more takes at least one byte.
 ///
 /// Two drop a damaged burst whole instead of 2, as bytes inside it may look like a frame: listeners
-/// that carry out what they hear on a shared bus (protocols/modbus/rtu_frame_rule.cpp), and Modbus
-/// TCP, which has no check value (protocols/modbus/tcp_frame_rule.cpp).
+/// that carry out what they hear on a shared bus, and Modbus TCP, which has no check value (both in
+/// protocols/modbus/rules.cpp).
 using FrameRule = Cut (*)(View held, const Expectation& expect, bool idle);
+
+// A request as users may see it: in hex, with `**` in place of secret bytes.
+
+/// `expect`: of this request. "3E 31 57 ** ** 0D".
+inline std::string MaskedHex(View request, const Expectation& expect) {
+  std::string text;
+  for (std::size_t i = 0; i < request.size(); ++i) {
+    const bool secret = std::ranges::any_of(expect.secrets, [i](const auto& range) {
+      return i >= range.first && i - range.first < range.second;
+    });
+    text += (text.empty() ? "" : " ") + (secret ? std::string("**") : HexByte(request[i]));
+  }
+  return text;
+}
 
 }  // namespace baudgate

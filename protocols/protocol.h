@@ -1,11 +1,12 @@
 // The contract of protocol plugins. A protocol is one folder of protocols/ and one loadable module;
 // the module hands out one Protocol, a table of texts, data and functions. Read this file first,
 // then frame_rule.h, conversation.h and twin.h. docs: protocols/README.md walks through a whole
-// one.
+// one. TransactionBytes is the size of the number in front of a Modbus TCP frame.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -16,17 +17,16 @@
 #include <vector>
 
 #include "config/model/device.h"
-#include "config/model/modbus_framing.h"
+#include "config/model/modbus.h"
 #include "config/model/options.h"
 #include "config/model/point.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
-#include "config/model/traits.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "protocols/conversation.h"
 #include "protocols/frame_rule.h"
-#include "protocols/option_specs.h"
-#include "protocols/parsed_options.h"
+#include "protocols/options.h"
 #include "protocols/scanning.h"
 #include "protocols/twin.h"
 
@@ -267,6 +267,18 @@ inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {
 inline std::unique_ptr<Conversation> MakeConversation(const Protocol& protocol,
                                                       const config::Device& device, Bus* bus) {
   return protocol.make_conversation(device, ParseOptions(protocol, device.options), bus);
+}
+
+// The number in front of a Modbus TCP frame, another one for each request.
+
+/// Its bytes; 0: frames of this protocol have none.
+inline std::size_t TransactionBytes(const Protocol& protocol) { return protocol.tcp ? 2 : 0; }
+
+/// The frame with zeros in place of its number: two requests that ask the same are equal.
+inline Bytes WithoutNumber(const Protocol& protocol, View frame) {
+  Bytes same(frame.begin(), frame.end());
+  std::fill_n(same.begin(), std::min(same.size(), TransactionBytes(protocol)), std::uint8_t{0});
+  return same;
 }
 
 }  // namespace baudgate

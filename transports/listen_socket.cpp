@@ -10,6 +10,7 @@
 #include <string>
 
 namespace baudgate {
+
 namespace {
 
 std::string Explain(int error, std::string_view key) {

@@ -5,12 +5,28 @@
 
 #include <asio/executor_work_guard.hpp>
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <functional>
+#include <future>
+#include <memory>
 #include <string>
 #include <thread>
 
 namespace baudgate {
+
+// Something done on the thread of a loop, for a thread that waits for it.
+
+/// The loop runs, and this is not its thread.
+template <typename Call>
+void RunOn(asio::io_context& io, Call call) {
+  const auto done = std::make_shared<std::promise<void>>();
+  asio::post(io, [done, &call] {
+    call();
+    done->set_value();
+  });
+  done->get_future().wait();
+}
 
 class LoopThread {
  public:

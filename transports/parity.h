@@ -1,5 +1,6 @@
 // Parity made and checked in software, for 7E1 and 7O1 devices on ports that know 8N1 only: seven
 // data bits, and the parity bit in the place of the eighth. Bytes come from and go to a transport.
+// ParmrkDecoder reads the marks that a Linux tty puts into its input.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +11,12 @@
 #include "gateway/base/bytes.h"
 
 namespace baudgate {
+
+// What stands in the place of a character that arrived damaged (parity, framing, break).
+
+/// Not dropped: without a checksum ">+12.3" with one digit missing is still a valid number. 0xFF is
+/// no character of any ASCII protocol, and one changed byte never passes a CRC-16.
+inline constexpr std::uint8_t kDamaged = 0xFF;
 
 /// The low seven bits with the parity bit on top. Parity none: the byte as it is.
 std::uint8_t WithParity(std::uint8_t character, config::Parity parity);
@@ -36,5 +43,24 @@ config::SerialSettings OnTheWire(const config::SerialSettings& serial);
 
 /// Software parity exists for seven data bits with even or odd parity only.
 Status CheckSoftwareParity(const config::SerialSettings& serial);
+
+// Reads the marks that a Linux tty in PARMRK mode puts into its input: FF FF is a received FF,
+// FF 00 x is a character x with wrong parity or framing, FF 00 00 also a break. Bytes come from
+// read() on the port and go on as characters.
+class ParmrkDecoder {
+ public:
+  /// Any fragmentation gives the same characters. A marked character becomes kDamaged.
+  Bytes Decode(View bytes);
+  /// Damaged characters and breaks so far.
+  std::uint32_t damaged() const { return damaged_; }
+
+ private:
+  enum class State : std::uint8_t { plain, after_ff, after_ff_00 };
+
+  void Damage(Bytes& characters);
+
+  State state_ = State::plain;
+  std::uint32_t damaged_ = 0;
+};
 
 }  // namespace baudgate

@@ -2,6 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/serial_settings.h"
 
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstring>
+
 // The kernel's own termios, because the C library's knows no free bit rates and refuses 7E1 on a
 // pty that was opened before; the two headers cannot be included together.
 #include <asm/ioctls.h>
@@ -19,6 +26,7 @@
 #include <tuple>
 
 namespace baudgate {
+
 namespace {
 
 constexpr unsigned kFirstPtyMajor =
@@ -222,7 +230,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   SetRaw(mode);
   SetFormat(mode, serial);
-  // A pty damages nothing. There the switch tells the twin at its far end (pty_settings.h).
+  // A pty damages nothing. There the switch tells the twin at its far end.
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
   if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
@@ -309,6 +317,87 @@ void FlushAll(int fd) { (void)ioctl(fd, TCFLSH, TCIOFLUSH); }
 std::size_t UnsentOutput(int fd) {
   int count = 0;
   return ioctl(fd, TIOCOUTQ, &count) == 0 && count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+namespace {
+
+using config::Parity;
+
+/// The parity that `device` has where nothing speaks against it.
+Parity ParityOf(const termios2& mode, Parity device) {
+  const bool odd = (mode.c_cflag & PARODD) != 0;
+  if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;
+  if (odd) return Parity::odd;
+  if ((mode.c_iflag & INPCK) != 0) return Parity::even;
+  const bool marks = (mode.c_iflag & PARMRK) != 0;
+  return device == Parity::odd || marks ? Parity::none : device;
+}
+
+}  // namespace
+
+Status SetPtyFormat(int fd, const config::SerialSettings& serial) {
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) return Error{std::strerror(errno)};
+  mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
+  mode.c_cflag &= ~static_cast<tcflag_t>(CBAUD | (CBAUD << IBSHIFT) | PARODD | CMSPAR | CSTOPB);
+  mode.c_cflag |= BOTHER | (BOTHER << IBSHIFT);
+  mode.c_ispeed = static_cast<speed_t>(serial.baud);
+  mode.c_ospeed = static_cast<speed_t>(serial.baud);
+  if (serial.parity != Parity::none) mode.c_iflag |= INPCK;
+  const bool fixed = serial.parity == Parity::mark || serial.parity == Parity::space;
+  if (fixed) mode.c_cflag |= CMSPAR;
+  if (serial.parity == Parity::odd || serial.parity == Parity::mark) mode.c_cflag |= PARODD;
+  if (serial.stop_bits == 2) mode.c_cflag |= CSTOPB;
+  if (ioctl(fd, TCSETS2, &mode) != 0) return Error{std::strerror(errno)};
+  return {};
+}
+
+config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device) {
+  config::SerialSettings user = device;
+  termios2 mode{};
+  // Zero is no rate: its user has hung up.
+  if (ioctl(fd, TCGETS2, &mode) != 0 || mode.c_ospeed == 0) return user;
+  user.baud = static_cast<int>(mode.c_ospeed);
+  user.parity = ParityOf(mode, device.parity);
+  user.stop_bits = (mode.c_cflag & CSTOPB) != 0 ? 2 : 1;
+  // Seven data bits have a parity beside them, or nobody would use them.
+  if (user.parity == Parity::none && device.parity != Parity::none) user.data_bits = 8;
+  return user;
+}
+
+std::optional<TtyMode> TtyMode::Read(int fd) {
+  termios2 found{};
+  if (ioctl(fd, TCGETS2, &found) != 0) return std::nullopt;
+  TtyMode mode;
+  mode.input_ = found.c_iflag;
+  mode.output_ = found.c_oflag;
+  mode.control_ = found.c_cflag;
+  mode.local_ = found.c_lflag;
+  mode.read_at_least_ = {found.c_cc[VMIN], found.c_cc[VTIME]};
+  if (const auto serial = ReadSerialSettings(fd)) mode.format_ = serial->ToString();
+  return mode;
+}
+
+std::string TtyMode::ChangesTo(const TtyMode& now) const {
+  std::string changes;
+  const auto add = [&changes](const std::string& text) {
+    changes += (changes.empty() ? "" : ", ") + text;
+  };
+  if (format_ != now.format_) add(format_ + " became " + now.format_);
+  const auto turned_on = [](std::uint32_t before, std::uint32_t after, std::uint32_t flags) {
+    return (~before & after & flags) != 0;
+  };
+  if (turned_on(local_, now.local_, ECHO)) add("echo is on");
+  if (turned_on(local_, now.local_, ICANON)) add("input comes by whole lines");
+  if (turned_on(local_, now.local_, ISIG)) add("some bytes became signals");
+  if (turned_on(input_, now.input_, ICRNL | INLCR | IGNCR | ISTRIP)) add("input is translated");
+  if (turned_on(output_, now.output_, OPOST)) add("output is translated");
+  if (turned_on(input_, now.input_, IXON | IXOFF)) add("XON/XOFF is on");
+  if (turned_on(control_, now.control_, CRTSCTS)) add("RTS/CTS is on");
+  if (turned_on(now.input_, input_, PARMRK | INPCK)) add("damaged characters are not marked");
+  if (turned_on(now.control_, control_, CREAD)) add("reception is off");
+  if (changes.empty()) add("other settings");
+  return changes;
 }
 
 }  // namespace baudgate

@@ -1,8 +1,10 @@
 // Puts a tty into raw mode with the settings of the configuration and checks that the driver really
-// took them. Works on file descriptors; all calls return at once.
+// took them. Works on file descriptors; all calls return at once. SetPtyFormat and ReadPtyFormat
+// handle the settings of a pty, and TtyMode sees whether another program has changed them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,7 +23,7 @@ bool IsPty(int fd);
 
 /// Characters with wrong parity or framing.
 enum class Damage : std::uint8_t {
-  marked,    ///< by PARMRK, which parmrk.h reads
+  marked,    ///< by PARMRK, which parity.h reads
   as_it_is,  ///< like all others, which costs the kernel less
 };
 
@@ -75,5 +77,41 @@ void FlushOutput(int fd);
 void FlushAll(int fd);
 /// How much of the output the driver still holds; always 0 of a pty, whatever waits in it.
 std::size_t UnsentOutput(int fd);
+
+// What the program at the far end of a pty has set it to. A pty keeps bit rate, stop bits, PARODD,
+// CMSPAR and the input flags; it forgets data bits and PARENB.
+//
+//   PARODD                  odd parity
+//   CMSPAR                  space parity; with PARODD mark parity
+//   INPCK without PARODD    even parity: its user checks it
+//   PARMRK without INPCK    no parity: its user marks damaged characters and checks no parity
+//   none of these           it cannot be told whether there is even parity or none
+
+/// From now on a reader that sets nothing fits a device with these settings. `fd`: either side.
+Status SetPtyFormat(int fd, const config::SerialSettings& serial);
+
+/// What the reader of the pty has set, as far as that can be told; `device` says the rest. Of an
+/// `fd` that is no pty: `device`.
+config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device);
+
+// The settings that a tty has at one moment, to see whether another program has changed them since:
+// stty, ModemManager, brltty, a getty. Any program that may open the port can.
+class TtyMode {
+ public:
+  /// Empty: it is no tty, or it is gone.
+  static std::optional<TtyMode> Read(int fd);
+
+  bool operator==(const TtyMode&) const = default;
+  /// "9600 7E1 became 38400 8N1, echo is on": what differs in `now`.
+  std::string ChangesTo(const TtyMode& now) const;
+
+ private:
+  std::uint32_t input_ = 0;  // flags of the kernel's termios
+  std::uint32_t output_ = 0;
+  std::uint32_t control_ = 0;
+  std::uint32_t local_ = 0;
+  std::array<std::uint8_t, 2> read_at_least_{};  // VMIN, VTIME
+  std::string format_;                           // "9600 7E1"
+};
 
 }  // namespace baudgate

@@ -3,7 +3,6 @@
 #include "transports/transport.h"
 
 #include "transports/serial_port.h"
-#include "transports/tcp_address.h"
 #include "transports/tcp_client.h"
 
 namespace baudgate {

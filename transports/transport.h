@@ -10,7 +10,6 @@
 
 #include "config/model/line.h"
 #include "gateway/base/bytes.h"
-#include "gateway/base/modem_lines.h"
 #include "gateway/base/result.h"
 
 namespace baudgate {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 
-#include "gateway/base/leading_zero.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

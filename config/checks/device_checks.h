@@ -1,5 +1,6 @@
 // Whether a device fits its protocol, its times each other, and its address those of the others on
 // its line. Devices come from the readers or from commands; what is wrong goes to Problems.
+// CheckPaces finds times that do not count.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,11 +10,24 @@
 #include <utility>
 
 #include "config/model/device.h"
-#include "config/model/mark.h"
 #include "config/model/problem.h"
+#include "config/model/timing.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::config {
+
+// Times, periods and retries that somebody wrote and that do not count, because something else
+// overrules them. Paces come from config/devices; warnings go to Problems.
+
+/// The paces of one device: its own, its profile's and its line's (before the gateway). `mark`: of
+/// the device.
+struct Paces {
+  const Pace& device;
+  const Pace& profile;
+  const Pace& line;
+};
+void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
+                Problems& problems);
 
 /// The name of a device that stands for all devices of a profile.
 inline constexpr std::string_view kOfThisType = "of this type";

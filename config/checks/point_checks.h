@@ -1,5 +1,6 @@
 // Whether the parts of a point fit together, and its registers beside those of its device's other
 // points. Points come from the readers or from commands; what is wrong goes to Problems.
+// ResolveSentinels checks the sentinels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,12 +8,20 @@
 #include <string>
 #include <vector>
 
-#include "config/model/mark.h"
+#include "config/model/device.h"
 #include "config/model/point.h"
 #include "config/model/problem.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::config {
+
+// Checks that a device can send the `sentinels` of its points. Where the protocol reads whole
+// numbers, a sentinel must lie within their range, and a sentinel in hex stands for their bits.
+
+/// Turns sentinels in hex into numbers, and reports sentinels that the device can never send or
+/// that stand twice. Example: 0x8000 becomes -32768 if the protocol reads an int16, whatever the
+/// type of the point is. Without a protocol the type of the point decides.
+void ResolveSentinels(Device& device, const Protocol* protocol, Problems& problems);
 
 /// `keys`: of the point, for the places of problems. Without a protocol what only it can judge is
 /// left out.
@@ -22,7 +31,7 @@ void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys, 
 void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);
 
 /// The register tables of one device: no point outside the areas of values
-/// (config/model/modbus_addresses.h), and no two in one place.
+/// (config/model/modbus.h), and no two in one place.
 class RegisterClaims {
  public:
   explicit RegisterClaims(Problems& problems) : problems_(problems) {}

@@ -1,17 +1,29 @@
 // What may stand only once in the whole configuration: names, unit ids, ports. Told by the readers
-// as they go; who comes second is a problem that names the first.
+// as they go; who comes second is a problem that names the first. CheckName says what a name may
+// be.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/model/network.h"
 #include "config/model/problem.h"
+#include "gateway/base/result.h"
 
 namespace baudgate::config {
+
+// What gateways, lines, devices and points may be called.
+
+/// Letters, digits and single '_' or '-' between them, at most 64 (the key length of the DDS
+/// topics).
+Status CheckName(std::string_view name);
+/// Letters, digits and single '_' before or between them, no digit first: an identifier of IEC
+/// 61131-3, and usable as one everywhere.
+Status CheckPointName(std::string_view name);
 
 /// Names and numbers that must be unique in the gateway. A second use is an error that names the
 /// first.

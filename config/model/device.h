@@ -10,15 +10,13 @@
 #include <string_view>
 #include <vector>
 
-#include "config/model/alarm_setting.h"
-#include "config/model/event_text.h"
+#include "config/model/events.h"
 #include "config/model/fields.h"
-#include "config/model/mark.h"
 #include "config/model/options.h"
 #include "config/model/point.h"
+#include "config/model/problem.h"
 #include "config/model/serial.h"
 #include "config/model/timing.h"
-#include "config/model/traits.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {

@@ -1,5 +1,6 @@
 // Addresses of the network side, as users write them: where to listen, which clients may come,
 // which host a serial server has. Text comes from config/outputs and config/lines.
+// ParseDiscoveryServer reads where a DDS discovery server listens.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -58,5 +59,15 @@ bool IsMachineIpv4(const std::string& text);
 bool IsLoopback(const Network& network);
 /// Whether every address of `inner` is one of `outer`.
 bool Covers(const Network& outer, const Network& inner);
+
+// Where a DDS discovery server listens, as users write it: in `dds.discovery_servers` and on the
+// command line.
+
+inline constexpr std::size_t kMostDiscoveryServers = 16;
+inline constexpr std::uint16_t kDiscoveryPort = 11811;
+
+/// "10.0.0.7:11811", or "localhost:11811", which is 127.0.0.1. Other names are an error: a lookup
+/// that takes its time would hold DDS up.
+Result<HostPort> ParseDiscoveryServer(std::string_view text);
 
 }  // namespace baudgate::config

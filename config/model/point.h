@@ -10,13 +10,11 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/events.h"
 #include "config/model/fields.h"
-#include "config/model/mark.h"
-#include "config/model/point_event.h"
-#include "config/model/recheck.h"
-#include "config/model/shared.h"
+#include "config/model/problem.h"
+#include "config/model/timing.h"
 #include "gateway/base/decimal.h"
-#include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 
@@ -176,7 +174,7 @@ struct Point {
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
-  /// Empty: the gateway judges by earlier values (gateway/bus/devices/jump_check.h).
+  /// Empty: the gateway judges by earlier values (gateway/bus/devices/device_health.h).
   std::optional<Decimal> jump;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::vector<PointEvent> events;

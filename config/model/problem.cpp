@@ -3,10 +3,19 @@
 
 #include <algorithm>
 
-#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {
+
+std::string Mark::ToString() const {
+  return *file + ":" + std::to_string(line) + ":" + std::to_string(column);
+}
+
+const Mark& Keys::MarkOf(std::string_view key) const {
+  const auto found = values.find(key);
+  return found == values.end() ? map : found->second;
+}
+
 namespace {
 
 constexpr std::size_t kLongestMessage = 1000;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 namespace baudgate::config {
+
 namespace {
 
 // Places in kNamedTimes.

@@ -1,4 +1,5 @@
 // The named times of a line and of its devices (docs/timeouts.md), and where each comes from.
+// Recheck says when a reading is asked for a second time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,10 +10,18 @@
 #include <string_view>
 
 #include "config/model/fields.h"
-#include "config/model/recheck.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::config {
+
+// When a reading is asked for a second time before it counts (docs/timeouts.md).
+enum class Recheck : std::uint8_t {
+  off,
+  jump,   ///< when it differs from the last by more than the point's jump
+  always  ///< each time
+};
+
+std::string_view Name(Recheck recheck);
 
 /// No line is faster: a request and its reply at 115200 bit/s, and what a USB adapter adds.
 inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);

@@ -5,9 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "gateway/base/decimal_comma.h"
-#include "gateway/base/leading_zero.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::config {

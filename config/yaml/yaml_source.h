@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "config/model/line.h"
 #include "config/model/problem.h"
-#include "config/model/shared.h"
 #include "gateway/base/result.h"
 
 namespace baudgate::config {

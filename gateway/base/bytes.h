@@ -1,4 +1,5 @@
-// Byte sequences as they stand on a wire, and a reader that cannot run past their end.
+// Byte sequences as they stand on a wire, and a reader that cannot run past their end. ModemLines
+// are the lines of a serial port beside its data; Crc16, Sum8 and Xor8 are check values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -77,5 +78,33 @@ class ByteReader {
 
   View bytes_;
 };
+
+// The lines of a serial port beside its data.
+struct ModemLines {
+  bool dtr = false;  ///< set by this machine, as `rts`
+  bool rts = false;
+  bool cts = false;  ///< set by the device, as all below
+  bool dsr = false;
+  bool dcd = false;
+  bool ring = false;
+
+  bool operator==(const ModemLines&) const = default;
+};
+
+// The check values that serial protocols use, each in one place.
+
+/// CRC-16/MODBUS: reflected polynomial 0xA001, start 0xFFFF, no final XOR. Check("123456789") =
+/// 0x4B37.
+std::uint16_t Crc16(View bytes);
+/// Appends the CRC of `bytes` to them, low byte first.
+void AppendCrc16(Bytes& bytes);
+/// Whether the last two bytes are the CRC of those before, of which there is at least one.
+bool EndsInCrc16(View frame);
+
+/// Sum of all bytes modulo 256 (DCON).
+std::uint8_t Sum8(View bytes);
+
+/// Exclusive-or of all bytes (SPA Bus).
+std::uint8_t Xor8(View bytes);
 
 }  // namespace baudgate

@@ -1,10 +1,12 @@
 // A decimal number as people write it: 0.57 is 57 hundredths, and 0.57 times 400 is 228, where the
-// nearest doubles give 227.99999999999997. Whole numbers of 64 bits are exact.
+// nearest doubles give 227.99999999999997. Whole numbers of 64 bits are exact. WithDecimalPoint
+// accepts a decimal comma, and WhyLeadingZero explains numbers that not everybody reads alike.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <compare>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <ostream>
@@ -12,9 +14,31 @@
 #include <string_view>
 #include <utility>
 
+#include "gateway/base/result.h"
 #include "gateway/base/value.h"
 
 namespace baudgate {
+
+// Numbers with a decimal comma, as many people write them.
+
+/// The character there is a comma between two digits.
+bool IsDecimalComma(std::string_view text, std::size_t at);
+
+/// "1,5s" → "1.5s"; empty: its comma, if it has one, does not stand alone between two digits.
+std::string WithDecimalPoint(std::string_view text);
+
+// Numbers that not everybody reads alike: 010 is 10 to some readers of YAML, and 8 to others.
+
+/// Why `number` is refused for its leading zero; empty: it has no leading zero. A sign may stand
+/// before the digits, and a fraction or a unit behind them: "-010", "00.5", "05s". The caller puts
+/// the number in front of the text: "010 " + "has a leading zero: it is 10 in YAML 1.2, and 8 in
+/// YAML 1.1; write 10 or 8".
+std::string WhyLeadingZero(std::string_view number);
+
+/// Refuses a leading zero of every number in `text` that stands directly behind one of the
+/// characters `behind`, where '^' means the begin of the text. Numbers of bits are always checked:
+/// "[b03]", "[b0-b03]". The error names the number.
+Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
 /// Sums and products are exact where 64 bits hold their digits; else they are rounded to 19 digits,
 /// two more than a double has.

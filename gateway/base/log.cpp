@@ -14,8 +14,6 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
-#include "gateway/base/journal.h"
-#include "gateway/base/log_folder.h"
 #include "gateway/base/log_outlet.h"
 #include "gateway/base/time.h"
 #include "gateway/base/worker.h"

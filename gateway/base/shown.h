@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "gateway/base/time.h"
 
@@ -18,5 +21,47 @@ std::string FormatAge(Duration age);
 std::string Plural(std::uint64_t count, std::string_view word);
 /// Control characters but those in `kept`, and what is no UTF-8, become '?'.
 std::string Harmless(std::string_view text, std::string_view kept = {});
+
+// Tables for spreadsheets.
+
+/// "-5.25", "1e-05": digits with a point and an exponent.
+inline bool LooksLikeNumber(std::string_view text) {
+  if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
+  if (text.empty() ||
+      std::string_view("0123456789.").find(text.front()) == std::string_view::npos) {
+    return false;
+  }
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number);
+  return read.ptr == end && read.ec != std::errc::invalid_argument;
+}
+
+/// Spreadsheets take such a cell for a formula. "-5.2 kW" is none, and "-" neither.
+inline bool LooksLikeFormula(std::string_view text) {
+  if (text.empty() || LooksLikeNumber(text)) return false;
+  if (std::string_view("=@\t\r\n").find(text.front()) != std::string_view::npos) return true;
+  if (text.front() != '+' && text.front() != '-') return false;
+  const std::string_view rest = text.substr(1);
+  return !rest.empty() &&
+         (std::string_view("0123456789., ").find(rest.front()) == std::string_view::npos ||
+          rest.find_first_of("=+-*/^&|!()@<>:;\"'") != std::string_view::npos);
+}
+
+/// One cell as RFC 4180 has it. Spreadsheets show a text that looks like a formula as text.
+inline std::string CsvCell(std::string text) {
+  if (LooksLikeFormula(text)) text.insert(0, "'");
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+/// One row, with its end: every CSV output of the program goes through here.
+inline std::string CsvLine(std::span<const std::string> cells) {
+  std::string line;
+  for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + CsvCell(cells[i]);
+  return line + "\r\n";
+}
 
 }  // namespace baudgate

@@ -1,4 +1,5 @@
-// Text forms that exist once: hex, numbers (locale-free), splitting and trimming.
+// Text forms that exist once: hex, numbers (locale-free), splitting and trimming. Nearest finds the
+// known word that a misspelt one was meant to be.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,6 +7,7 @@
 #include <concepts>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -63,3 +65,31 @@ template <std::same_as<std::string> Temporary>
 std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 }  // namespace baudgate
+
+namespace baudgate::config {
+
+// Which known word a misspelt one was probably meant to be, for "did you mean" in messages.
+
+/// The nearest of `known` by edit distance; empty when none is near enough to be a slip.
+std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);
+
+/// "a, b, c".
+std::string Join(std::span<const std::string_view> words);
+
+/// In quotes, shortened where it is long: "'adress'".
+std::string Quoted(std::string_view text);
+
+/// An unknown key, in quotes only as far as it looks like one: "'password…'" of
+/// "password:SECRET", because what follows may be a secret.
+std::string QuotedKey(std::string_view key);
+
+/// " is the blank after the colon missing?" and the like, or nothing where it looks like a key.
+std::string MissingMark(std::string_view key);
+
+/// " did you mean 'x'?" with the leading blank, or nothing.
+std::string DidYouMean(std::string_view word, std::span<const std::string_view> known);
+
+/// As lower case, ASCII letters only; never locale dependent.
+std::string Lower(std::string_view text);
+
+}  // namespace baudgate::config

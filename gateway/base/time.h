@@ -3,6 +3,8 @@
 #pragma once
 
 #include <chrono>
+#include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -37,5 +39,29 @@ std::string FormatDuration(Duration duration);
 
 /// "2026-11-21T01:14:31.250Z".
 std::string FormatWallTime(WallTime time);
+
+// Times at which something is due, where one may never be.
+
+/// Empty: none of them is ever due.
+inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instant>> times) {
+  std::optional<Instant> soonest;
+  for (const std::optional<Instant>& time : times) {
+    if (time && (!soonest || *time < *soonest)) soonest = time;
+  }
+  return soonest;
+}
+
+inline bool HasCome(const std::optional<Instant>& time, Instant now) {
+  return time && *time <= now;
+}
+
+// Times and spans as users give them to ask for what has been: `--since 2h`.
+
+/// What FormatWallTime writes, or less of it: "2026-11-21", "2026-11-21T01:14", with a blank for
+/// the T. Always UTC, with the Z or without.
+Result<WallTime> ParseWallTime(std::string_view text);
+
+/// "2h" before `now`, or a time.
+Result<WallTime> ParseSince(std::string_view text, WallTime now);
 
 }  // namespace baudgate

@@ -1,9 +1,11 @@
-// One value of a point, as read, stored, served and written.
+// One value of a point, as read, stored, served and written. Quality says how far a value can be
+// trusted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 
 namespace baudgate {
@@ -19,5 +21,94 @@ double ToDouble(const Value& value);
 
 /// As people read it: "0.52", "true", "SPCJ 4D29", "" for nothing.
 std::string ToText(const Value& value);
+
+// How far a point's value can be trusted: an OPC DA code, and of a bad one why it is bad. Numbers
+// are a public contract (docs/modbus.md, docs/dds.md): code in the low byte, reason in the high
+// one.
+//
+//   0x0310 = open sensor, sensor failure        0x00C0 = good
+
+/// Why a value is not good, beyond what the code says.
+enum class Reason : std::uint8_t {
+  none = 0,
+  over_range = 1,
+  under_range = 2,
+  open_sensor = 3,
+  channel_disabled = 4,
+  not_fitted = 5,  ///< the device has no such channel or value
+  not_ready = 6,   ///< not yet, or not now
+  device_fault = 7,
+  other_module = 8,  ///< the device is not what its profile says
+  swapped = 9,       ///< another one answers in its place
+  password_refused = 10,
+  no_permission = 11,
+  sentinel = 12,      ///< a number that stands for no measurement
+  out_of_range = 13,  ///< beyond what the point's type holds
+};
+
+/// For people: "over range", "open sensor", …; empty for none.
+std::string_view Name(Reason reason);
+
+/// They follow `on_bad`; mostly of a whole device, other_module also of one input of a wrong type.
+constexpr bool ConcernsDevice(Reason reason) {
+  return reason == Reason::other_module || reason == Reason::swapped ||
+         reason == Reason::password_refused || reason == Reason::no_permission;
+}
+
+struct Quality {
+  enum Code : std::uint8_t {
+    bad = 0x00,
+    bad_configuration = 0x04,
+    bad_not_connected = 0x08,
+    bad_device_failure = 0x0C,
+    bad_sensor_failure = 0x10,
+    bad_last_known = 0x14,
+    bad_communication = 0x18,
+    bad_out_of_service = 0x1C,
+    bad_waiting = 0x20,  ///< every point is born so
+    uncertain = 0x40,
+    uncertain_last_usable = 0x44,
+    uncertain_sub_normal = 0x58,
+    good = 0xC0,
+  };
+
+  Code code = bad;
+  Reason reason = Reason::none;
+
+  constexpr Quality() = default;
+  constexpr Quality(Code its_code, Reason why = Reason::none) : code(its_code), reason(why) {}
+
+  constexpr std::uint16_t word() const {
+    return static_cast<std::uint16_t>(static_cast<unsigned>(reason) << 8U | code);
+  }
+  static constexpr Quality OfWord(std::uint16_t word) {
+    return {static_cast<Code>(word & 0xFFU), static_cast<Reason>(word >> 8U)};
+  }
+
+  bool operator==(const Quality&) const = default;
+  /// The code alone, whatever the reason.
+  constexpr bool operator==(Code other) const { return code == other; }
+  /// Worse.
+  constexpr bool operator<(const Quality& other) const { return code < other.code; }
+};
+
+/// The quality of all values of a device that a reason concerns.
+constexpr Quality QualityOfDevice(Reason reason) {
+  switch (reason) {
+    case Reason::other_module:
+      return {Quality::bad_configuration, reason};
+    case Reason::swapped:
+      return {Quality::bad_device_failure, reason};
+    default:
+      return {Quality::bad_communication, reason};
+  }
+}
+
+constexpr bool IsGood(Quality quality) { return (quality.code & 0xC0U) == 0xC0U; }
+constexpr bool IsUncertain(Quality quality) { return (quality.code & 0xC0U) == 0x40U; }
+constexpr bool IsBad(Quality quality) { return (quality.code & 0xC0U) == 0; }
+
+/// For people: "good", "uncertain: last usable", "bad: sensor failure, open sensor", …
+std::string Name(Quality quality);
 
 }  // namespace baudgate

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "gateway/daemon/daemon_impl.h"
-#include "gateway/daemon/manual_settings.h"
+#include "gateway/daemon/reloader.h"
 
 namespace baudgate {
 namespace {
@@ -30,13 +30,6 @@ reload::Health HealthOf(const DeviceRecord& record) {
 
 bool Begins(reload::Action action) {
   return action == reload::Action::added || action == reload::Action::restarted;
-}
-
-void CountClients(const modbus::TrafficStatus& traffic, reload::ModbusDifference& difference) {
-  for (reload::ListenerChange& listener : difference.listeners) {
-    listener.clients = static_cast<std::size_t>(
-        std::ranges::count(traffic.clients, listener.place, &modbus::ClientStatus::listener));
-  }
 }
 
 }  // namespace
@@ -70,34 +63,29 @@ std::vector<RouteTarget*> Daemon::Impl::Targets() const {
 }
 
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
-  if (web && web->HasOtherToken(next.web)) {
-    difference.settings.emplace_back("the token in " + next.web.token_file);
+  for (const auto& output : outputs) {
+    output->Examine(next, difference.settings, difference.restart);
   }
-  if (modbus) CountClients(modbus->server().Traffic(), difference.modbus);
+  for (reload::ListenerChange& listener : difference.modbus.listeners) {
+    listener.clients = 0;
+    for (const auto& output : outputs) *listener.clients += output->ClientsAt(listener.place);
+  }
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("recording of " + WhatIsKept(next, catalog) +
                                  ", which is off now (its files are opened at a start only)");
   } else if (KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("that events are kept");
   }
-#ifdef BAUDGATE_WITH_DDS
-  if (const auto why_not = dds ? dds->WhyNot(next) : std::nullopt) {
-    difference.restart.push_back(*why_not);
-  }
-#endif
 }
 
 Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
                                          const reload::Difference& difference) {
   Reloader::Prepared prepared;
-  ModbusOutput::Prepared ports;
-  const double client_share = MakeRoomFor(next);
-  if (modbus) ports = modbus->Prepare(next.modbus, difference.modbus);
-  ports.renewal.client_share = client_share;
-  prepared.troubles = std::move(ports.troubles);
-  auto page = std::make_shared<WebOutput::Prepared>();
-  if (web) *page = web->Prepare(next.web);
-  if (!page->trouble.empty()) prepared.troubles.push_back(page->trouble);
+  auto outputs_prepared = std::make_shared<PreparedOutputs>();
+  for (const auto& output : outputs) {
+    auto& one = outputs_prepared->emplace_back(output->Prepare(next));
+    for (const std::string& trouble : one->troubles) prepared.troubles.push_back(trouble);
+  }
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
     if (!Begins(difference.lines[i].action)) continue;
@@ -105,17 +93,16 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
     if (!thread) prepared.troubles.push_back(thread.error());
     if (thread) threads.emplace(next.lines[i].name, *std::move(thread));
   }
-  prepared.apply = [this, next = std::move(next), difference, renewal = std::move(ports.renewal),
-                    threads = std::move(threads), page]() mutable {
-    return Apply(std::move(next), difference, renewal, threads, std::move(*page));
+  prepared.apply = [this, next = std::move(next), difference, outputs_prepared,
+                    threads = std::move(threads)]() mutable {
+    return Apply(std::move(next), difference, std::move(*outputs_prepared), threads);
   };
   return prepared;
 }
 
 std::vector<std::string> Daemon::Impl::Apply(config::Config next,
                                              const reload::Difference& difference,
-                                             const modbus::Renewal& renewal, const Threads& threads,
-                                             WebOutput::Prepared page) {
+                                             PreparedOutputs prepared, const Threads& threads) {
   reload::Placement placed = reload::PlaceInSlots(*running, std::move(next), difference);
   const auto before =
       std::exchange(running, std::make_shared<const config::Config>(std::move(placed.config)));
@@ -148,15 +135,12 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     Restore(manual[line->name], dispatcher, *line, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
-  std::vector<std::string> missing;
-  if (modbus) missing = modbus->Apply(*running, Targets(), renewal);
-#ifdef BAUDGATE_WITH_DDS
-  if (dds) dds->OnReload();
-#endif
   ApplyHistory(*before);
-  if (web) {
-    const std::string trouble = web->Apply(running, std::move(page));
-    if (!trouble.empty()) missing.push_back(trouble);
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    for (std::string& trouble : outputs[i]->Apply(running, std::move(prepared[i]))) {
+      missing.push_back(std::move(trouble));
+    }
   }
   lines.Start();
   if (EventPath* const events = records.events()) {
@@ -168,13 +152,14 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
 
 /// Points of the history are numbers, too. A reader meanwhile goes on with what it has.
 void Daemon::Impl::ApplyHistory(const config::Config& before) {
+  const auto set = [this](const std::shared_ptr<const history::HistorySource>& history) {
+    for (const auto& output : outputs) output->SetHistory(running, history);
+  };
   if (before.history.on() || running->history.on()) {
-    if (control) control->Apply(running, nullptr);
-    if (web) web->ApplyHistory(running, nullptr);
+    set(nullptr);
     records.RenewHistory(running, store);
   }
-  if (control) control->Apply(running, records.history());
-  if (web) web->ApplyHistory(running, records.history());
+  set(records.history());
 }
 
 reload::Healths Daemon::Impl::Healths() const {

@@ -11,6 +11,11 @@
 #include "gateway/base/version.h"
 #include "gateway/daemon/daemon_impl.h"
 #include "gateway/daemon/descriptors.h"
+#include "gateway/outputs/control/control_output.h"
+#include "gateway/outputs/dds/output/dds_output.h"
+#include "gateway/outputs/dds/output/event_samples.h"
+#include "gateway/outputs/modbus/server/modbus_output.h"
+#include "gateway/outputs/web/web_output.h"
 
 namespace baudgate {
 namespace {
@@ -31,15 +36,10 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  impl_->limits.client_share = Impl::MakeRoomFor(impl_->config);
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
-  // The port first: a gateway that is started twice must not publish, and then end, the points
-  // of the one that runs already under the same name.
-  if (Status status = impl_->StartModbus(); !status) return status;
-  if (Status status = impl_->StartDds(); !status) return status;
-  WebOutput::Prepared page = impl_->PrepareWeb();
-  if (!page.trouble.empty()) return Error{page.trouble};
+  impl_->MakeOutputs();
+  if (Status status = impl_->OpenOutputs(); !status) return status;
   EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
   impl_->MakeClocks();
@@ -51,8 +51,7 @@ Status Daemon::Start() {
   });
   if (events != nullptr) events->Start();
   if (WritePath* const writes = impl_->records.write_path()) writes->Start();
-  impl_->StartControl();
-  if (Status status = impl_->StartWeb(std::move(page)); !status) return status;
+  if (Status status = impl_->BeginOutputs(); !status) return status;
   if (impl_->reloader) impl_->reloader->Start();
   return {};
 }
@@ -60,12 +59,7 @@ Status Daemon::Start() {
 bool Daemon::Stop() {
   if (impl_->host_clock) impl_->host_clock->RequestStop();
   if (impl_->reloader) impl_->reloader->Stop();
-  if (impl_->control) impl_->control->Stop();
-  if (impl_->web) impl_->web->Stop();
-  if (impl_->modbus) impl_->modbus->Stop();
-#ifdef BAUDGATE_WITH_DDS
-  if (impl_->dds) impl_->dds->StopWrites();
-#endif
+  for (const auto& output : impl_->outputs) output->StopRequests();
   if (impl_->clocks) impl_->clocks->Stop();
   if (WritePath* const writes = impl_->records.write_path()) writes->Stop();
   impl_->records.EndHistory();
@@ -77,12 +71,20 @@ bool Daemon::Stop() {
   }
   impl_->host_clock.reset();
   if (hang.empty()) impl_->EndLines();
-  impl_->StopDds();
+  impl_->StopOutputs();
   log::TellRepeats();
   return hang.empty();
 }
 
 bool Daemon::Look() { return impl_->lines.Look(ReadClocks().wall); }
+
+void Daemon::Add(MakeOutput make) { impl_->more_outputs.push_back(std::move(make)); }
+
+std::vector<std::string_view> Daemon::outputs() const {
+  std::vector<std::string_view> names;
+  for (const auto& output : impl_->outputs) names.push_back(output->name());
+  return names;
+}
 
 void Daemon::SetReload(ReloadOptions options) { impl_->SetReload(std::move(options)); }
 
@@ -99,13 +101,10 @@ LineControl& Daemon::control() { return impl_->dispatcher; }
 
 std::string Daemon::Summary() const {
   std::string text;
-  if (impl_->modbus) text = impl_->modbus->Summary();
-  if (!text.empty()) text += ", ";
-  const std::string page = impl_->web ? impl_->web->Summary() : std::string();
-  if (!page.empty()) text += page + ", ";
-#ifdef BAUDGATE_WITH_DDS
-  if (impl_->dds) text += fmt::format("DDS domain {}, ", impl_->config.dds.domain);
-#endif
+  for (const auto& output : impl_->outputs) {
+    const std::string summary = output->Summary();
+    if (!summary.empty()) text += summary + ", ";
+  }
   return text + fmt::format("{}, {}", Plural(impl_->lines.present(), "line"),
                             Plural(impl_->store.present_count(), "device"));
 }
@@ -199,34 +198,42 @@ void Daemon::Impl::MakeClocks() {
 void Daemon::Impl::EndLines() {
   lines.End();
   if (EventPath* const events = records.events()) events->End();
-  StopDds();
+  StopOutputs();
   records.EndEvents();
   lines.StopLoops();
 }
 
-Status Daemon::Impl::StartModbus() {
-  if (!config.modbus.enabled) return {};
-  modbus::ModbusLinks links;
-  links.lines = Targets();
-  links.frames = {catalog.FramesOf(modbus::Framing::rtu), catalog.FramesOf(modbus::Framing::ascii)};
-  if (records.write_path() != nullptr) links.writes = &records.write_path()->log();
-  if (records.events() != nullptr) {
-    links.events = records.events()->feed();
-    links.alarms = &records.events()->log();
-    links.routed = [events = records.events()](const modbus::RoutedReport& end, Now now) {
-      events->OnRouted(end, now);
-    };
+// ---------------------------------------------------------------- outputs
+
+void Daemon::Impl::MakeOutputs() {
+  outputs.push_back(MakeControl());
+  outputs.push_back(MakeWeb());
+  outputs.push_back(MakeModbus());
+  outputs.push_back(MakeDds());
+  for (const MakeOutput& make : more_outputs) outputs.push_back(make(store));
+}
+
+Status Daemon::Impl::OpenOutputs() {
+  for (const auto& output : outputs) {
+    if (Status status = output->Open(running); !status) return status;
   }
-  auto output = ModbusOutput::Start(
-      config, {store, Commands(), [this] { return Figures(); }, limits, std::move(links)});
-  if (!output) return Error{output.error()};
-  modbus = std::move(*output);
-  lines.Watch("modbus", modbus->io());
   return {};
 }
 
+Status Daemon::Impl::BeginOutputs() {
+  for (const auto& output : outputs) {
+    if (Status status = output->Begin(running); !status) return status;
+    if (auto* const loop = output->loop()) lines.Watch(std::string(output->name()), *loop);
+  }
+  return {};
+}
+
+void Daemon::Impl::StopOutputs() {
+  for (const auto& output : outputs) output->Stop();
+}
+
 control::GatewayInfo Daemon::Impl::GatewayForStatus() {
-  control::GatewayInfo info{kVersion, started, modbus ? &modbus->server() : nullptr};
+  control::GatewayInfo info{kVersion, started, &outputs};
   if (records.write_path() != nullptr) info.audit = &records.write_path()->log();
   if (records.events() != nullptr) info.events = &records.events()->log();
   info.history = records.history();
@@ -236,62 +243,53 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() {
     return control::FilesState{count.open, count.limit, troubles.all()};
   };
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
-#ifdef BAUDGATE_WITH_DDS
-  if (dds) info.dds = [this] { return dds->state(); };
-#endif
   return info;
 }
 
-void Daemon::Impl::StartControl() {
-  control = ControlOutput::Start(
-      config, {store, dispatcher, Commands(), GatewayForStatus(), reloader.get()});
-  if (control) lines.Watch("control", control->io());
+std::unique_ptr<Output> Daemon::Impl::MakeControl() {
+  return std::make_unique<ControlOutput>(
+      config,
+      ControlOutput::Links{store, dispatcher, Commands(), GatewayForStatus(), reloader.get()});
 }
 
-/// Opens the port before anything is asked on a line.
-WebOutput::Prepared Daemon::Impl::PrepareWeb() {
+std::unique_ptr<Output> Daemon::Impl::MakeWeb() {
   web::LiveApi::Links links{store, dispatcher, GatewayForStatus()};
   links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
   if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
   modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
   needs.web = modbus::kWebDescriptors;  // a reload may add the page
   const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
-  web = std::make_unique<WebOutput>(std::move(links),
-                                    web::Limits::Of(modbus::WebShare(needs, limit)));
-  return web->Prepare(config.web);
+  return std::make_unique<WebOutput>(std::move(links),
+                                     web::Limits::Of(modbus::WebShare(needs, limit)));
 }
 
-Status Daemon::Impl::StartWeb(WebOutput::Prepared page) {
-  const std::string trouble = web->Apply(running, std::move(page));
-  return trouble.empty() ? Status() : Error{trouble};
-}
-
-Status Daemon::Impl::StartDds() {
-  if (!config.dds.enabled) return {};
-#ifdef BAUDGATE_WITH_DDS
-  std::shared_ptr<EventSamples> samples;
-  if (const EventPath* const events = records.events()) {
-    samples = std::make_shared<EventSamples>(config.name, events->feed(), events->cursors(),
-                                             records.keeps_events());
+std::unique_ptr<Output> Daemon::Impl::MakeModbus() {
+  modbus::ModbusLinks server;
+  server.frames = {catalog.FramesOf(modbus::Framing::rtu),
+                   catalog.FramesOf(modbus::Framing::ascii)};
+  if (records.write_path() != nullptr) server.writes = &records.write_path()->log();
+  if (records.events() != nullptr) {
+    server.events = records.events()->feed();
+    server.alarms = &records.events()->log();
+    server.routed = [events = records.events()](const modbus::RoutedReport& end, Now now) {
+      events->OnRouted(end, now);
+    };
   }
+  return std::make_unique<ModbusOutput>(
+      ModbusOutput::Links{store, Commands(), [this] { return Figures(); }, &MakeRoomFor,
+                          [this] { return Targets(); }, std::move(server)});
+}
+
+std::unique_ptr<Output> Daemon::Impl::MakeDds() {
   const audit::AuditSource* const audit =
       records.write_path() != nullptr ? &records.write_path()->log() : nullptr;
-  auto output = DdsOutput::Start(
-      config, store, Commands(), [audit] { return audit::PastOf(audit); }, std::move(samples),
-      records.keeps_events());
-  if (!output) return Error{output.error()};
-  dds = std::move(*output);
-#else
-  log::Warn("dds: this build has no DDS; set dds.enabled to false to silence this line");
-#endif
-  return {};
-}
-
-void Daemon::Impl::StopDds() {
-#ifdef BAUDGATE_WITH_DDS
-  if (dds) dds->Stop();
-  dds.reset();
-#endif
+  DdsOutput::Links links{store, Commands(), [audit] { return audit::PastOf(audit); }};
+  if (const EventPath* const events = records.events(); events != nullptr && config.dds.enabled) {
+    links.events = std::make_shared<EventSamples>(config.name, events->feed(), events->cursors(),
+                                                  records.keeps_events());
+  }
+  links.keeps_events = records.keeps_events();
+  return std::make_unique<DdsOutput>(std::move(links));
 }
 
 modbus::GatewayFigures Daemon::Impl::Figures() const {

@@ -3,7 +3,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
@@ -11,6 +15,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/daemon/reload_options.h"
 #include "gateway/lines/line_control.h"
+#include "gateway/outputs/output.h"
 
 namespace baudgate {
 
@@ -19,6 +24,13 @@ class Daemon {
   /// `catalog` outlives the daemon.
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
+
+  /// Before Start: one more output, behind the others in the list. Start calls `make`; the store
+  /// outlives the output.
+  using MakeOutput = std::function<std::unique_ptr<Output>(PointStore& store)>;
+  void Add(MakeOutput make);
+  /// The names of the outputs, in the order in which they are stopped. After Start.
+  std::vector<std::string_view> outputs() const;
 
   /// Before Start. Then `baudgate reload` and Reload read the file again.
   void SetReload(ReloadOptions options);

@@ -12,24 +12,17 @@
 
 #include "gateway/daemon/clocks/clock_corrector.h"
 #include "gateway/daemon/clocks/host_clock.h"
-#include "gateway/daemon/control_output.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/daemon/file_troubles.h"
-#include "gateway/daemon/modbus_output.h"
-#include "gateway/daemon/open_files.h"
+#include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/records.h"
-#include "gateway/daemon/reload/slots.h"
+#include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/daemon/ticker.h"
-#include "gateway/daemon/web_output.h"
-#include "gateway/lines/line_dispatcher.h"
 #include "gateway/lines/lines.h"
-#include "gateway/lines/placement.h"
-#include "gateway/records/trace/recordings.h"
-#ifdef BAUDGATE_WITH_DDS
-#include "gateway/daemon/dds_output.h"
-#include "gateway/daemon/event_samples.h"
-#endif
+#include "gateway/outputs/modbus/registers/register_contents.h"
+#include "gateway/outputs/output.h"
+#include "gateway/outputs/status/status_json.h"
+#include "gateway/records/trace/line_recorder.h"
 
 namespace baudgate {
 
@@ -53,10 +46,11 @@ struct Daemon::Impl {
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
   /// By name of the line that begins.
   using Threads = std::map<std::string, std::shared_ptr<LoopThread>>;
+  /// In the order of `outputs`.
+  using PreparedOutputs = std::vector<std::unique_ptr<Output::Prepared>>;
   /// Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
-                                 const modbus::Renewal& renewal, const Threads& threads,
-                                 WebOutput::Prepared page);
+                                 PreparedOutputs prepared, const Threads& threads);
   /// `own` null: on a shared thread, because the system has none left.
   void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
   reload::Healths Healths() const;
@@ -70,13 +64,17 @@ struct Daemon::Impl {
   void TellUnsettled(const std::set<audit::Target>& devices);
   void MakeLines();
   void MakeClocks();
-  Status StartModbus();
-  Status StartDds();
-  void StopDds();
+  /// The list of all outputs. They stop in its order: first those through which people and clients
+  /// write.
+  void MakeOutputs();
+  std::unique_ptr<Output> MakeControl();
+  std::unique_ptr<Output> MakeWeb();
+  std::unique_ptr<Output> MakeModbus();
+  std::unique_ptr<Output> MakeDds();
+  Status OpenOutputs();
+  Status BeginOutputs();
+  void StopOutputs();
   control::GatewayInfo GatewayForStatus();
-  void StartControl();
-  WebOutput::Prepared PrepareWeb();
-  Status StartWeb(WebOutput::Prepared page);
   void EndLines();
   modbus::GatewayFigures Figures() const;
 
@@ -96,13 +94,8 @@ struct Daemon::Impl {
   std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;
   Instant started = ReadClocks().instant;
-  modbus::ModbusLimits limits;
-  std::unique_ptr<ModbusOutput> modbus;
-  std::unique_ptr<ControlOutput> control;
-  std::unique_ptr<WebOutput> web;
-#ifdef BAUDGATE_WITH_DDS
-  std::unique_ptr<DdsOutput> dds;
-#endif
+  OutputList outputs;
+  std::vector<MakeOutput> more_outputs;
   /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
   /// store hold references to them.
   std::vector<std::shared_ptr<const config::Line>> updated_lines;

@@ -9,6 +9,7 @@
 #include "gateway/lines/serial_server/server.h"
 
 namespace baudgate::modbus {
+
 namespace {
 
 // Each with some room: a port is opened before the old one is gone. Serial ports have a loop of
@@ -79,3 +80,27 @@ std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) 
 }
 
 }  // namespace baudgate::modbus
+
+namespace baudgate {
+
+OpenFiles::OpenFiles() {
+  const MutexLock lock(mutex_);
+  folder_.reset(::opendir("/proc/self/fd"));
+}
+
+OpenFiles::Count OpenFiles::Now() {
+  Count count;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
+    count.limit = limit.rlim_cur;
+  }
+  const MutexLock lock(mutex_);
+  if (!folder_) return count;
+  ::rewinddir(folder_.get());
+  while (const dirent* const one = ::readdir(folder_.get())) {
+    if (one->d_name[0] != '.') ++count.open;
+  }
+  return count;
+}
+
+}  // namespace baudgate

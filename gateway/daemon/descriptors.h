@@ -1,14 +1,18 @@
 // File descriptors: how many the gateway needs by its configuration, and how many Modbus clients
 // and viewers of the page may connect if the system allows fewer. Neither may take descriptors that
 // are needed to open a port again or to answer the control socket; nor may viewers take those of
-// clients. Used once, by daemon.cpp.
+// clients. Used once, by daemon.cpp. OpenFiles counts the descriptors that are open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <dirent.h>
+
 #include <cstddef>
+#include <memory>
 #include <string>
 
 #include "config/model/config.h"
+#include "gateway/base/guarded.h"
 
 namespace baudgate::modbus {
 
@@ -39,3 +43,26 @@ std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit);
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);
 
 }  // namespace baudgate::modbus
+
+namespace baudgate {
+
+/// Counts the files that this process has open, also at its limit. From any thread.
+class OpenFiles {
+ public:
+  OpenFiles();
+
+  struct Count {
+    std::size_t open = 0;
+    std::size_t limit = 0;  ///< 0: there is none, or it is not known
+  };
+  Count Now();
+
+ private:
+  struct Closer {
+    void operator()(DIR* folder) const { ::closedir(folder); }
+  };
+  Mutex mutex_;
+  std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);  // null: it cannot be read
+};
+
+}  // namespace baudgate

@@ -1,12 +1,15 @@
 // The way of an event from its line to the file, and the way back, by which its device may be asked
 // for more. The gateway's own events enter here, too, and its own alarms. Made and ended by
-// daemon.cpp.
+// daemon.cpp. EventsPlace says where events.db is, NewsKind how news is recorded, and AlarmService
+// raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -16,18 +19,111 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/version.h"
+#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/points/steady_vector.h"
-#include "gateway/daemon/alarm_service.h"
-#include "gateway/daemon/events_place.h"
-#include "gateway/lines/event_sink.h"
+#include "gateway/lines/line_reporter.h"
+#include "gateway/outputs/modbus/service/links.h"
+#include "gateway/records/disk/disk.h"
+#include "gateway/records/disk/events_file.h"
 #include "gateway/records/events/event_feed.h"
 #include "gateway/records/events/event_log.h"
-#include "gateway/records/events/lasting_facts.h"
+#include "gateway/records/events/own_alarms.h"
+#include "gateway/records/events/own_records.h"
 #include "gateway/records/events/point_watch.h"
 #include "gateway/records/events/record_service.h"
 
 namespace baudgate {
+
+// Where events.db is, for the parts that write to it.
+struct EventsPlace {
+  std::filesystem::path file;  ///< empty: there is no place for it
+  std::string why_no_file{};
+  bool in_memory = false;  ///< only the gateway's own alarms, until it ends
+  std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
+};
+
+// How news of lines and devices is recorded: the one table from what a line tells to the code of
+// the event and the trouble of the alarm. The words of an event are in
+// gateway/records/events/own_records.cpp, the name of an alarm in
+// gateway/records/events/own_alarms.cpp.
+struct NewsKind {
+  events::OwnCode code;
+  std::optional<events::Trouble> trouble{};  ///< empty: it is no alarm
+};
+
+/// The compiler refuses news without a row.
+constexpr NewsKind KindOf(News::What what) {
+  using events::OwnCode;
+  using events::Trouble;
+  switch (what) {
+    case News::What::no_answer:
+      break;
+    case News::What::not_in_use:
+      return {OwnCode::not_in_use};
+    case News::What::wrong_device:
+      return {OwnCode::wrong_device, Trouble::wrong_device};
+    case News::What::replaced:
+      return {OwnCode::replaced, Trouble::replaced};
+    case News::What::port_down:
+      return {OwnCode::port_down, Trouble::port_down};
+    case News::What::port_lent:
+      return {OwnCode::port_lent};
+    case News::What::collisions:
+      return {OwnCode::collisions};
+    case News::What::ring_open:
+      return {OwnCode::ring_open, Trouble::ring_open};
+    case News::What::port_served:
+      return {OwnCode::port_served};
+  }
+  return {OwnCode::no_answer, Trouble::no_answer};
+}
+
+// The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
+// thread, and reports in order what raises and ends alarms. gateway/records/events/own_alarms.h
+// decides what is an alarm, and when.
+class AlarmService {
+ public:
+  using Tell = std::function<void(events::EventRecord record)>;
+  /// `tell` returns at once, and does not call this.
+  AlarmService(std::shared_ptr<const config::Config> config, Tell tell)
+      : tell_(std::move(tell)), alarms_(std::move(config)) {}
+
+  /// `device`: its name; empty: the news is of the line.
+  void OnNews(const std::string& line, const std::string& device, const News& news, Now at);
+  void OnRouted(const modbus::RoutedReport& end, Now now);
+  /// The configuration does not use this device.
+  void OnUnused(const std::string& line, const std::string& device, Now now);
+
+  struct DiskState {
+    events::Trouble trouble = events::Trouble::events_lost;
+    Disk disk = Disk::opening;
+    std::string why{};
+  };
+  /// From time to time: the state of the disks; raises what has lasted long enough.
+  void Look(std::span<const DiskState> disks, Now now);
+
+  /// See OwnAlarms.
+  void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
+
+ private:
+  /// Requests of clients to one unit that got no reply, in a row.
+  struct Unanswered {
+    int requests = 0;
+    Now first{};
+    Instant last{};
+  };
+
+  void TellAll(events::OwnAlarms::Records records) BAUDGATE_REQUIRES(mutex_);
+  void OnAnswered(const events::OwnAlarms::Place& unit, Now now) BAUDGATE_REQUIRES(mutex_);
+  void OnUnanswered(const events::OwnAlarms::Place& unit, const std::string& why, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Forget(Now now) BAUDGATE_REQUIRES(mutex_);
+
+  const Tell tell_;
+  Mutex mutex_;
+  events::OwnAlarms alarms_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<events::OwnAlarms::Place, Unanswered> unanswered_ BAUDGATE_GUARDED_BY(mutex_);
+};
 
 class EventPath final : public EventSink {
  public:

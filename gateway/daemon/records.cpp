@@ -6,9 +6,96 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/worker.h"
-#include "gateway/daemon/history_path.h"
 
 namespace baudgate {
+
+std::vector<std::string> FileTroubles::Held::All() const {
+  std::vector<std::string> all;
+  const MutexLock lock(mutex);
+  for (const auto& [file, trouble] : troubles) all.push_back(trouble);
+  return all;
+}
+
+std::string FileTroubles::Held::Set(const std::string& file, const std::string& trouble) {
+  const MutexLock lock(mutex);
+  if (trouble.empty()) {
+    const auto found = troubles.extract(file);
+    return found.empty() ? std::string() : found.mapped();
+  }
+  return std::exchange(troubles[file], trouble);
+}
+
+/// The log hears of the first trouble and of its end.
+std::function<void(const std::string& trouble)> FileTroubles::Reporter(const std::string& file) {
+  return [held = held_, file](const std::string& trouble) {
+    const std::string was = held->Set(file, trouble);
+    if (was.empty() && !trouble.empty()) log::Warn("{}", trouble);
+    if (!was.empty() && trouble.empty()) log::Info("{} is written again", file);
+  };
+}
+
+namespace {
+
+audit::AuditLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
+                                   WritePath::Unsettled unsettled) {
+  audit::AuditLog::Options options;
+  options.file = place.file;
+  options.why_no_file = place.why_no_file;
+  options.writer = place.writer;
+  options.require = config.audit == config::Audit::require;
+  options.clocks = ReadClocks;
+  options.warn = [](const std::string& text) { log::Warn("{}", text); };
+  options.inform = [](const std::string& text) { log::Info("{}", text); };
+  options.unsettled = std::move(unsettled);
+  return options;
+}
+
+}  // namespace
+
+WritePath::WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
+                     const EventsPlace& place, Unsettled unsettled)
+    : unsettled_(std::move(unsettled)),
+      log_(OptionsOf(config, place,
+                     [this](const std::set<audit::Target>& devices) { OnUnsettled(devices); })),
+      audited_(store, lines, log_, config.audit, ReadClocks) {}
+
+void WritePath::OnUnsettled(const std::set<audit::Target>& devices) {
+  {
+    const MutexLock lock(mutex_);
+    if (!started_) {
+      early_ = devices;
+      return;
+    }
+  }
+  unsettled_(devices);
+}
+
+void WritePath::Start() {
+  audited_.Start();
+  std::set<audit::Target> early;
+  {
+    const MutexLock lock(mutex_);
+    started_ = true;
+    early.swap(early_);
+  }
+  if (!early.empty()) unsettled_(early);
+}
+
+std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
+                                                 HistoryPlace place) {
+  history::HistoryLog::Options options;
+  options.config = &config;
+  options.store = &store;
+  options.folder = std::move(place.folder);
+  options.why_no_folder = std::move(place.why_no_folder);
+  options.ready = std::move(place.ready);
+  options.taken = std::move(place.taken);
+  options.clocks = ReadClocks;
+  options.warn = [](const std::string& text) { log::Warn("{}", text); };
+  options.inform = [](const std::string& text) { log::Info("{}", text); };
+  return std::make_unique<history::HistoryLog>(std::move(options));
+}
+
 namespace {
 
 /// For a disk that does not answer; lines and listeners wait as long at a start.

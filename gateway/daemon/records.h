@@ -1,14 +1,17 @@
 // What the gateway keeps on the disk, as far as its configuration wants it: the state folder, the
 // memory of conversations, the audit of writes, events, values. Made before the lines, ended after
-// them.
+// them. FileTroubles names files that cannot be written, WritePath is the way of a recorded write,
+// and MakeHistory makes the way of values to the history.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,14 +22,78 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/daemon/event_path.h"
-#include "gateway/daemon/events_place.h"
-#include "gateway/daemon/file_troubles.h"
-#include "gateway/daemon/write_path.h"
+#include "gateway/records/audit/audit_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/device_memory.h"
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/history_log.h"
 
 namespace baudgate {
+
+// Small files that cannot be written, for the log and the status, as long as it lasts.
+
+/// From any thread.
+class FileTroubles {
+ public:
+  /// For the writer of `file`: call it with what is wrong now, or with an empty text when the file
+  /// can be written again. It may outlive this object.
+  std::function<void(const std::string& trouble)> Reporter(const std::string& file);
+  std::vector<std::string> all() const { return held_->All(); }
+
+ private:
+  struct Held {
+    std::vector<std::string> All() const;
+    /// Returns the trouble that was set before.
+    std::string Set(const std::string& file, const std::string& trouble);
+
+    mutable Mutex mutex;
+    std::map<std::string, std::string> troubles BAUDGATE_GUARDED_BY(mutex);
+  };
+  const std::shared_ptr<Held> held_ = std::make_shared<Held>();
+};
+
+// The way of a recorded write from an output to its line: the audit log and the sink in front of
+// the lines. Made and ended by daemon.cpp.
+class WritePath {
+ public:
+  /// Called once, from any thread: see AuditLog::Options.
+  using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
+  /// All but `place` outlive it.
+  WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
+            const EventsPlace& place, Unsettled unsettled);
+
+  /// What outputs submit to.
+  CommandSink& entrance() { return audited_; }
+  audit::AuditLog& log() { return log_; }
+
+  /// The lines are there: `unsettled` is called from now on.
+  void Start();
+  /// Nothing is submitted any more: waiting writes are handed to the lines, or denied.
+  void Stop() { audited_.Stop(); }
+
+ private:
+  void OnUnsettled(const std::set<audit::Target>& devices);
+
+  const Unsettled unsettled_;
+  Mutex mutex_;
+  bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);  // before Start
+  audit::AuditLog log_;
+  audit::AuditedWrites audited_;
+};
+
+// The way of values from the point store to the files of the history. Made and ended by daemon.cpp.
+struct HistoryPlace {
+  std::filesystem::path folder{};  ///< empty: there is no place for it
+  std::string why_no_folder{};
+  // As in HistoryLog.
+  std::function<Status()> ready{};
+  std::function<bool()> taken{};
+};
+
+/// Before the lines start. `config` and `store` outlive it.
+std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
+                                                 HistoryPlace place);
 
 class Records {
  public:

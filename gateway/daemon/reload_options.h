@@ -11,7 +11,6 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/daemon/reload/kept_configs.h"
 #include "gateway/daemon/reload/trial.h"
 
 namespace baudgate {

@@ -11,6 +11,103 @@
 #include "gateway/base/log.h"
 
 namespace baudgate {
+
+namespace {
+
+constexpr const char* kNoAnswer = "cannot be read: its disk does not answer";
+
+}  // namespace
+
+ConfigFile::Text ConfigFile::Read() { return calls_.Wait(read_).value_or(Error{kNoAnswer}); }
+
+void ConfigFile::Look(std::function<void(const Text& text)> seen) {
+  const bool begun =
+      calls_.Offer([this, seen] { asio::post(loop_, [seen, text = read_()] { seen(text); }); });
+  if (!begun) seen(Error{kNoAnswer});
+}
+
+namespace {
+
+Error NoAnswer(const std::string& folder) {
+  return Error{folder + " cannot be used: its disk does not answer"};
+}
+
+}  // namespace
+
+ConfigCopies::ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept,
+                           Duration patience, std::function<Status()> open_folder)
+    : loop_(loop),
+      kept_(std::move(kept)),
+      open_folder_(std::move(open_folder)),
+      calls_("config copies", patience) {}
+
+Status ConfigCopies::Open() {
+  if (open_) return {};
+  if (!kept_) return Error{"there is no state folder; give one with gateway.state"};
+  Status status = open_folder_();
+  open_ = status.ok();
+  return status;
+}
+
+Status ConfigCopies::Keep(const reload::KeptTexts& texts) {
+  if (Status status = Open(); !status) return status;
+  const auto written = calls_.Wait([kept = *kept_, texts] { return kept.Write(texts); });
+  if (!written) return NoAnswer(folder());
+  return *written ? Status() : Status(Error{written->error()});
+}
+
+void ConfigCopies::Look(const reload::KeptTexts& texts,
+                        std::function<void(std::optional<std::string> trouble)> seen) {
+  if (!open_) return;
+  const bool begun = calls_.Offer([this, kept = *kept_, texts, seen] {
+    asio::post(loop_, [this, seen, written = kept.Write(texts)] { seen(Trouble(written)); });
+  });
+  if (!begun) seen(Trouble(NoAnswer(folder())));
+}
+
+std::optional<std::string> ConfigCopies::Trouble(const Result<bool>& written) {
+  const auto before = std::move(trouble_);
+  trouble_ = written ? std::optional<std::string>() : written.error();
+  if (trouble_ && trouble_ != before) {
+    log::Warn("the confirmed configuration is not kept: {}; the gateway keeps trying", *trouble_);
+  } else if (written && *written) {
+    log::Warn("the copies in {} were missing or changed, and were written again", folder());
+  }
+  return trouble_;
+}
+
+ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+                                const config::Line& config) {
+  ManualSettings settings;
+  const LineStatus status = store.ReadLine(line);
+  // A client over the network has gone with the line.
+  const bool by_hand = status.port == LineStatus::Port::released && !status.lent_to_client;
+  settings.released_until = by_hand ? status.released_until : status.release_asked_until;
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device) || store.line(device).name != config.name) continue;
+    bool in_use = true;
+    store.Read(device, [&in_use](const DeviceRecord& record) {
+      in_use = record.status.state != DeviceState::disabled;
+    });
+    const config::Device& its = store.device(device);
+    if (in_use != its.enabled) settings.in_use.emplace(its.name, in_use);
+  }
+  return settings;
+}
+
+void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
+             std::uint32_t line, std::uint32_t first_device, WallTime now) {
+  if (before.released_until > now) {
+    lines.Release(line, std::chrono::ceil<std::chrono::seconds>(before.released_until - now));
+  }
+  const std::vector<config::Device>& devices = config.devices;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const auto set = before.in_use.find(devices[i].name);
+    if (set == before.in_use.end() || set->second == devices[i].enabled) continue;
+    lines.SetInUse(first_device + static_cast<std::uint32_t>(i), set->second);
+  }
+}
+
 namespace {
 
 using log::Level;

@@ -1,28 +1,159 @@
 // Applies a changed configuration file while the gateway runs, on request (SIGHUP, `baudgate
 // reload`); an edit alone is only shown in the status. Reads the file, says what it changes, has it
 // applied, keeps a copy, and takes it back if it is not confirmed. On a thread of its own; lines,
-// outputs and the watchdog do not wait for it, and it does not wait for a disk.
+// outputs and the watchdog do not wait for it, and it does not wait for a disk. ReloadDisplay shows
+// the configuration that runs, ConfigFile reads the user's file, ConfigCopies keeps copies, and
+// ManualSettings carries over what a person has set.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
+#include "config/model/line.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
-#include "gateway/daemon/config_copies.h"
-#include "gateway/daemon/config_file.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/points/point_store.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reload/trial.h"
-#include "gateway/daemon/reload_display.h"
 #include "gateway/daemon/reload_options.h"
-#include "gateway/outputs/control/reload_requests.h"
+#include "gateway/lines/line_control.h"
+#include "gateway/outputs/control/request.h"
+#include "gateway/outputs/status/status_json.h"
+#include "gateway/records/disk/disk.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {
+
+// The configuration that runs, as outputs show it: its state, its text, and the end of its trial.
+// Written by the reloader's thread, read by any thread.
+class ReloadDisplay {
+ public:
+  void Change(const std::function<void(control::ReloadState&)>& change) {
+    const MutexLock lock(mutex_);
+    change(state_);
+  }
+  /// The text that runs from now on, with its secrets.
+  void SetText(std::shared_ptr<const std::string> text) {
+    const MutexLock lock(mutex_);
+    text_ = std::move(text);
+  }
+  /// The configuration of the file runs, on trial until then; empty: for good.
+  void SetTrial(std::optional<Instant> until) {
+    const MutexLock lock(mutex_);
+    state_.not_the_file.clear();
+    state_.file_changed.clear();
+    until_ = until;
+  }
+
+  control::ReloadState StateAt(Now now) const {
+    const MutexLock lock(mutex_);
+    control::ReloadState state = state_;
+    if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
+    return state;
+  }
+  /// Null before the start.
+  std::shared_ptr<const std::string> text() const {
+    const MutexLock lock(mutex_);
+    return text_;
+  }
+
+ private:
+  mutable Mutex mutex_;
+  control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
+  std::shared_ptr<const std::string> text_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
+};
+
+// The configuration file of the user, which is only read. No caller waits long for its disk.
+
+/// All is called on one thread, or while it does not run: that of `loop`.
+class ConfigFile {
+ public:
+  using Text = Result<std::string>;
+
+  /// `read`: on a thread of its own.
+  ConfigFile(asio::io_context& loop, std::function<Text()> read, Duration patience)
+      : loop_(loop), read_(std::move(read)), calls_("configuration", patience) {}
+
+  Text Read();
+  /// `seen` gets the text, later or at once.
+  void Look(std::function<void(const Text& text)> seen);
+  /// As long as the disk takes. Idempotent.
+  void Stop() { calls_.Stop(); }
+
+ private:
+  asio::io_context& loop_;
+  const std::function<Text()> read_;
+  DiskCalls calls_;
+};
+
+// The copies of the configuration in the state folder, as the next start needs them. No caller
+// waits long for the disk: a write that comes too late is corrected at the next look.
+
+/// All is called on one thread, or while it does not run: that of `loop`.
+class ConfigCopies {
+ public:
+  /// `kept` empty: there is no folder. `open_folder` makes and locks it.
+  ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept, Duration patience,
+               std::function<Status()> open_folder);
+
+  /// Something was kept before.
+  bool found() const { return kept_ && !kept_->empty(); }
+  /// Empty: there is none.
+  std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
+
+  /// Opens the folder if that was not done yet, and writes `texts`.
+  Status Keep(const reload::KeptTexts& texts);
+  /// Writes the copies that differ from `texts`, if the folder is open: a copy may have been
+  /// removed or changed, or a full disk may have room again. `seen` gets why they cannot be
+  /// written, later or at once; empty: they are up to date.
+  void Look(const reload::KeptTexts& texts,
+            std::function<void(std::optional<std::string> trouble)> seen);
+  /// As long as the disk takes. Idempotent.
+  void Stop() { calls_.Stop(); }
+
+ private:
+  Status Open();
+  std::optional<std::string> Trouble(const Result<bool>& written);
+
+  asio::io_context& loop_;
+  const std::optional<reload::KeptConfigs> kept_;
+  const std::function<Status()> open_folder_;
+  bool open_ = false;                   // the folder is ours
+  std::optional<std::string> trouble_;  // as it was said last
+  DiskCalls calls_;
+};
+
+// What a person has set at a running line by `release`, `disable` or `enable`: a reload that
+// restarts the line carries it over. If a loan ended with the old line, there would be two masters
+// on the bus. But a network client loses its connection with the old line, and polls go on.
+//
+//   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
+//   bay-1 is restarted: lent until 12:00, a disabled
+//
+struct ManualSettings {
+  WallTime released_until{};             ///< the epoch: the port is not lent by hand
+  std::map<std::string, bool> in_use{};  ///< devices that differ from `enabled`
+};
+
+/// The manual settings of a running line, by its number.
+ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+                                const config::Line& config);
+
+/// Applies them to the line in its place, by its number, which is not started yet. If the new
+/// configuration has changed `enabled` of a device, that holds.
+void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
+             std::uint32_t line, std::uint32_t first_device, WallTime now);
 
 class Reloader final : public control::ReloadService {
  public:

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "gateway/diagnosis/damage/other_service.h"
+#include "gateway/diagnosis/damage/other_messages.h"
 
 namespace baudgate {
 

@@ -1,17 +1,15 @@
-// Watches a line for the status: what its exchanges look like
-// (gateway/diagnosis/damage/examiner.h), and what the device that sends unasked looks like
-// (gateway/diagnosis/damage/overheard.h). Start here to read the diagnosis: findings are counted in
-// gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h makes sentences of them.
-// Decides nothing on the bus.
+// Watches a line for the status: what its exchanges look like (Examiner), and what the device that
+// sends unasked looks like (Overheard), both in gateway/diagnosis/damage/examiner.h. Start here to
+// read the diagnosis: findings are counted in gateway/bus/points/findings.h, and
+// gateway/diagnosis/causes/diagnose.h makes sentences of them. Decides nothing on the bus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 #include <vector>
 
-#include "gateway/bus/devices/line_observer.h"
+#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/diagnosis/damage/examiner.h"
-#include "gateway/diagnosis/damage/overheard.h"
 
 namespace baudgate {
 

@@ -1,5 +1,5 @@
 // What may be done to lines while they run: lend a port, take a device out of use, look at the
-// bytes. Implemented by gateway/lines/line_dispatcher.h, used by gateway/outputs/control (the local
+// bytes. Implemented by gateway/lines/lines.h, used by gateway/outputs/control (the local
 // socket). All calls are thread-safe. Lines are numbered as in the configuration, devices as in the
 // point store.
 // SPDX-License-Identifier: Apache-2.0
@@ -9,14 +9,19 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "config/model/port_server.h"
+#include "config/model/line.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
+
+// What a line's status says of its port between the start and the first attempt to open it.
+
+inline constexpr std::string_view kNotOpenedYet = "not opened yet";
 
 struct Protocol;
 

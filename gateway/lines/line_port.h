@@ -1,29 +1,99 @@
 // The port of one line: when it is opened, lost and lent, and what is ended before it is given up.
-// No thread and no clock: line_runner.h brings bytes, calls and the time.
+// No thread and no clock: line_runner.h brings bytes, calls and the time. SettingsWatch watches the
+// settings of the open port, and WriteGrace delays giving up the port until a write has ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "config/model/line.h"
+#include "gateway/base/time.h"
 #include "gateway/bus/poller/poller.h"
-#include "gateway/lines/connection_proof.h"
 #include "gateway/lines/line_reporter.h"
-#include "gateway/lines/port_display.h"
 #include "gateway/lines/port_loan.h"
-#include "gateway/lines/rest.h"
-#include "gateway/lines/settings_watch.h"
+#include "gateway/lines/server_connection.h"
 #include "gateway/lines/telegram_queue.h"
-#include "gateway/lines/write_grace.h"
 #include "gateway/records/trace/line_recorder.h"
 #include "transports/port_keeper.h"
 #include "transports/transport.h"
 
 namespace baudgate {
+
+// The settings of an open port. Those that a request needs are set before it goes out. Once a
+// second, while the line works, the error counters of the driver are read, and it is checked
+// whether another program has changed the settings. ModemManager, brltty, a getty and stty do that;
+// each exchange would fail from then on, so the settings are set again.
+class SettingsWatch {
+ public:
+  /// All outlive it. `listens`: a device of the line sends unasked, so the port is looked at even
+  /// if nothing is sent.
+  SettingsWatch(const config::Line& line, Transport& port, PortDisplay& display, bool listens)
+      : line_(line),
+        port_(port),
+        display_(display),
+        listens_(listens && !line.is_network()),
+        applied_(line.serial) {}
+
+  void OnOpened(Now now);
+  /// The port was lent, and has the settings of the line again.
+  void OnReturned() { applied_ = line_.serial; }
+  void OnClosed() { due_.reset(); }
+  /// A request is about to be sent, with these settings.
+  void OnSend(const config::SerialSettings& serial, Now now);
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const { return due_; }
+
+ private:
+  void Look(Now now);
+  void CountErrors();
+  void CheckSettings(Now now);
+
+  const config::Line& line_;
+  Transport& port_;
+  PortDisplay& display_;
+  const bool listens_;
+  config::SerialSettings applied_;  // what the open port is set to
+  Instant looked_{};
+  std::optional<Instant> due_;
+  std::uint64_t times_restored_ = 0;  // since the port was opened
+};
+
+// Delays giving up the port of a line until the write under way has ended, so that no password
+// stays open in a device; a second at most.
+class WriteGrace {
+ public:
+  static constexpr Duration kMost = 1s;
+
+  /// `then` is called at the end; it replaces an earlier one.
+  void Begin(std::function<void()> then, Instant now) {
+    then_ = std::move(then);
+    until_ = now + kMost;
+  }
+  bool waits() const { return until_.has_value(); }
+  /// It waits, and its time is over.
+  bool IsOver(Instant now) const { return until_ && *until_ <= now; }
+  /// Only if it waits: calls what waits, now.
+  void End() {
+    until_.reset();
+    std::exchange(then_, nullptr)();
+  }
+  /// Drops the call that waits.
+  void CallOff() {
+    until_.reset();
+    then_ = nullptr;
+  }
+  const std::optional<Instant>& until() const { return until_; }
+
+ private:
+  std::function<void()> then_;
+  std::optional<Instant> until_;
+};
 
 /// By `release --end`.
 inline constexpr std::string_view kTakenBack = "the line was taken back";

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/line_reporter.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
 #include "gateway/base/log.h"
 #include "gateway/base/outcome.h"
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/exchange/line.h"
 
 namespace baudgate {
 
@@ -53,6 +57,112 @@ void LineReporter::OnNews(News news, Now at) {
     if (!is_new && news.what != News::What::wrong_device) return;
   }
   events_->OnNews(line_, news, at);
+}
+
+namespace {
+
+/// Connections that a limit of time ends differ by no more than this and a tenth.
+constexpr Duration kSameAge = 500ms;
+
+}  // namespace
+
+PortDisplay::PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
+                         LineReporter& reporter)
+    : store_(store),
+      line_(store.LineIndex(line)),
+      name_(line.name),
+      recorder_(recorder),
+      reporter_(reporter) {}
+
+void PortDisplay::OnOpened(const std::string& text, Now now) {
+  log::Info({.line = name_}, "open ({})", text);
+  Show(LineStatus::Port::open, text, now);
+  reporter_.OnNews({News::What::port_down, true, {}, text}, now);
+  reporter_.OnNews({News::What::port_lent, true, {}, text}, now);
+}
+
+void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
+  if (down.first) {
+    log::Warn({.line = name_, .outcome = std::string(Name(Outcome::line_down))},
+              "down: {}; trying again until it works", reason);
+  }
+  if (reason != text_) Show(LineStatus::Port::closed, reason, now);
+  Update([&](LineStatus& status) { status.silent = down.silent; });
+  reporter_.OnNews({News::What::port_down, false, {}, reason}, now);
+}
+
+void PortDisplay::OnReleaseAsked(WallTime until) {
+  Update([until](LineStatus& status) { status.release_asked_until = until; });
+}
+
+void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
+  log::Info({.line = name_}, "{} is released for {}; its points are out of service", port,
+            FormatDuration(time));
+  const std::string text = "released for " + FormatDuration(time);
+  OnReleaseAsked({});
+  Show(LineStatus::Port::released, text, now, {.until = now.wall + time});
+  reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
+}
+
+void PortDisplay::OnTakenBack(Now now) {
+  Show(LineStatus::Port::closed, "being taken back", now);
+  reporter_.OnNews({News::What::port_lent, true}, now);
+}
+
+void PortDisplay::CountLoss(Now now, bool takes_no_data) {
+  Update([&](LineStatus& status) {
+    ++status.times_lost;
+    status.losses.Add(now.instant);
+    status.takes_no_data = takes_no_data;
+  });
+}
+
+void PortDisplay::CountNoConnection(NoConnection why, Now now) {
+  if (!std::exchange(worked_, false)) return;
+  Update([&](LineStatus& status) {
+    if (why == NoConnection::refused) status.ends.refused.Add(now.instant);
+    if (why == NoConnection::unreachable) status.ends.unreachable.Add(now.instant);
+  });
+}
+
+void PortDisplay::CountEnd(End end, Now now) {
+  const bool at_request = end.asked && !end.unread;
+  const bool shut = worked_ && !end.worked && !at_request;
+  worked_ = end.worked;
+  Update([&](LineStatus& status) {
+    if (shut) status.ends.shut.Add(now.instant);
+    if (end.asked && (end.worked || at_request)) status.ends.asked.Add(now.instant);
+    if (end.worked && !end.asked) status.ends.idle.Add(now.instant);
+    if (!end.worked) return;
+    const Duration age = now.instant - connected_;
+    const bool alike = std::chrono::abs(age - status.ends.age) < kSameAge + status.ends.age / 10;
+    status.ends.alike = alike ? status.ends.alike + 1 : 1;
+    status.ends.age = age;
+  });
+}
+
+void PortDisplay::CountDrop(const std::string& reason, Now now) {
+  Update([&](LineStatus& status) { status.drops.Add(now.instant); });
+  log::WarnFolded(name_ + " ended",
+                  "line {}: {} while it was in use; it is reopened with the next request", name_,
+                  reason);
+}
+
+void PortDisplay::CountRest() {
+  Update([](LineStatus& status) { ++status.rests; });
+}
+
+void PortDisplay::Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan) {
+  text_ = text;
+  Update([&](LineStatus& status) {
+    if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
+    status.port = port;
+    status.port_text = text;
+    status.silent = false;
+    status.released_until = loan.until;
+    status.lent_to_client = loan.to_client;
+  });
+  recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
 }
 
 }  // namespace baudgate

@@ -1,6 +1,8 @@
 // Runs one line for real on an event loop that it may share with other lines: joins a transport and
-// the clocks with the parts of the line (line_parts.h), which hold the rules. On a shared loop
-// nothing here blocks; a local serial port, whose driver may, gets a loop of its own (placement.h).
+// the clocks with the parts of the line, which hold the rules. On a shared loop
+// nothing here blocks; a local serial port, whose driver may, gets a loop of its own (lines.h).
+// LineParts holds the parts, LineServers serves the port over the network, and LineSlot keeps the
+// number of a line over reloads.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,13 +15,99 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "gateway/bus/writes/command_room.h"
-#include "gateway/bus/writes/routed.h"
-#include "gateway/lines/line_parts.h"
-#include "gateway/lines/line_servers.h"
+#include "config/model/line.h"
+#include "gateway/base/guarded.h"
+#include "gateway/bus/poller/poller.h"
+#include "gateway/bus/writes/route_queue.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/lines/line_port.h"
+#include "gateway/lines/line_reporter.h"
+#include "gateway/lines/port_loan.h"
+#include "gateway/lines/serial_server/server.h"
+#include "gateway/lines/telegram_queue.h"
+#include "gateway/records/disk/device_memory.h"
+#include "gateway/records/trace/line_recorder.h"
 
 namespace baudgate {
+
+// All that belongs to one line, joined: its poller, its port, telegrams by hand, the loan of its
+// port, the flight recorder, and the reporter. No thread and no clock: LineRunner brings bytes,
+// calls and the time, and calls Settle after each of them.
+
+/// One thread at a time, except where a part says otherwise. `now` never goes back.
+class LineParts {
+ public:
+  /// What a line needs of the gateway.
+  struct Links {
+    LineRecorder::Sink recordings{};
+    DeviceMemory* memory = nullptr;  ///< null: what conversations learn ends with the program
+    EventSink* events = nullptr;     ///< null: devices are asked for events no more than once
+    LoanRecords loans{};
+    std::vector<ForeignRule> foreign{};  ///< of all protocols
+  };
+
+  /// All references outlive it. See LinePort.
+  LineParts(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
+            PointStore& store, Transport& transport, PortRetries& retries, Links links);
+
+  /// Conversations know what they had learned; the port opens.
+  void Start(Now now);
+  /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller never refuses one.
+  void Submit(WriteCommand command, Now now);
+  /// See EventPath::Kept.
+  void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
+  /// To be called at Deadline(); earlier does nothing.
+  void OnTimer(Now now);
+  std::optional<Instant> Deadline() const;
+  /// After every input.
+  void Settle(Now now);
+
+ private:
+  const config::Line& line_;
+  const std::uint32_t first_device_;
+  DeviceMemory* const memory_;
+
+ public:
+  LineRecorder recorder;
+  LineReporter reporter;
+  Poller poller;
+  TelegramQueue telegrams;
+  LinePort port;
+  PortLoan loan;
+};
+
+// The servers for the port of one line: the configured one, and one by hand for a while
+// (`baudgate release --tcp`). On the loop of the line.
+class LineServers {
+ public:
+  /// All outlive it. `owner`: of the port; clients ask it for `loan`.
+  LineServers(asio::io_context& io, const config::Line& line, serial_server::PortOwner& owner,
+              PortLoan& loan)
+      : io_(io), line_(line), owner_(owner), loan_(loan) {}
+
+  void Start();
+  /// `why`: "the gateway stops".
+  void Stop(const std::string& why);
+  /// Until Withdraw, which is due after `time`.
+  void Offer(config::PortServer server, Duration time, Now now);
+  /// Ends the offer: no client can connect there any more, and one that has the port loses it.
+  void Withdraw(const std::string& why, Now now);
+
+ private:
+  void Close(const std::string& why);
+  std::unique_ptr<serial_server::Server> Make(const config::PortServer& server,
+                                              serial_server::Server::Use use);
+
+  asio::io_context& io_;
+  const config::Line& line_;
+  serial_server::PortOwner& owner_;
+  PortLoan& loan_;
+  std::unique_ptr<serial_server::Server> server_;   // as configured; null: there is none
+  std::unique_ptr<serial_server::Server> offered_;  // by hand; null: there is none
+  config::PortServer offer_;                        // where that is
+};
 
 class LineRunner final : private TransportListener, private serial_server::PortOwner {
  public:
@@ -110,6 +198,58 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   bool stopping_ = false;
   std::shared_ptr<std::promise<void>> stopped_ = std::make_shared<std::promise<void>>();
   const std::future<void> ended_ = stopped_->get_future();
+};
+
+// The number of a line for as long as the gateway runs, and the line itself, if there still is one:
+// a caller need not know whether a reload has ended it. All calls from any thread.
+class LineSlot final : public RouteTarget {
+ public:
+  /// Why a request for it ends while there is no line.
+  static constexpr const char* kNotThere = "its line does not run: a reload adds or has removed it";
+
+  bool Submit(RoutedRequest request) override {
+    bool taken = true;
+    const bool there = With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
+    if (!there) request.done({Outcome::line_down, {}, kNotThere});
+    return taken;
+  }
+  void Abandon(std::uint64_t client) override {
+    Post([client](LineParts& line, Now now) { line.poller.Abandon(client, now); });
+  }
+
+  /// Calls `call` with the line, which stays until it returns; false: there is none.
+  template <typename Call>
+  bool With(Call call) const {
+    const MutexLock lock(mutex_);
+    if (!runner_) return false;
+    call(*runner_);
+    return true;
+  }
+
+  /// Calls `call` with the parts of the line and the time on its loop, soon, if there is a line.
+  template <typename Call>
+  void Post(Call call) const {
+    With([&](LineRunner& runner) { runner.Post(std::move(call)); });
+  }
+
+  /// For gateway/lines/lines.cpp, which puts and takes it; null: there is none.
+  LineRunner* mine() const {
+    const MutexLock lock(mutex_);
+    return runner_.get();
+  }
+  void Put(std::unique_ptr<LineRunner> runner) {
+    const MutexLock lock(mutex_);
+    runner_ = std::move(runner);
+  }
+  /// No call reaches the line after this.
+  std::unique_ptr<LineRunner> Take() {
+    const MutexLock lock(mutex_);
+    return std::move(runner_);
+  }
+
+ private:
+  mutable Mutex mutex_;
+  std::unique_ptr<LineRunner> runner_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <asio/post.hpp>
 #include <future>
 #include <memory>
@@ -10,10 +11,48 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/lines/not_opened_yet.h"
-#include "gateway/lines/placement.h"
+#include "gateway/lines/line_control.h"
 
 namespace baudgate {
+
+Place PlaceOf(std::string_view port) {
+  const bool never_blocks = port.starts_with("tcp://") || port.starts_with("/dev/pts/");
+  return never_blocks ? Place::shared_loop : Place::own_thread;
+}
+
+std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores) {
+  constexpr std::size_t kMost = 4;
+  const auto sharing = static_cast<std::size_t>(std::ranges::count_if(
+      lines, [](const config::Line& line) { return PlaceOf(line.port) == Place::shared_loop; }));
+  return std::clamp<std::size_t>(std::min(cores, sharing), 1, kMost);
+}
+
+void LoopWatch::Add(std::string name, std::optional<std::uint32_t> line, Ask ask) {
+  loops_.push_back(
+      {std::move(name), line, std::move(ask), std::make_shared<std::atomic<bool>>(true)});
+}
+
+void LoopWatch::Remove(std::uint32_t line) {
+  std::erase_if(loops_, [line](const Loop& loop) { return loop.line == line; });
+}
+
+std::vector<LoopWatch::Change> LoopWatch::Look(WallTime now) {
+  std::vector<Change> changes;
+  complete_ = true;
+  for (Loop& loop : loops_) {
+    if (loop.answered->exchange(false)) {
+      if (loop.missed >= kStuckAfter) changes.push_back({loop.name, loop.line, {}});
+      loop.missed = 0;
+      loop.asked = now;
+      loop.ask([answered = loop.answered] { answered->store(true); });
+      continue;
+    }
+    if (++loop.missed == kStuckAfter) changes.push_back({loop.name, loop.line, loop.asked});
+    if (!loop.line) complete_ = false;
+  }
+  return changes;
+}
+
 namespace {
 
 LoopWatch::Ask AskOn(asio::io_context& io) {
@@ -235,6 +274,68 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
             "its thread hangs: a call of the driver of {} does not return; other lines are not "
             "affected",
             line.port);
+}
+
+bool LineDispatcher::Submit(WriteCommand command) {
+  const std::uint32_t device = command.device;
+  const bool writes = !command.writes().empty();
+  bool taken = false;
+  const char* not_there = LineSlot::kNotThere;
+  const bool there = lines_.OfDevice(device).With([&](LineRunner& runner) {
+    not_there = runner.stuck_since() ? "the driver of its line does not answer" : nullptr;
+    if (not_there == nullptr) taken = runner.Submit(std::move(command));
+  });
+  if (there && not_there == nullptr) {
+    if (!taken && writes) Count(device, WriteEnd::busy);
+    return taken;
+  }
+  if (writes) Count(device, WriteEnd::not_sent);
+  command.End({.end = WriteEnd::not_sent, .reason = not_there});
+  return true;
+}
+
+void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
+  if (denied.counts && denied.point) Count(denied.device, denied.end);
+}
+
+/// Counts a write that does not reach the poller, which counts all others.
+void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
+  store_.UpdateStatus(
+      device, [end](DeviceStatus& status) { ++status.writes[static_cast<std::size_t>(end)]; });
+}
+
+const Protocol* LineDispatcher::FindProtocol(const std::string& name) const {
+  return catalog_.FindProtocol(name);
+}
+
+void LineDispatcher::Release(std::uint32_t line, Duration time) {
+  lines_.at(line).Post([time](LineParts& its, Now now) { its.port.Release(time, now); });
+}
+
+void LineDispatcher::Offer(std::uint32_t line, config::PortServer server, Duration time) {
+  lines_.at(line).With([&](LineRunner& runner) { runner.Offer(std::move(server), time); });
+}
+
+void LineDispatcher::TakeBack(std::uint32_t line) {
+  lines_.at(line).With([](LineRunner& runner) { runner.TakeBack(); });
+}
+
+void LineDispatcher::SetInUse(std::uint32_t device, bool in_use) {
+  lines_.OfDevice(device).Post(
+      [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
+}
+
+std::shared_ptr<TraceQueue> LineDispatcher::Trace(std::uint32_t line, std::function<void()> wake) {
+  std::shared_ptr<TraceQueue> queue;
+  lines_.at(line).With(
+      [&](LineRunner& runner) { queue = runner.recorder().Subscribe(std::move(wake)); });
+  return queue;
+}
+
+std::vector<TraceRecord> LineDispatcher::Recorded(std::uint32_t line) {
+  std::vector<TraceRecord> records;
+  lines_.at(line).With([&](LineRunner& runner) { records = runner.recorder().Recorded(); });
+  return records;
 }
 
 }  // namespace baudgate

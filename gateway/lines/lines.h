@@ -1,26 +1,88 @@
 // All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
-// a reload ends keeps its number, a new one gets the next.
+// a reload ends keeps its number, a new one gets the next. PlaceOf chooses a thread, LoopWatch
+// finds loops that hang, and LineDispatcher passes requests of outputs to their line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/catalog/catalog.h"
+#include "config/model/line.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
+#include "gateway/base/time.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/points/steady_vector.h"
-#include "gateway/lines/line_slot.h"
-#include "gateway/lines/loop_watch.h"
-#include "gateway/records/trace/recordings.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/lines/line_control.h"
+#include "gateway/lines/line_runner.h"
+#include "gateway/records/trace/line_recorder.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate {
+
+// Decides whether a line runs on a thread of its own, because opening or closing the port may
+// block, or on one of a few that many lines share; and how many those are. Used by Lines.
+enum class Place : std::uint8_t { own_thread, shared_loop };
+
+/// By the text of the configuration alone, because what a link leads to may change while the line
+/// runs: "tcp://host:port" and "/dev/pts/7" never block; a driver of a serial port may, for half a
+/// minute.
+Place PlaceOf(std::string_view port);
+
+/// Threads that lines share in turn: at least one, at most four. `cores`: of this machine, 0: not
+/// known.
+std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
+
+// Finds event loops that hang: each is asked once a second for a sign of life. If one of the
+// gateway's own loops hangs, the gateway must be restarted; the loop of a single line concerns only
+// that line. No thread, no clock and no loop of its own: gateway/daemon/daemon.cpp has them.
+
+/// One thread at a time; signs come from any.
+class LoopWatch {
+ public:
+  /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds: a
+  /// machine that slept has missed none.
+  static constexpr int kStuckAfter = 5;
+
+  /// Posts `sign` to the loop.
+  using Ask = std::function<void(std::function<void()> sign)>;
+  struct Change {
+    std::string loop;
+    std::optional<std::uint32_t> line;
+    std::optional<WallTime> stuck_since;  ///< empty: it runs again
+  };
+
+  /// `line`: nothing but this line depends on the loop.
+  void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
+  /// The loop of a line that has ended.
+  void Remove(std::uint32_t line);
+  /// Returns which loops hang, or run again, since the last look. Asks all that have answered.
+  std::vector<Change> Look(WallTime now);
+  /// Whether all loops of the gateway itself had answered at the last look.
+  bool complete() const { return complete_; }
+
+ private:
+  struct Loop {
+    std::string name;
+    std::optional<std::uint32_t> line;
+    Ask ask;
+    std::shared_ptr<std::atomic<bool>> answered;  // the loop may outlive this
+    WallTime asked{};
+    int missed = 0;
+  };
+
+  std::vector<Loop> loops_;
+  bool complete_ = true;
+};
 
 class Lines {
  public:
@@ -29,7 +91,7 @@ class Lines {
   /// For lines to end: a second for a write under way (line_port.cpp), and some room.
   static constexpr Duration kWaitForLines = 1300ms;
 
-  /// `loops`: the number of threads for lines that never block (placement.h), at least one. All
+  /// `loops`: the number of threads for lines that never block, at least one. All
   /// references outlive it; lines have the numbers of the store.
   Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
@@ -107,6 +169,33 @@ class Lines {
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);  // as told last
+};
+
+// Passes requests of outputs to their line: writes, loans of its port, whether a device is in use,
+// its trace. The one CommandSink of all lines. From any thread.
+class LineDispatcher final : public CommandSink, public LineControl {
+ public:
+  /// All references outlive it.
+  LineDispatcher(PointStore& store, const config::Catalog& catalog, const Lines& lines)
+      : store_(store), catalog_(catalog), lines_(lines) {}
+
+  bool Submit(WriteCommand command) override;
+  void OnNotTaken(const DeniedWrite& denied) override;
+
+  void Release(std::uint32_t line, Duration time) override;
+  void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
+  void TakeBack(std::uint32_t line) override;
+  void SetInUse(std::uint32_t device, bool in_use) override;
+  const Protocol* FindProtocol(const std::string& name) const override;
+  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
+  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+
+ private:
+  void Count(std::uint32_t device, WriteEnd end);
+
+  PointStore& store_;
+  const config::Catalog& catalog_;
+  const Lines& lines_;
 };
 
 }  // namespace baudgate

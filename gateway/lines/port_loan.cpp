@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/records/audit/loan_record.h"
+#include "gateway/records/audit/audited_writes.h"
 
 namespace baudgate {
 

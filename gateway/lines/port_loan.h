@@ -1,5 +1,5 @@
 // The loan of a line's port to a network client: when the port is handed over, how long the client
-// has it, and when the line may go on. A part of gateway/lines/line_parts.h; clients connect at
+// has it, and when the line may go on. A part of gateway/lines/line_runner.h; clients connect at
 // gateway/lines/serial_server/server.h.
 //
 //   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
@@ -18,7 +18,7 @@
 #include "config/model/line.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/lines/serial_server/port_owner.h"
+#include "gateway/lines/serial_server/session.h"
 #include "gateway/records/audit/write_log.h"
 #include "transports/transport.h"
 

@@ -15,9 +15,9 @@
 #include <string>
 
 #include "config/model/line.h"
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/exchange/line.h"
+#include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/poller/poller.h"
-#include "gateway/bus/poller/telegram_exchange.h"
 #include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "gateway/base/quality.h"
 #include "gateway/base/value.h"
 
 namespace baudgate {

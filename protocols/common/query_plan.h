@@ -5,6 +5,8 @@
 // A device that is starting up may refuse everything for a while. So points that have answered
 // before are asked again every few seconds for an hour, and what was split is tried as a whole
 // again.
+//
+// TryAgain says when a refused request is tried again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,10 +24,45 @@
 
 #include "config/model/device.h"
 #include "gateway/base/time.h"
-#include "protocols/common/try_again.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
+
+// When something that a device has refused is tried again: soon, because it may have only just
+// started up, and less and less often if it goes on refusing it.
+//
+//   refused at 0 s    tried and refused at 8 s, 24 s, 56 s …, at last once an hour
+//
+class TryAgain {
+ public:
+  static constexpr Duration kLongest = 1h;
+
+  /// `first`: the first wait.
+  explicit TryAgain(Duration first = 8s) : first_(first) {}
+
+  /// It was refused: starts the first wait, or one twice as long as the last (at most kLongest).
+  /// Does nothing while a wait is running.
+  void OnRefused(Instant now) {
+    if (at_ && now < *at_) return;
+    wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
+    at_ = now + wait_;
+  }
+  /// The wait is over.
+  bool IsDue(Instant now) const { return at_ && now >= *at_; }
+  /// Like IsDue, but true only once: it also ends the wait.
+  bool TakeDue(Instant now) {
+    if (!IsDue(now)) return false;
+    at_.reset();
+    return true;
+  }
+  /// It works again, or nothing is known of it any more.
+  void Forget() { *this = TryAgain(first_); }
+
+ private:
+  Duration first_;
+  Duration wait_{};              // the latest
+  std::optional<Instant> at_{};  // its end; empty: none is under way
+};
 
 /// What one request reads: places `begin` up to `end` (not included) of one `key`, such as
 /// registers 200…203 of the holding table. A key without places (a command) has the one place 0.

@@ -29,8 +29,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "protocols/option_specs.h"
-#include "protocols/parsed_options.h"
+#include "protocols/options.h"
 
 namespace baudgate {
 namespace settings {

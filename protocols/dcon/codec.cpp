@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {

@@ -1,5 +1,6 @@
 // What a DCON reply means for the request that it answers: one pure function under the
 // conversation, `decode` and the tests. Frames come from the line, results go to conversation.h.
+// ReadPrinted reads replies as the makers' manuals print them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -45,5 +46,13 @@ int ReplyVariant(std::string_view command, const Settings& settings);
 
 /// The address that a reply carries: the request's own, or the new one after `%AANN...`.
 std::uint8_t ReplyAddress(const Command& request);
+
+// Replies as the makers' manuals print them, for `baudgate decode`: what an exchange says when no
+// point of the device reads its command. Polling never asks this file, because there a reply has
+// the one form that its point names. Requests and replies come from codec.h.
+
+/// The values with their labels; nothing when no manual prints such a reply to `request`. Where
+/// makers disagree, every printed form is taken and the label says which one it is.
+std::optional<Answer> ReadPrinted(const Command& request, View frame, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

@@ -6,6 +6,8 @@
 //                    its checksum is off
 //
 // Polls of such a module would write: `@01` + `A1` is "set outputs to A1" where no checksum is due.
+//
+// ChannelTypes keeps what each input measures, and Questions when something is asked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,15 +15,104 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "config/model/device.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "protocols/conversation.h"
-#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/decode.h"
+#include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
 
 namespace baudgate::protocols::dcon {
+
+// Input ranges of analog modules by their type code, the first byte of what `$AA2` answers.
+// Source: tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35
+// mean something else on output modules, 40 and above are no analog inputs.
+
+/// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
+std::string_view UnitOfType(std::uint8_t type);
+
+/// The unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter, so "volt"
+/// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
+/// is written.
+std::string_view PlainUnit(std::string_view unit);
+
+/// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
+/// where V is wanted. Empty: such a module cannot measure that. A unit that no type has ("bar")
+/// is the user's own, and takes the number as it is.
+std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
+
+/// Whether it is the type of an analog output. 30, 31 and 33 are thermistors of ADAM-4015, which
+/// takes no samples.
+bool IsAnalogOutput(std::uint8_t type);
+
+/// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
+bool IsUnitOfTypes(std::string_view unit);
+
+// What each input of a module measures, where each has a type code of its own (`$AA8Ci` →
+// `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). Asked with Identification, judges single points.
+// Source: dcon reference, 5, 7.3 and 19.11.
+//
+//   > $018C2   < !01C2R0D      input 2 measures mA: a point of it in V is not good
+
+/// The input that a command with joined or single numbers reads: 2 of "#[2]" and of "#2". Nothing:
+/// it reads none, or one whose type cannot be asked.
+std::optional<unsigned> InputOf(const ReadAddress& read);
+
+/// "$8C2", or its input.
+std::string_view QuestionOfInput(unsigned input);
+std::optional<unsigned> InputOfQuestion(std::string_view command);
+
+/// Whether a module of this type measures what the point says: a current in mA, a frequency in Hz,
+/// pulses for a total. True where that cannot be told.
+bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
+              const Settings& settings);
+
+class ChannelTypes {
+ public:
+  /// Both outlive it.
+  ChannelTypes(const config::Device& device, const Settings& settings);
+
+  /// The input whose type has to be asked before `command` goes out: all that it reads and whose
+  /// unit can be judged.
+  std::optional<unsigned> Next(std::string_view command) const;
+  /// One that is to be asked again, in turn: all of them within a slow period, evenly spread.
+  std::optional<unsigned> NextAnew(std::string_view command, Instant now);
+  void OnAnswer(unsigned input, const DecodedReply& reply);
+  /// Silence, or what answers something else. Twice: the module does not tell it.
+  void OnNothing(unsigned input);
+  /// Another module may answer now. What was known holds until all is asked again.
+  void Forget();
+
+  /// What a number of the point is multiplied with to be one in its unit. Empty: its input
+  /// measures something else.
+  std::optional<double> FactorOf(std::size_t point) const;
+  /// All points that are not good for it, of inputs in `enabled`. Empty: none.
+  std::string Remark(std::uint32_t enabled) const;
+
+ private:
+  struct Input {
+    unsigned number = 0;
+    bool asked = false;
+    int silences = 0;
+    std::optional<std::uint8_t> type;
+  };
+
+  static bool Reads(std::string_view command, const Input& input);
+  Input* Find(unsigned input);
+  bool AllAsked() const;
+  void Settle(Input& input, std::optional<std::uint8_t> type);
+  std::optional<std::uint8_t> TypeOf(std::size_t point) const;
+
+  const config::Device& device_;
+  std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; empty: not judged
+  std::vector<Input> inputs_;                              // in the order of the points
+  Duration period_;
+  std::size_t turn_ = 0;         // of inputs_: the next one to be asked again
+  std::optional<Instant> next_;  // and when; empty: an even share of the period from now on
+};
 
 inline constexpr const char* kAskName = "$M";
 inline constexpr const char* kAskType = "$2";
@@ -107,6 +198,48 @@ class Identification {
   DeviceTrouble name_;
   ChannelTypes channels_;
   DeviceTrouble trouble_;  ///< the worst of these, or what is remarkable
+};
+
+// When the questions of a module's identification are asked: before the first command of a task,
+// and again behind its read. A task has few exchanges, so the questions of a round may take several
+// tasks.
+//
+//   Before("#")   $M   then $2   then nothing: "#" may go out
+//   AfterRead     $2   it is time to ask again whether it is still the same module
+//
+class Questions {
+ public:
+  using Question = Identification::Question;
+
+  /// It outlives this.
+  explicit Questions(Identification& identification) : identification_(identification) {}
+
+  /// The request under way asks this; empty: it is the task's own.
+  const std::optional<Question>& asked() const { return asked_; }
+  void SetAsked(std::optional<Question> question) { asked_ = question; }
+  /// The same, and it is answered or has failed.
+  std::optional<Question> TakeAsked();
+
+  /// What has to be asked before `command`; empty: it may go out.
+  std::optional<Question> Before(std::string_view command);
+  /// What is to be asked after the read of the task under way; empty: the task is over.
+  const std::optional<Question>& anew() const { return anew_; }
+  /// The task has failed. True: it was behind its read.
+  bool ForgetAnew();
+  /// The next round of questions begins with a fresh count.
+  void ForgetCount() { count_ = 0; }
+
+  /// How a task goes on behind its read.
+  Then AfterRead(std::string_view command, Instant now);
+  /// How a task that wants to send `command` goes on behind a question.
+  Then AfterQuestion(std::string_view command);
+  void OnReconnect();
+
+ private:
+  Identification& identification_;
+  std::optional<Question> asked_;
+  std::optional<Question> anew_;
+  int count_ = 0;  ///< in the task under way
 };
 
 }  // namespace baudgate::protocols::dcon

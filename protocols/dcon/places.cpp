@@ -3,7 +3,156 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
+
 namespace baudgate::protocols::dcon {
+
+namespace {
+
+constexpr const char* kReadAll = "#";
+constexpr std::size_t kProbesOfOwnMode = 3;  // then one of the other
+
+/// Rough length of a reply, to find the cheapest probe.
+std::size_t Cost(Form form, std::size_t points) {
+  if (form == Form::numbers) return 2 + 7 * points;
+  return form == Form::words ? 2 + 4 * points : 10;
+}
+
+/// What is answered as no poll is: the name, or one channel where polls read all of them together.
+/// Empty: there is no such request.
+std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool polls,
+                     std::size_t channels) {
+  if (settings.identify || !polls) return kAskName;
+  // One channel is a poll of its own where any command but `#` begins with '#'.
+  bool all_together = false;
+  for (const auto& read : reads) {
+    if (!read || read->command[0] != '#') continue;
+    if (read->command != kReadAll) return {};
+    all_together = true;
+  }
+  if (!all_together || channels < 2) return {};
+  std::size_t first = channels;
+  for (const auto& read : reads) {
+    if (read && read->command == kReadAll) first = std::min<std::size_t>(first, read->index);
+  }
+  constexpr std::string_view kDigits = "0123456789ABCDEF";
+  return first < kDigits.size() ? kReadAll + std::string(1, kDigits[first]) : std::string();
+}
+
+ProbeChoice::Own KindOf(std::string_view own) {
+  if (own.empty()) return ProbeChoice::Own::none;
+  return own == kAskName ? ProbeChoice::Own::identification : ProbeChoice::Own::read;
+}
+
+}  // namespace
+
+Probing::Probing(const Settings& settings, const Reads& reads, const QueryPlan<Read>& plan,
+                 std::size_t channels)
+    : settings_(settings),
+      plan_(plan),
+      own_(OwnProbe(settings, reads, !plan.queries().empty(), channels)),
+      choice_(KindOf(own_)) {}
+
+bool Probing::IsInOtherMode() const {
+  return settings_.identify && unanswered_ % (kProbesOfOwnMode + 1) == kProbesOfOwnMode;
+}
+
+/// A read in place of its own probe: the cheapest that is known to work; while none is, the first,
+/// because profiles begin with what always works.
+std::string Probing::Command(const Identification& identification) const {
+  std::vector<std::string> reads;
+  std::size_t best = 0;
+  std::size_t best_cost = 0;
+  for (std::size_t query = 0; query < plan_.queries().size(); ++query) {
+    const Read& read = plan_.block(query).key;
+    const bool allowed =
+        Identification::IsHarmless(read.command) || identification.Allows(read.command);
+    if (!IsRepeatable(read.command) || !allowed) continue;
+    reads.push_back(read.command);
+    const std::size_t cost = Cost(read.form, plan_.queries()[query].points.size());
+    if (!plan_.IsProven(query) || (best_cost != 0 && cost >= best_cost)) continue;
+    best = reads.size() - 1;
+    best_cost = cost;
+  }
+  const auto read = choice_.Next(reads.size(), best);
+  if (read) return reads[*read];
+  return own_.empty() ? kAskName : own_;
+}
+
+void Probing::OnAnswered(std::string_view command) {
+  unanswered_ = 0;
+  choice_.OnAnswered(IsOwn(command));
+}
+
+void Probing::OnPolled() {
+  unanswered_ = 0;
+  choice_.OnPolled();
+}
+
+bool Probing::OnFailed(bool own, bool silent) {
+  unanswered_ = silent ? unanswered_ + 1 : 0;
+  return choice_.OnFailed(own && silent);
+}
+
+namespace {
+
+constexpr unsigned kOutputs = 8;  // of a group
+constexpr unsigned kBits = 16;    // of a digital word
+
+/// "#13" writes an output of the group "#00", "#A3" of "#0A", "#B3" of "#0B".
+std::string CommandOfAll(char group) { return group == '1' ? "#00" : std::string("#0") + group; }
+
+}  // namespace
+
+std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
+                                     const std::optional<WriteAddress>& write,
+                                     const Settings& settings) {
+  if (!read || !write || write->kind != WriteAddress::Kind::bit || write->command.size() != 3) {
+    return std::nullopt;
+  }
+  const char group = write->command[1];
+  const auto number = ParseInteger<unsigned>(std::string_view(write->command).substr(2));
+  const bool digital = read->form == Form::bits || read->form == Form::status;
+  const bool known = group == '1' || group == 'A' || group == 'B';
+  const bool bit = read->select == ReadAddress::Select::bit;
+  if (!number || *number >= kOutputs || !digital || !known || !bit || read->index < *number) {
+    return std::nullopt;
+  }
+  const unsigned base = read->index - *number;
+  const bool inverted = (settings.invert >> base & 0xFFU) != 0;
+  if (base + kOutputs > kBits || inverted) return std::nullopt;
+  return GroupedOutput{{CommandOfAll(group), read->command, base}, *number};
+}
+
+std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> writes) {
+  if (writes.empty() || !outputs[writes[0].point]) return std::min<std::size_t>(writes.size(), 1);
+  const OutputGroup& group = outputs[writes[0].point]->group;
+  unsigned seen = 0;
+  std::size_t count = 0;
+  for (const PointValue& write : writes) {
+    const auto& output = outputs[write.point];
+    if (!output || output->group != group || (seen >> output->number & 1U) != 0) break;
+    seen |= 1U << output->number;
+    ++count;
+  }
+  return count;
+}
+
+std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word) {
+  return static_cast<std::uint8_t>(word >> group.base & 0xFFU);
+}
+
+std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word) {
+  unsigned all = OutputsIn(outputs[task.point]->group, word);
+  const auto set = [&](std::size_t point, const Value& value) {
+    const unsigned bit = 1U << outputs[point]->number;
+    all = ToDouble(value) != 0 ? all | bit : all & ~bit;
+  };
+  set(task.point, task.value);
+  for (const PointValue& one : task.also) set(one.point, one.value);
+  return static_cast<std::uint8_t>(all);
+}
+
 namespace {
 
 /// A damaged reply may look like a refusal: "does not have it" takes three.

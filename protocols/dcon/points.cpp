@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/base/leading_zero.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {

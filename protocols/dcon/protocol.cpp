@@ -5,16 +5,12 @@
 
 #include "gateway/base/text.h"
 #include "protocols/common/settings.h"
-#include "protocols/dcon/channel_types.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
-#include "protocols/dcon/expect.h"
-#include "protocols/dcon/frame_rule.h"
+#include "protocols/dcon/identification.h"
 #include "protocols/dcon/points.h"
-#include "protocols/dcon/recognise.h"
-#include "protocols/dcon/scan.h"
+#include "protocols/dcon/rules.h"
 #include "protocols/dcon/settings.h"
-#include "protocols/dcon/telegram.h"
 #include "protocols/dcon/twin.h"
 
 namespace baudgate::protocols::dcon {

@@ -20,7 +20,7 @@
 
 #include "gateway/base/time.h"
 #include "protocols/conversation.h"
-#include "protocols/dcon/probing.h"
+#include "protocols/dcon/places.h"
 #include "protocols/dcon/settings.h"
 
 namespace baudgate::protocols::dcon {

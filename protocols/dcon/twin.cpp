@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/dcon/broadcasts.h"
-#include "protocols/dcon/channel_types.h"
+#include "protocols/dcon/conversation.h"
 #include "protocols/dcon/decode.h"
-#include "protocols/dcon/output_group.h"
+#include "protocols/dcon/identification.h"
+#include "protocols/dcon/places.h"
 #include "protocols/dcon/values.h"
 
 namespace baudgate::protocols::dcon {

@@ -2,9 +2,8 @@
 #include "protocols/example/conversation.h"
 
 #include "protocols/example/codec.h"
-#include "protocols/example/expect.h"
 #include "protocols/example/points.h"
-#include "protocols/example/values.h"
+#include "protocols/example/rules.h"
 
 namespace baudgate::protocols::example {
 

@@ -4,6 +4,7 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::example {
+
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {{"7", "item 7: a decimal number"}};
@@ -25,5 +26,13 @@ Status CheckPoint(const config::Point& point) {
 }
 
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
+
+Decoded DecodeValue(std::string_view content) {
+  const auto number = content.starts_with("=") ? ParseDecimal(content.substr(1)) : std::nullopt;
+  if (!number) return {{}, Quality::bad_sensor_failure};
+  return {*number, Quality::good};
+}
+
+std::string EncodeValue(const Value& value) { return "=" + FormatNumber(ToDouble(value)); }
 
 }  // namespace baudgate::protocols::example

@@ -3,9 +3,8 @@
 
 #include "protocols/example/codec.h"
 #include "protocols/example/conversation.h"
-#include "protocols/example/expect.h"
-#include "protocols/example/frame_rule.h"
 #include "protocols/example/points.h"
+#include "protocols/example/rules.h"
 #include "protocols/example/twin.h"
 
 namespace baudgate {

@@ -2,7 +2,6 @@
 #include "protocols/example/twin.h"
 
 #include "protocols/example/points.h"
-#include "protocols/example/values.h"
 
 namespace baudgate::protocols::example {
 

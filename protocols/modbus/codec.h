@@ -1,18 +1,40 @@
 // Modbus frames: the PDU between address and check value of a serial line, or behind the header of
-// a TCP connection. PDUs come from pdu.h and go to the line, frames come back from the frame rules.
+// a TCP connection. PDUs come from the builders below and go to the line, frames come back from the
+// frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
-#include "config/model/modbus_addresses.h"
-#include "config/model/modbus_framing.h"
+#include "config/model/modbus.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::protocols::modbus {
+
+// Builders of Modbus requests, function code and data, the same in both framings. Codes, lengths
+// and checks: protocols/modbus_pdu/modbus_pdu.h.
+
+using namespace baudgate::modbus;  // the rules that the gateway shares
+
+Bytes ReadRequest(std::uint8_t function, std::uint16_t address, std::size_t count);
+Bytes WriteCoilRequest(std::uint16_t address, bool on);
+Bytes WriteCoilsRequest(std::uint16_t address, const std::vector<bool>& bits);
+Bytes WriteRegisterRequest(std::uint16_t address, std::uint16_t value);
+Bytes WriteRegistersRequest(std::uint16_t address, const std::vector<std::uint16_t>& values);
+Bytes MaskWriteRequest(std::uint16_t address, std::uint16_t keep, std::uint16_t set);
+/// Sub-function 0: the device sends the same back.
+Bytes LoopbackRequest(std::uint16_t data);
+
+void AppendU16(Bytes& to, std::size_t value);
+/// High byte first.
+Bytes BytesOf(const std::vector<std::uint16_t>& words);
+/// Eight to a byte, the first in bit 0.
+Bytes PackBits(const std::vector<bool>& bits);
 
 using config::kLastSlave;
 

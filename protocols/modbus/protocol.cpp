@@ -4,17 +4,12 @@
 #include <algorithm>
 
 #include "protocols/common/settings.h"
-#include "protocols/modbus/ascii_frame_rule.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
-#include "protocols/modbus/expect.h"
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/recognise.h"
-#include "protocols/modbus/rtu_frame_rule.h"
-#include "protocols/modbus/scan.h"
+#include "protocols/modbus/rules.h"
 #include "protocols/modbus/settings.h"
-#include "protocols/modbus/tcp_frame_rule.h"
-#include "protocols/modbus/telegram.h"
 #include "protocols/modbus/twin.h"
 
 namespace baudgate::protocols::modbus {

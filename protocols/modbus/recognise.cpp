@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
-#include "protocols/modbus/pdu.h"
+#include "protocols/modbus/codec.h"
 
 namespace baudgate::protocols::modbus {
 namespace {

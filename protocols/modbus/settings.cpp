@@ -6,7 +6,6 @@
 #include "gateway/base/text.h"
 #include "protocols/common/settings.h"
 #include "protocols/modbus/codec.h"
-#include "protocols/modbus/pdu.h"
 
 namespace baudgate::protocols::modbus {
 namespace {

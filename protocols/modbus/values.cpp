@@ -326,4 +326,10 @@ std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
   return std::nullopt;
 }
 
+Registers WordsFrom(View bytes, std::size_t at) {
+  Registers words;
+  for (; at + 1 < bytes.size(); at += 2) words.push_back(U16At(bytes, at));
+  return words;
+}
+
 }  // namespace baudgate::protocols::modbus

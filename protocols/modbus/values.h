@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/value.h"
 #include "protocols/common/decoded.h"
@@ -16,6 +17,13 @@
 namespace baudgate::protocols::modbus {
 
 using Registers = std::vector<std::uint16_t>;
+
+/// The big-endian word at `at`; 0 where it is cut short.
+inline std::uint16_t U16At(View bytes, std::size_t at) {
+  return ByteReader(bytes).U16Be(at).value_or(0);
+}
+/// Big-endian words from `at` to the end.
+Registers WordsFrom(View bytes, std::size_t at);
 
 /// `registers`: those of the place and no others.
 Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,

@@ -7,8 +7,8 @@
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "protocols/modbus/pdu.h"
-#include "protocols/modbus/space.h"
+#include "protocols/modbus/codec.h"
+#include "protocols/modbus/plan.h"
 #include "protocols/modbus/values.h"
 
 namespace baudgate::protocols::modbus {

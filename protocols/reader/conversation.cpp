@@ -7,11 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include "gateway/base/decimal_comma.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/reader/codec.h"
-#include "protocols/reader/expect.h"
-#include "protocols/reader/frame_rule.h"
+#include "protocols/reader/rules.h"
 
 namespace baudgate::protocols::reader {
 namespace {

@@ -11,7 +11,6 @@
 #include "protocols/conversation.h"
 #include "protocols/reader/points.h"
 #include "protocols/reader/settings.h"
-#include "protocols/reader/values.h"
 
 namespace baudgate::protocols::reader {
 

@@ -5,12 +5,13 @@
 #include <array>
 #include <string>
 
-#include "gateway/base/leading_zero.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
+
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {
@@ -110,5 +111,162 @@ Status CheckDevice(const config::Device& device) {
 }
 
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
+
+namespace {
+
+constexpr std::string_view kDigits = "0123456789";
+
+Value Word(std::string_view tag, unsigned shift) {
+  const std::uint64_t bits = ParseInteger<std::uint64_t>(tag, 16).value_or(0);
+  return static_cast<std::int64_t>((bits >> shift) & 0xFFFFU);
+}
+
+bool IsLetter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool IsSameWord(std::string_view one, std::string_view other) {
+  return std::ranges::equal(one, other, {}, Lower, Lower);
+}
+
+/// Units of one quantity each; mass first.
+constexpr std::string_view kQuantities[] = {"mg g kg t ct oz lb lbs",
+                                            "um mm cm dm m km in inch ft",
+                                            "C F K",
+                                            "Pa hPa kPa MPa mbar bar psi",
+                                            "mN N kN kgf lbf",
+                                            "mV V kV",
+                                            "uA mA A",
+                                            "mW W kW MW",
+                                            "Hz kHz MHz",
+                                            "ml cl l"};
+
+bool Has(std::string_view units, std::string_view unit) {
+  const auto words = Split(units, ' ');
+  return std::ranges::any_of(words, [&](std::string_view one) { return IsSameWord(one, unit); });
+}
+
+/// "C" of "°C": what comes is ASCII.
+std::string_view WithoutDegree(std::string_view unit) {
+  constexpr std::string_view kDegree = "\u00B0";
+  if (unit.starts_with(kDegree)) unit.remove_prefix(kDegree.size());
+  return unit;
+}
+
+bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
+bool IsSign(char c) { return c == '-' || c == '+'; }
+
+/// Names, units and separators say nothing about a number; a sign, a bracket or a mark may.
+bool IsUnderstood(std::string_view text) {
+  constexpr std::string_view kSeparators = " \t\r\n.,;:=%/$";
+  return std::ranges::all_of(
+      text, [&](char c) { return IsLetter(c) || kSeparators.find(c) != std::string_view::npos; });
+}
+
+/// The sign at the end of what stands before a number, blanks aside; 0: there is none.
+char TakeSign(std::string_view& before) {
+  while (before.ends_with(' ')) before.remove_suffix(1);
+  if (before.empty() || !IsSign(before.back())) return 0;
+  const char sign = before.back();
+  before.remove_suffix(1);
+  return sign;
+}
+
+/// What stands in front of the characters that were cut out belongs to the number in them.
+bool IsSigned(std::string_view lead) {
+  lead = Trim(lead);
+  return lead.ends_with('(') || (!lead.empty() && IsSign(lead.back()));
+}
+
+/// "-" or "- kg", and not "-5.0", which is the next number.
+bool HasSignBehind(std::string_view rest) {
+  rest = Trim(rest);
+  if (rest.empty() || !IsSign(rest.front())) return false;
+  rest = Trim(rest.substr(1));
+  return rest.empty() || !IsPartOfNumber(rest.front());
+}
+
+}  // namespace
+
+Decoded ValueOf(const Item& item, const Tag& tag) {
+  using Kind = Item::Kind;
+  switch (item.kind) {
+    case Kind::high:
+      return {Word(tag.text, 32), Quality::good};
+    case Kind::middle:
+      return {Word(tag.text, 16), Quality::good};
+    case Kind::low:
+      return {Word(tag.text, 0), Quality::good};
+    case Kind::counter:
+      return {static_cast<std::int64_t>(tag.counter), Quality::good};
+    case Kind::time:
+      return {
+          std::int64_t{
+              std::chrono::floor<std::chrono::seconds>(tag.received.time_since_epoch()).count()},
+          Quality::good};
+    default:
+      return {tag.text, Quality::good};
+  }
+}
+
+std::optional<std::string_view> UnitBehind(std::string_view text, std::string_view unit) {
+  const std::size_t digit = text.find_first_of(kDigits);
+  if (digit == std::string_view::npos) return std::nullopt;
+  text.remove_prefix(std::min(text.find_first_not_of("0123456789.", digit), text.size()));
+  text = Trim(text);
+  const auto end = std::ranges::find_if_not(text, IsLetter);
+  const std::string_view word = text.substr(0, static_cast<std::size_t>(end - text.begin()));
+  const bool alike = std::ranges::any_of(kQuantities, [&](std::string_view units) {
+    return Has(units, word) && Has(units, WithoutDegree(unit));
+  });
+  return alike ? std::optional(word) : std::nullopt;
+}
+
+bool IsMass(std::string_view unit) { return Has(kQuantities[0], unit); }
+
+bool IsSameUnit(std::string_view said, std::string_view unit) {
+  unit = WithoutDegree(unit);
+  if (said == unit) return true;
+  const auto is_small = [](char c) { return c >= 'a' && c <= 'z'; };
+  const bool capitals = std::ranges::all_of(unit, is_small) && std::ranges::none_of(said, is_small);
+  return IsSameWord(said, unit) && (IsMass(unit) || capitals);
+}
+
+Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit) {
+  const Decoded none{{}, {Quality::bad_sensor_failure}};
+  const std::string_view all = text;
+  std::string_view lead;
+  std::string_view rest;
+  if (item.first > 0) {
+    if (item.first > text.size()) return none;
+    lead = text.substr(0, item.first - 1);
+    rest = text.substr(std::min(item.last, text.size()));
+    text = text.substr(item.first - 1, item.last - item.first + 1);
+  }
+  const std::size_t digit = text.find_first_of(kDigits);
+  if (digit == std::string_view::npos) return none;
+  std::string_view before = text.substr(0, digit);
+  while (before.ends_with('.')) before.remove_suffix(1);
+  const std::size_t end = std::min(text.find_first_not_of("0123456789.", digit), text.size());
+  const std::string_view behind = text.substr(end);
+  const std::size_t dots = digit - before.size();
+  // The dot of "No.5" is the word's, or the number's.
+  if (dots > 1 || (dots == 1 && !before.empty() && IsLetter(before.back()))) return none;
+  const auto number = ParseDecimal((dots == 1 ? "0" : "") +
+                                   std::string(text.substr(before.size(), end - before.size())));
+  if (!number) return none;
+  const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0), unit);
+  // "Err 03" and "TICKET 0042" are no weights.
+  const bool words = IsMass(unit) && item.first == 0 && std::ranges::any_of(text, IsLetter);
+  if (its ? !IsSameUnit(*its, unit) : words) return none;
+  const bool at_begin = before.empty();
+  const char sign = TakeSign(before);
+  if (!IsUnderstood(before) || !IsUnderstood(behind)) return none;
+  const bool goes_on = behind.empty() && !rest.empty() && IsPartOfNumber(rest.front());
+  const bool began = sign == 0 && before.empty() &&
+                     ((at_begin && !lead.empty() && IsPartOfNumber(lead.back())) || IsSigned(lead));
+  if (began || goes_on || (Trim(behind).empty() && HasSignBehind(rest))) return none;
+  return {sign == '-' ? -*number : *number, Quality::good};
+}
 
 }  // namespace baudgate::protocols::reader

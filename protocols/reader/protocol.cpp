@@ -4,10 +4,8 @@
 #include "protocols/common/settings.h"
 #include "protocols/reader/codec.h"
 #include "protocols/reader/conversation.h"
-#include "protocols/reader/expect.h"
-#include "protocols/reader/frame_rule.h"
 #include "protocols/reader/points.h"
-#include "protocols/reader/recognise.h"
+#include "protocols/reader/rules.h"
 #include "protocols/reader/settings.h"
 #include "protocols/reader/twin.h"
 

@@ -4,19 +4,15 @@
 
 #include <algorithm>
 
-#include "protocols/common/clock_care.h"
+#include "protocols/common/clock.h"
 #include "protocols/common/settings.h"
-#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/expect.h"
-#include "protocols/set4tm/frame_rule.h"
-#include "protocols/set4tm/latch.h"
-#include "protocols/set4tm/points.h"
-#include "protocols/set4tm/recognise.h"
-#include "protocols/set4tm/scan.h"
-#include "protocols/set4tm/settings.h"
-#include "protocols/set4tm/telegram.h"
-#include "protocols/set4tm/twin.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/meter/latch.h"
+#include "protocols/set4tm/meter/points.h"
+#include "protocols/set4tm/meter/settings.h"
+#include "protocols/set4tm/rules.h"
+#include "protocols/set4tm/twin/twin.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

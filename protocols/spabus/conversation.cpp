@@ -2,24 +2,44 @@
 #include "protocols/spabus/conversation.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "protocols/spabus/clock_offset.h"
-#include "protocols/spabus/decode.h"
-#include "protocols/spabus/event_session.h"
+#include "protocols/common/identification.h"
+#include "protocols/spabus/clock.h"
 #include "protocols/spabus/events.h"
-#include "protocols/spabus/expect.h"
-#include "protocols/spabus/item_reads.h"
-#include "protocols/spabus/nack.h"
-#include "protocols/spabus/relay_identity.h"
+#include "protocols/spabus/plan.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/rules.h"
 #include "protocols/spabus/settings.h"
-#include "protocols/spabus/write_items.h"
-#include "protocols/spabus/write_session.h"
+#include "protocols/spabus/writing.h"
 
 namespace baudgate::protocols::spabus {
+
+bool RelayIdentity::WantsName() {
+  const bool known = !identity_.ignore && !identity_.names.empty();
+  asked_ = known && (!named_ || trouble_);
+  return asked_;
+}
+
+/// A relay that has no designation contradicts nothing.
+Answer RelayIdentity::TakeName(Answer answer) {
+  named_ = true;
+  const bool was_in_trouble = static_cast<bool>(trouble_);
+  const auto name = std::ranges::find_if(answer.readings, [](const Reading& reading) {
+    return std::holds_alternative<std::string>(reading.value);
+  });
+  if (answer.outcome == Outcome::ok && name != answer.readings.end()) {
+    trouble_ = JudgeName(identity_, std::get<std::string>(name->value));
+  }
+  answer = {};
+  const bool changed = was_in_trouble != static_cast<bool>(trouble_);
+  answer.then = changed ? Then::replan : trouble_ ? Then::done : Then::ask_again;
+  return answer;
+}
+
 namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};

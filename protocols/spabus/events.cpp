@@ -2,11 +2,14 @@
 #include "protocols/spabus/events.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/spabus/codec.h"
+#include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
+
 namespace {
 
 constexpr std::size_t kSecondDigits = 2;
@@ -80,6 +83,191 @@ std::string PrintEvent(const DeviceEvent& event) {
   return padded(time / 1s % kSecondsInMinute, kSecondDigits) + "." +
          padded(time / 1ms % 1000, kMillisecondDigits) + " " + std::to_string(event.channel) + "E" +
          std::to_string(event.code) + (event.text.empty() ? "" : " " + event.text);
+}
+
+namespace {
+
+constexpr Address kEvents{0, 'L', std::nullopt};
+constexpr Address kBackup{0, 'B', std::nullopt};
+constexpr Address kStatus{0, 'C', std::nullopt};
+/// Tasks in a row whose B nobody answers, while the relay answers all else and has never answered
+/// one: it does not know B.
+constexpr int kSilentBackups = 3;
+/// L in a row, refused by a relay that has never answered one: it does not know L. One that has is
+/// asked on: what looks like a refusal may be a damaged or somebody else's reply.
+constexpr int kMostRefusals = 3;
+/// Failures in a row that are worth a word.
+constexpr int kManyFailures = 10;
+/// Events carry the time within a minute: the same text cannot be said of others so soon.
+constexpr Duration kNeverTwiceWithin = 50s;
+
+Answer GoOn() {
+  Answer answer;
+  answer.then = Then::ask_again;
+  return answer;
+}
+
+}  // namespace
+
+Command EventSession::Next(unsigned slave) {
+  if (owes_backup_) {
+    step_ = Step::backup;
+    return ReadOf(slave, kBackup, 0);
+  }
+  if (clears_) {
+    step_ = Step::clear;
+    return WriteOf(slave, kStatus, "0");
+  }
+  step_ = owes_status_ ? Step::status : Step::events;
+  return ReadOf(slave, owes_status_ ? kStatus : kEvents, 0);
+}
+
+Command EventSession::Instead(unsigned slave) {
+  owes_backup_ = true;
+  return Next(slave);
+}
+
+Answer EventSession::OnAnswer(Exchange exchange, Instant now) {
+  const Step step = std::exchange(step_, Step::none);
+  failures_ = 0;
+  if (exchange.answer.outcome != Outcome::ok) return OnRefused(step, std::move(exchange), now);
+  switch (step) {
+    case Step::backup:
+      owes_backup_ = false;
+      silent_backups_ = 0;
+      answers_backup_ = true;
+      return OnEvents(std::move(exchange), true, now);
+    case Step::events:
+      refusals_ = 0;
+      answers_ = true;
+      return OnEvents(std::move(exchange), false, now);
+    case Step::status:
+      return OnStatus(exchange, now);
+    case Step::clear:
+    case Step::none:
+      break;
+  }
+  clears_ = false;
+  exchange.answer.then = Then::replan;
+  return std::move(exchange.answer);
+}
+
+Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
+  EventBatch batch;
+  batch.events = ParseEvents(exchange.data);
+  batch.said = std::move(exchange.data);
+  batch.again = again;
+  if (batch.events.empty()) {
+    if (again && held_ && held_->said != last_) return ReportHeld(now);
+    if (again) {
+      held_.reset();  // a late copy of the batch before
+      return GoOn();
+    }
+    batch.drained = true;
+    Answer answer;
+    answer.batch = std::move(batch);
+    return answer;
+  }
+  if (!again) {
+    const bool repeats = batch.said == last_ && now - last_at_ < kNeverTwiceWithin;
+    if (knows_backup_ && (rechecks_ || repeats)) return Hold(std::move(batch.said), false);
+  } else if (held_ && held_->said == batch.said) {
+    return ReportHeld(now);
+  } else if (held_ && rechecks_) {
+    // One of the two is damaged. Where it goes on so, other tasks come between.
+    Answer answer = Hold(std::move(batch.said), true);
+    answer.then = Then::done;
+    return answer;
+  } else if (rechecks_) {
+    return Hold(std::move(batch.said), true);
+  }
+  return Report(std::move(batch), now);
+}
+
+Answer EventSession::Hold(std::string said, bool again) {
+  held_ = {std::move(said), again};
+  owes_backup_ = true;
+  return GoOn();
+}
+
+Answer EventSession::ReportHeld(Instant now) {
+  EventBatch batch;
+  batch.events = ParseEvents(held_->said);
+  batch.said = held_->said;
+  batch.again = held_->again;
+  return Report(std::move(batch), now);
+}
+
+Answer EventSession::Report(EventBatch batch, Instant now) {
+  held_.reset();
+  last_ = batch.said;
+  last_at_ = now;
+  const auto breaks_history = [](const DeviceEvent& event) {
+    return event.code == kRestarted || event.code == kOverflow;
+  };
+  owes_status_ = owes_status_ || std::ranges::any_of(batch.events, breaks_history);
+  Answer answer;
+  answer.batch = std::move(batch);
+  return answer;
+}
+
+/// 1: it was restarted, 2: events were lost, 3: both.
+Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
+  owes_status_ = false;
+  const auto status = ParseInteger<int>(Trim(exchange.data));
+  clears_ = status && *status != 0;
+  return held_ ? ReportHeld(now) : GoOn();
+}
+
+/// Without B or C it goes on with L; a relay that does not know L is not asked again.
+Answer EventSession::OnRefused(Step step, Exchange exchange, Instant now) {
+  Answer answer = std::move(exchange.answer);
+  answer.readings.clear();
+  const bool judged = exchange.nack && RuleOf(*exchange.nack).judged;
+  if (!judged || answer.outcome == Outcome::busy) return answer;
+  if (step == Step::events) {
+    if (answer.outcome == Outcome::unsupported) ++refusals_;
+    if (!has_events()) answer.then = Then::replan;
+    return answer;
+  }
+  (step == Step::backup ? owes_backup_ : owes_status_) = false;
+  if (step == Step::backup) knows_backup_ = false;
+  clears_ = false;
+  return held_ ? ReportHeld(now) : GoOn();
+}
+
+bool EventSession::has_events() const { return wanted_ && (answers_ || refusals_ < kMostRefusals); }
+
+const DeviceTrouble& EventSession::remark() const {
+  static const DeviceTrouble kNone;
+  static const DeviceTrouble kRefused{Reason::none, "gives no events: it refuses L"};
+  static const DeviceTrouble kFailed{Reason::none,
+                                     "its events cannot be read: no good reply to L or B comes"};
+  if (refusals_ >= kMostRefusals) return kRefused;
+  return failures_ >= kManyFailures ? kFailed : kNone;
+}
+
+Then EventSession::OnFailure(Outcome outcome) {
+  const Step step = std::exchange(step_, Step::none);
+  if (outcome == Outcome::busy) return Then::done;  // it was not sent
+  ++failures_;
+  if (step == Step::events || step == Step::none) owes_backup_ = true;
+  if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
+  const bool silent = step == Step::backup && outcome == Outcome::no_reply;
+  silent_backups_ = silent ? silent_backups_ + 1 : 0;
+  if (silent_backups_ >= kSilentBackups && !answers_backup_) {
+    owes_backup_ = knows_backup_ = false;
+    owes_status_ = true;  // and what is held is told after it
+  }
+  return Then::done;
+}
+
+void EventSession::OnReconnect() {
+  answers_ = clears_ = false;
+  owes_backup_ = owes_status_ = knows_backup_ = true;
+  held_.reset();
+  refusals_ = failures_ = silent_backups_ = 0;
+  step_ = Step::none;
 }
 
 }  // namespace baudgate::protocols::spabus

@@ -1,14 +1,19 @@
 // How the points of a device are read: items with consecutive numbers share a request, or else the
 // same item of consecutive channels. Points come from the profile, queries go to the poller through
-// the conversation.
+// the conversation. ItemReads reads the points of one relay, and learns from refusals.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>
+#include <string>
+#include <vector>
 
+#include "config/model/device.h"
 #include "protocols/common/query_plan.h"
+#include "protocols/conversation.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/points.h"
+#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
 
@@ -36,5 +41,53 @@ ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits
 
 /// The request that reads a block: >1RI1/5: or >1R1/3I1:
 Command ReadOf(unsigned slave, const Block<Row>& block);
+
+// By which requests the points of one relay are read, and what its refusals teach of that: fewer
+// items in one request, no range of channels, one value in one write. Silence to several items,
+// beside answers to others, teaches the same.
+//
+//   > >1R1/3I1:   < <1N:7:      it does not know ranges of channels: >1R1I1: from now on
+//
+class ItemReads {
+ public:
+  /// Both outlive it.
+  ItemReads(const config::Device& device, const Settings& settings);
+  ItemReads(const ItemReads&) = delete;
+  ItemReads& operator=(const ItemReads&) = delete;
+
+  std::span<const Query> Queries() const { return plan_.queries(); }
+  const std::vector<ReadPoint>& points() const { return points_; }
+  const RequestLimits& limits() const { return limits_; }
+  Command Ask(unsigned slave, std::size_t query) const { return ReadOf(slave, plan_.block(query)); }
+
+  // True: the queries are others now.
+
+  bool OnAnswered(std::size_t query, Instant now);
+  /// `answer` is the NACK to the query.
+  bool TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now);
+  bool OnFailure(std::size_t query, Outcome outcome, Instant now);
+  bool ForgetRefusals() { return plan_.ForgetRefusals(); }
+
+  /// A write of several values is too much for the relay.
+  void WriteAlone() { limits_.written = 1; }
+  void OnReconnect();
+  /// For the status; empty: nothing was learned.
+  std::string Learned() const;
+
+ private:
+  RequestLimits ConfiguredLimits() const {
+    return {settings_.max_items, true, settings_.write_items};
+  }
+  bool IsChannelRange(std::size_t query) const;
+  bool ForgoChannels();
+
+  const Settings& settings_;
+  const std::vector<ReadPoint> points_;
+  RequestLimits limits_;  ///< less once the device has called it too much
+  TryAgain larger_;       ///< when requests are as large as configured again
+  ItemPlan plan_;
+  int channel_failures_ = 0;    ///< of ranges of channels, none answered so far
+  bool channels_work_ = false;  ///< a range of channels was answered
+};
 
 }  // namespace baudgate::protocols::spabus

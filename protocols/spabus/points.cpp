@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/points.h"
 
-#include "gateway/base/leading_zero.h"
-#include "protocols/spabus/clock_messages.h"
-#include "protocols/spabus/clock_offset.h"
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "gateway/base/decimal.h"
+#include "gateway/base/text.h"
+#include "protocols/spabus/clock.h"
+#include "protocols/spabus/codec.h"
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
+
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {
@@ -142,5 +150,235 @@ Status CheckPoint(const config::Point& point) {
 }
 
 std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
+
+namespace {
+
+using config::Type;
+
+/// Beyond this a double does not hold every integer, and no device of ours has such numbers.
+constexpr double kLargestExact = 9007199254740992.0;
+/// Longest text item that known masters write.
+constexpr std::size_t kLongestText = 131;
+/// The decimals of a point that does not say how many it has. What was divided by a scale is not
+/// exact in its last digits.
+constexpr std::size_t kMostDecimals = 9;
+constexpr std::size_t kScaledDecimals = 6;
+/// Relative, of limits that are no binary fractions.
+constexpr double kSlack = 1e-9;
+
+bool IsInteger(Type type) { return type >= Type::int8 && type <= Type::uint64; }
+bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
+
+/// Integers of all forms as integers, the rest as decimal.
+std::optional<Value> ParseNumber(std::string_view text) {
+  if (const auto whole = ParseInteger<std::int64_t>(text)) return Value(*whole);
+  if (const auto large = ParseInteger<std::uint64_t>(text)) return Value(*large);
+  const auto number = ParseDecimal(text);
+  if (!number || !std::isfinite(*number)) return std::nullopt;
+  if (std::trunc(*number) == *number && std::abs(*number) < kLargestExact) {
+    return Value(static_cast<std::int64_t>(*number));
+  }
+  return Value(*number);
+}
+
+struct Limits {
+  double low;
+  double high;
+};
+
+Limits LimitsOf(Type type) {
+  switch (type) {
+    case Type::boolean:
+      return {0, 1};
+    case Type::int8:
+      return {-128, 127};
+    case Type::uint8:
+      return {0, 255};
+    case Type::int16:
+      return {-32768, 32767};
+    case Type::uint16:
+      return {0, 65535};
+    case Type::int32:
+      return {-2147483648.0, 2147483647.0};
+    case Type::uint32:
+      return {0, 4294967295.0};
+    case Type::int64:
+      return {-kLargestExact, kLargestExact};
+    case Type::uint64:
+      return {0, kLargestExact};
+    default:
+      return {-1e12, 1e12};
+  }
+}
+
+/// "4.10" and "4.00" to "4.1" and "4"; `least` decimals stay.
+void DropZeros(std::string& text, std::size_t least) {
+  const std::size_t point = text.find('.');
+  if (point != std::string::npos) {
+    while (text.size() > point + 1 + least && text.back() == '0') text.pop_back();
+    if (text.back() == '.') text.pop_back();
+  }
+  if (text == "-0") text = "0";
+}
+
+/// Fixed notation with `least` to `most` decimals.
+std::string FormatFixed(double number, int least, int most) {
+  char buffer[64];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, number, std::chars_format::fixed, most);
+  if (error != std::errc()) return {};
+  std::string text(buffer, end);
+  DropZeros(text, static_cast<std::size_t>(least));
+  return text;
+}
+
+/// One more in the last digit: "-1.99" to "-2.00".
+void StepUp(std::string& text) {
+  for (std::size_t i = text.size(); i-- > 0;) {
+    if (text[i] == '.' || text[i] == '-') continue;
+    if (text[i] != '9') {
+      ++text[i];
+      return;
+    }
+    text[i] = '0';
+  }
+  text.insert(text.front() == '-' ? 1 : 0, 1, '1');
+}
+
+/// Rounded as on paper, half away from zero: 2.675 is 2.68, whatever a double makes of it.
+std::string RoundTo(std::string text, std::size_t decimals) {
+  const std::size_t point = text.find('.');
+  const std::size_t next = point + 1 + decimals;
+  if (point != std::string::npos && next < text.size()) {
+    const bool up = text[next] >= '5';
+    text.resize(decimals == 0 ? point : next);
+    if (up) StepUp(text);
+  }
+  DropZeros(text, 0);
+  return text;
+}
+
+Result<std::string> EncodeText(const std::string& text) {
+  if (text.empty()) return Error{"an empty text cannot be written to an SPA device"};
+  if (text.size() > kLongestText) return Error{"an SPA text item has at most 131 characters"};
+  for (const char c : text) {
+    if (IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c))) {
+      return Error{"'" + Printable(ToBytes(text)) +
+                   "' cannot be written: only printable ASCII without < > : / &"};
+    }
+  }
+  return text;
+}
+
+/// float32 registers carry 30.3 as 30.299999237: the shortest text that reads back as the same
+/// float32 is what was meant. Of a double it is that of 15 digits, which hides 0.1 + 0.2.
+std::string Shortest(double number, Type type) {
+  char buffer[512];
+  char* const end = buffer + sizeof buffer;
+  if (type == Type::float32) {
+    const auto number32 = static_cast<float>(number);
+    return {buffer, std::to_chars(buffer, end, number32, std::chars_format::fixed).ptr};
+  }
+  double meant = number;
+  if (type == Type::float64) {
+    const char* const last = std::to_chars(buffer, end, number, std::chars_format::general, 15).ptr;
+    std::from_chars(buffer, last, meant);
+  }
+  return {buffer, std::to_chars(buffer, end, meant, std::chars_format::fixed).ptr};
+}
+
+std::size_t MostDecimals(const config::Point& point) {
+  if (point.writing.decimals) return static_cast<std::size_t>(*point.writing.decimals);
+  return IsScaled(point) ? kScaledDecimals : kMostDecimals;
+}
+
+/// Rounding must not lead out of the range that the value itself was in.
+bool IsAllowed(const std::string& text, const config::Point& point) {
+  const Decimal shown = Decimal::Parse(text).value_or(0) * point.scale + point.offset;
+  const auto& [min, max] = std::tie(point.writing.min, point.writing.max);
+  const Decimal slack = std::max(Decimal(1), Abs(shown)) * kSlack;
+  return !(min && shown < *min - slack) && !(max && shown > *max + slack);
+}
+
+/// The text for a number that is in the range of the point's type.
+Result<std::string> EncodeNumber(double number, const config::Point& point) {
+  const std::size_t decimals = MostDecimals(point);
+  std::string text = RoundTo(Shortest(number, point.type), decimals);
+  const auto rounded = [&](const std::string& why) {
+    return Error{FormatNumber(number) + ", with the " + std::to_string(decimals) +
+                 " decimals that '" + point.name + "' takes, is " + text + ": " + why};
+  };
+  if (text == "0" && number != 0) return rounded("too small to be written");
+  if (!IsAllowed(text, point)) return rounded("outside of what may be written");
+  return text;
+}
+
+}  // namespace
+
+Decoded DecodeValue(std::string_view raw, const config::Point& point) {
+  const std::string_view text = Trim(raw);
+  if (point.type == Type::string) return {Value(std::string(text)), Quality::good};
+  if (text.empty()) return {{}, Quality::bad_sensor_failure};
+  const auto number = ParseNumber(text);
+  if (!number) return {{}, Quality::bad_configuration};
+  if (point.type == Type::boolean) {
+    if (*number == Value(std::int64_t{0})) return {Value(false), Quality::good};
+    if (*number == Value(std::int64_t{1})) return {Value(true), Quality::good};
+    return {{}, Quality::bad_configuration};
+  }
+  if (IsInteger(point.type)) {
+    // 0.52 in an integer is a measurement only where a scale makes it whole.
+    const bool whole = !std::holds_alternative<double>(*number);
+    if (!whole && !IsScaled(point)) return {{}, Quality::bad_configuration};
+    return {*number, Quality::good};
+  }
+  return {Value(ToDouble(*number)), Quality::good};
+}
+
+Value GuessValue(std::string_view raw) {
+  const std::string_view text = Trim(raw);
+  if (auto number = ParseNumber(text)) return *number;
+  return std::string(text);
+}
+
+Result<std::string> EncodeValue(const Value& value, const config::Point& point) {
+  if (point.type == Type::string) {
+    const auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr) return Error{"'" + point.name + "' takes a text"};
+    return EncodeText(*text);
+  }
+  if (std::holds_alternative<std::string>(value)) {
+    return Error{"'" + point.name + "' takes a number, not a text"};
+  }
+  const double number = ToDouble(value);
+  if (!std::isfinite(number))
+    return Error{"'" + point.name + "' cannot be set to a value that is not a number"};
+  const Limits limits = LimitsOf(IsScaled(point) ? Type::float64 : point.type);
+  if (number < limits.low || number > limits.high) {
+    return Error{ToText(value) + " is outside the range of '" + point.name + "' (" +
+                 std::string(config::Name(point.type)) + ")"};
+  }
+  const bool whole = point.type == Type::boolean || (IsInteger(point.type) && !IsScaled(point));
+  if (whole && std::trunc(number) != number) {
+    return Error{ToText(value) + " is no whole number, as '" + point.name + "' needs"};
+  }
+  return EncodeNumber(number, point);
+}
+
+std::string PrintValue(const Value& value, const config::Point& point) {
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    std::string clean = *text;
+    std::replace_if(
+        clean.begin(), clean.end(),
+        [](char c) { return IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c)); }, '-');
+    return clean;
+  }
+  const double number = ToDouble(value);
+  if (!std::isfinite(number)) return {};
+  if (point.type == Type::boolean) return number != 0 ? "1" : "0";
+  if (IsInteger(point.type) && !IsScaled(point)) return FormatFixed(std::round(number), 0, 0);
+  const int most = point.writing.decimals.value_or(4);
+  return FormatFixed(number, std::min(2, most), most);
+}
 
 }  // namespace baudgate::protocols::spabus

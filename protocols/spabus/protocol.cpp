@@ -6,13 +6,9 @@
 #include "protocols/common/settings.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/conversation.h"
-#include "protocols/spabus/expect.h"
-#include "protocols/spabus/frame_rule.h"
 #include "protocols/spabus/points.h"
-#include "protocols/spabus/recognise.h"
-#include "protocols/spabus/scan.h"
+#include "protocols/spabus/rules.h"
 #include "protocols/spabus/settings.h"
-#include "protocols/spabus/telegram.h"
 #include "protocols/spabus/twin.h"
 
 namespace baudgate::protocols::spabus {

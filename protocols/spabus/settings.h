@@ -8,8 +8,8 @@
 #include <span>
 
 #include "config/model/options.h"
-#include "protocols/option_specs.h"
-#include "protocols/spabus/clock_messages.h"
+#include "protocols/options.h"
+#include "protocols/spabus/clock.h"
 #include "protocols/spabus/codec.h"
 
 namespace baudgate::protocols::spabus {

@@ -6,13 +6,11 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
-#include "protocols/spabus/clock_offset.h"
+#include "protocols/spabus/clock.h"
 #include "protocols/spabus/events.h"
-#include "protocols/spabus/nack.h"
 #include "protocols/spabus/points.h"
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/settings.h"
-#include "protocols/spabus/values.h"
 
 namespace baudgate::protocols::spabus {
 namespace {

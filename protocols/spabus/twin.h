@@ -1,5 +1,5 @@
 // A relay on the SPA Bus, simulated from its profile: answers reads, writes and nonsense alike.
-// Requests come from a pty or a test through frame_rule.h, replies go back the same way.
+// Requests come from a pty or a test through rules.h, replies go back the same way.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

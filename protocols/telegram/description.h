@@ -1,20 +1,23 @@
 // The telegrams of a device, compiled from its description (compile.h): what is sent, what may come
 // back, and what that means. Made once when the configuration is read, and never changed.
+// OptionTable has the options of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "config/model/mark.h"
 #include "config/model/options.h"
+#include "config/model/problem.h"
 #include "gateway/base/time.h"
-#include "protocols/telegram/codes.h"
+#include "protocols/protocol.h"
+#include "protocols/telegram/field.h"
 #include "protocols/telegram/matching.h"
 
 namespace baudgate::protocols::telegram {
@@ -91,5 +94,15 @@ Settings ReadSettings(const config::Options& options);
 Bound BoundOf(const Settings& settings, std::string_view address);
 /// A number where it is one.
 Value AddressValue(std::string_view address);
+
+// The options of a device: its description, and what fills the fields of its telegrams.
+
+inline constexpr std::string_view kTelegramsOption = "telegrams";
+inline constexpr std::string_view kParametersOption = "parameters";
+
+std::span<const OptionSpec> OptionTable();
+
+/// A number, hex with 0x, or a word of letters, digits, '-', '_' and '.'.
+Result<std::string> CanonicalAddress(std::string_view address);
 
 }  // namespace baudgate::protocols::telegram

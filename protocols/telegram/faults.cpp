@@ -2,14 +2,349 @@
 #include "protocols/telegram/faults.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
-#include "gateway/base/spelling.h"
+#include "gateway/base/decimal.h"
+#include "gateway/base/text.h"
+#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/points.h"
-#include "protocols/telegram/settings.h"
-#include "protocols/telegram/units.h"
 
 namespace baudgate::protocols::telegram {
+
+namespace {
+
+constexpr std::string_view kUnitBehind = "_unit";
+constexpr std::string_view kUnitInFront = "unit_";
+
+/// Letters with which NMEA 0183 names the unit of a speed, and that unit as points have it.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kLettersOfUnits = {
+    {{"N", "kn"}, {"K", "km/h"}, {"M", "m/s"}, {"S", "mph"}}};
+
+/// Without blanks; "°C" and "degC" are "C".
+std::string PlainText(std::string_view unit) {
+  std::string text(unit);
+  std::erase(text, ' ');
+  for (const std::string_view degree : {"°", "deg"}) {
+    if (text == std::string(degree) + "C" || text == std::string(degree) + "F") {
+      return text.substr(degree.size());
+    }
+  }
+  return text;
+}
+
+/// "mPa" and "MPa", but not "mbar" and "MBAR" of a device that writes capitals only.
+bool AreMilliAndMega(std::string_view one, std::string_view other) {
+  return one.size() > 1 && one.front() != other.front() && config::Lower(one).front() == 'm' &&
+         one.substr(1) == other.substr(1);
+}
+
+bool IsNumberField(const Element& element) {
+  return element.is_field() && !element.name.empty() && element.format.is_number() &&
+         element.name != kChecksum && element.name != kAddress;
+}
+
+/// The number next to elements[index], in front of it or else behind it; null: neither is one.
+const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
+  const auto& elements = pattern.elements;
+  for (const bool behind : {false, true}) {
+    std::size_t place = behind ? index + 1 : index - 1;  // wraps in front of the first
+    const bool separates =
+        place < elements.size() && !elements[place].is_field() &&
+        AsText(elements[place].literal).find_first_not_of(" ,;\t") == std::string_view::npos;
+    if (separates) place += behind ? 1U : std::size_t{0} - 1;
+    if (place < elements.size() && IsNumberField(elements[place])) return &elements[place];
+  }
+  return nullptr;
+}
+
+/// Whether elements[index], a unit, is that of the number `field`: by its name ("weight_unit"),
+/// because the answer has no other number, or because it stands next to it.
+bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field) {
+  std::string_view own = pattern.elements[index].name;
+  if (own.ends_with(kUnitBehind)) {
+    own.remove_suffix(kUnitBehind.size());
+  } else if (own.starts_with(kUnitInFront)) {
+    own.remove_prefix(kUnitInFront.size());
+  }
+  if (own == field) return true;
+  const Element* named = pattern.Find(own);
+  if (named != nullptr && IsNumberField(*named)) return false;
+  const bool alone = std::ranges::none_of(pattern.elements, [&](const Element& element) {
+    return IsNumberField(element) && element.name != field;
+  });
+  const Element* next = NumberNextTo(pattern, index);
+  return alone || (next != nullptr && next->name == field);
+}
+
+/// The texts with which the number is good. A parameter chooses one of them.
+std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& unit,
+                                   const Bound& bound) {
+  const bool chosen = telegram.listen || (telegram.send && telegram.send->pattern.Has(unit));
+  const auto parameter = bound.find(unit);
+  if (chosen && parameter != bound.end()) return {ToText(parameter->second)};
+  std::vector<std::string> texts;
+  const auto codes = telegram.codes.find(unit);
+  if (codes == telegram.codes.end()) return texts;
+  for (const auto& [text, meaning] : codes->second) {
+    if (meaning->quality == Quality::good) texts.push_back(text);
+  }
+  return texts;
+}
+
+/// "0" and "1" are codes of units, and a blank says nothing.
+bool NamesUnit(std::string_view text) {
+  return text.find_first_not_of(" 0123456789") != std::string_view::npos;
+}
+
+std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
+                         const std::string& unit, const std::vector<std::string>& texts) {
+  std::string good;
+  for (const std::string& text : texts) good += (good.empty() ? "'" : " or '") + text + "'";
+  return "has unit " + config::Quoted(point.unit) + ", and its number is good only where '" + unit +
+         "' of telegram '" + telegram.name + "' says " + good +
+         ": correct the unit of the point, or give it a 'scale' that converts the number; if the "
+         "device is set to " +
+         config::Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
+}
+
+}  // namespace
+
+bool IsUnit(std::string_view name) {
+  return name == "unit" || name.ends_with(kUnitBehind) || name.starts_with(kUnitInFront);
+}
+
+bool IsSameUnit(std::string_view text, std::string_view unit) {
+  const std::string said = PlainText(text);
+  const std::string wanted = PlainText(unit);
+  const bool letter = std::ranges::any_of(kLettersOfUnits, [&](const auto& known) {
+    return known.first == said && known.second == wanted;
+  });
+  if (letter) return true;
+  return config::Lower(said) == config::Lower(wanted) && !AreMilliAndMega(said, wanted);
+}
+
+std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
+                      const Bound& bound) {
+  if (point.unit.empty() || point.scale != 1 || point.offset != 0) return {};
+  for (const Form& form : telegram.receive) {
+    if (!form.pattern.Has(field.name)) continue;
+    for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
+      const Element& unit = form.pattern.elements[i];
+      const bool is_text = unit.format.is_text() && !unit.format.is_number();
+      if (!unit.is_field() || !is_text || !IsUnit(unit.name)) continue;
+      if (!IsUnitOf(form.pattern, i, field.name)) continue;
+      const std::vector<std::string> texts = GoodTexts(telegram, unit.name, bound);
+      const bool same = std::ranges::any_of(
+          texts, [&](const std::string& text) { return IsSameUnit(text, point.unit); });
+      if (!same && std::ranges::any_of(texts, NamesUnit)) {
+        return SayWrongUnit(point, telegram, unit.name, texts);
+      }
+    }
+  }
+  return {};
+}
+
+namespace {
+
+using config::Access;
+using config::Point;
+using config::Type;
+
+/// Its first digit could be lost unseen: nothing stands in front of it.
+bool IsUnguarded(const Form& form) {
+  const Element& first = form.pattern.elements.front();
+  return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
+         !first.is_fixed() && !first.format.sign && !form.size_at;
+}
+
+/// Bytes that come unasked and have neither a begin nor a check value: any of them may be first.
+bool IsUnsynchronised(const Telegram& telegram, const Form& form) {
+  const Element& first = form.pattern.elements.front();
+  return telegram.listen && form.is_unmarked() && first.is_field() && !first.format.is_text();
+}
+
+/// The largest number that the point may be given, where that is known.
+std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format) {
+  std::optional<unsigned> bits;
+  if (place.select == ReadPlace::Select::bits) bits = place.bits;
+  const bool has_range = format.is_binary() || format.kind == Format::Kind::hex;
+  if (place.select == ReadPlace::Select::whole && has_range) bits = format.bits();
+  if (!bits || *bits == 0) return std::nullopt;
+  if (place.select == ReadPlace::Select::whole && format.kind == Format::Kind::sint) --*bits;
+  if (format.kind == Format::Kind::bcd && place.select == ReadPlace::Select::whole) {
+    std::uint64_t most = 0;
+    for (std::size_t digit = 0; digit < 2 * format.width; ++digit) most = most * 10 + 9;
+    return most;
+  }
+  return *bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << *bits) - 1;
+}
+
+/// As its number on the line.
+bool Holds(const Point& point, std::uint64_t raw) {
+  const Decimal number = Decimal(raw) * point.scale + point.offset;
+  if (point.type == Type::boolean) return number == 0 || number == 1;
+  if (point.type == Type::uint64) return number.ToUint64().has_value();
+  const auto whole = number.ToInt64();
+  return whole && config::RangeOf(point).Contains(*whole);
+}
+
+/// The field next to elements[index], in front of it or behind it; null: a number, or more than a
+/// separator stands between.
+const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
+  const auto at = [&](std::size_t steps) -> const Element* {
+    const std::size_t place =
+        behind ? index + steps : index - steps;  // wraps in front of the first
+    return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
+  };
+  const Element* next = at(1);
+  const bool separates = next != nullptr && !next->is_field() &&
+                         AsText(next->literal).find_first_not_of(" ,;\t") == std::string_view::npos;
+  if (separates) next = at(2);
+  if (next == nullptr || !next->is_field()) return nullptr;
+  const bool speaks = next->format.is_text() && !next->format.is_text_number();
+  return speaks || next->format.kind == Format::Kind::byte ? next : nullptr;
+}
+
+class DoubtFinder {
+ public:
+  DoubtFinder(const config::Device& device, const Description& description)
+      : device_(device),
+        description_(description),
+        bound_(BoundOf(ReadSettings(device.options), device.address)) {}
+
+  std::vector<Doubt> Run() {
+    for (point_ = 0; point_ < device_.points.size(); ++point_) {
+      const Point& point = device_.points[point_];
+      const auto place = ParseRead(point);
+      const auto found = place ? description_.Find(place->call.telegram) : std::nullopt;
+      if (!found || point.access == Access::write) continue;
+      const Telegram& telegram = description_.telegrams[*found];
+      CheckFront(telegram, *place);
+      if (const Element* field = telegram.FindField(place->field)) {
+        CheckBeside(telegram, *field);
+        CheckRange(point, *place, *field);
+        CheckSimulated(point, *place, *field);
+      }
+    }
+    return std::move(doubts_);
+  }
+
+ private:
+  void Tell(std::string text) { doubts_.push_back({point_, std::move(text)}); }
+
+  void CheckFront(const Telegram& telegram, const ReadPlace& place) {
+    for (const Form& form : telegram.receive) {
+      if (IsUnsynchronised(telegram, form)) {
+        Tell(
+            "comes with a telegram that begins with a field and has no check value: nothing shows "
+            "where it begins, and a lost byte shifts all values; write its fixed bytes and its "
+            "{checksum}, if it has any");
+      }
+      // A jump is read twice.
+      if (device_.points[point_].recheck != config::Recheck::off) continue;
+      if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
+      Tell(
+          "is the first of its telegram, and nothing shows that its first digit was lost on the "
+          "line: if the device always sends as many characters, give the field a width; if it "
+          "always sends a sign, write {" +
+          place.field + ":+decimal}");
+    }
+  }
+
+  /// A unit or a state that comes with the number, and that nothing judges.
+  void CheckBeside(const Telegram& telegram, const Element& field) {
+    if (!field.format.is_number()) return;
+    for (const Form& form : telegram.receive) {
+      const Element* number = form.pattern.Find(field.name);
+      if (number == nullptr) continue;
+      const auto index = static_cast<std::size_t>(number - form.pattern.elements.data());
+      for (const bool behind : {true, false}) {
+        const Element* text = Beside(form.pattern, index, behind);
+        if (text != nullptr && IsUnjudged(telegram, *text))
+          return TellBeside(form, telegram, *text);
+      }
+    }
+  }
+
+  bool IsUnjudged(const Telegram& telegram, const Element& text) const {
+    const bool sent = telegram.send && telegram.send->pattern.Has(text.name);
+    return text.name.empty() || !(sent || telegram.codes.contains(text.name) ||
+                                  bound_.contains(text.name) || text.name == kChecksum);
+  }
+
+  void TellBeside(const Form& form, const Telegram& telegram, const Element& text) {
+    std::string says = "g";
+    for (const Example& example : telegram.examples) {
+      const Match match = MatchAll(form, example.receive, {});
+      if (match.kind != Match::Kind::whole) continue;
+      const auto index = static_cast<std::size_t>(&text - form.pattern.elements.data());
+      says = ToText(DecodeField(text.format, match.parts[index]));
+      break;
+    }
+    if (text.name.empty() && says.empty()) return;  // blanks
+    const std::string name = text.name.empty() ? "unit" : text.name;
+    Tell("comes with '" + says +
+         "' beside its number, and nothing judges that: if the device says " +
+         "another unit or state there, the value is good all the same; " +
+         (text.name.empty() ? "name this field {" + name + ":…} and write" : "write") +
+         " codes: { " + name + ": { '" + says + "': good } }, with all that it may say");
+  }
+
+  void CheckRange(const Point& point, const ReadPlace& place, const Element& field) {
+    if (point.type == Type::float32 || point.type == Type::float64 || point.type == Type::string) {
+      return;
+    }
+    const auto most = MostOf(place, field.format);
+    if (!most || Holds(point, *most)) return;
+    Tell("has type " + std::string(config::Name(point.type)) + ", which cannot hold all that '" +
+         field.name + "' may say, up to " + std::to_string(*most) +
+         " on the line: larger ones will be bad");
+  }
+
+  /// `simulate` is the number on the line.
+  void CheckSimulated(const Point& point, const ReadPlace& place, const Element& field) {
+    if (!point.simulate || point.simulate->text || !field.format.is_number()) return;
+    if (place.select != ReadPlace::Select::whole) return;
+    for (const double number : {point.simulate->low, point.simulate->high}) {
+      if (!std::isfinite(number)) continue;
+      const auto bytes = EncodeField(field.format, Nearest(field.format, number));
+      if (bytes) continue;
+      return Tell("has 'simulate' " + ToText(Value(number)) + ", and its field '" + field.name +
+                  "' cannot say it: " + bytes.error());
+    }
+  }
+
+  const config::Device& device_;
+  const Description& description_;
+  const Bound bound_;
+  std::size_t point_ = 0;
+  std::vector<Doubt> doubts_;
+};
+
+}  // namespace
+
+config::RawNumbers NumbersOf(const config::Device& device, const Point& point) {
+  using config::RawNumbers;
+  const auto description = DescriptionOf(device.options);
+  const auto place = ParseRead(point);
+  const auto found = description && place ? description->Find(place->call.telegram) : std::nullopt;
+  const Element* field = found ? description->telegrams[*found].FindField(place->field) : nullptr;
+  if (field == nullptr) return {};
+  if (place->select == ReadPlace::Select::equal) return RawNumbers::Bits(1);
+  if (place->select == ReadPlace::Select::bits) return RawNumbers::Bits(place->bits);
+  return NumbersOf(field->format);
+}
+
+std::vector<Doubt> DoubtsOf(const config::Device& device) {
+  const auto description = DescriptionOf(device.options);
+  return description ? DoubtFinder(device, *description).Run() : std::vector<Doubt>();
+}
+
 namespace {
 
 using config::Access;

@@ -2,15 +2,198 @@
 #include "protocols/telegram/field.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::telegram {
+
+namespace {
+
+using Kind = Format::Kind;
+
+constexpr std::size_t kWidestField = 255;
+constexpr int kMostDecimals = 9;
+
+struct KindWord {
+  std::string_view word;
+  Kind kind;
+};
+
+constexpr std::array<KindWord, 15> kTextWords = {{{"decimal", Kind::decimal},
+                                                  {"f", Kind::decimal},
+                                                  {"scientific", Kind::scientific},
+                                                  {"e", Kind::scientific},
+                                                  {"integer", Kind::integer},
+                                                  {"d", Kind::integer},
+                                                  {"hex", Kind::hex},
+                                                  {"X", Kind::hex},
+                                                  {"x", Kind::hex},
+                                                  {"char", Kind::character},
+                                                  {"word", Kind::word},
+                                                  {"text", Kind::text},
+                                                  {"rest", Kind::text},
+                                                  {"bytes", Kind::bytes},
+                                                  {"byte", Kind::byte}}};
+
+constexpr std::string_view kAllKinds =
+    "decimal, scientific, integer, hex, char, word, text, rest, bytes, byte, uint8 to uint64, int8 "
+    "to int64, float32, float64, bcd1 to bcd8";
+
+/// Those that are written most, for a suggestion.
+constexpr std::array<std::string_view, 12> kBinaryWords = {
+    "uint8",    "uint16_be", "uint16_le", "uint32_be", "uint32_le",  "int8",
+    "int16_be", "int16_le",  "int32_be",  "int32_le",  "float32_be", "float32_le"};
+
+/// Digits at the front of `text`, taken off it.
+Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::string_view what) {
+  const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
+  const auto number = ParseInteger<std::size_t>(text.substr(0, end));
+  if (!number || *number > most) {
+    return Error{std::string(what) + " " + std::string(text.substr(0, end)) +
+                 " is too large; at most " + std::to_string(most)};
+  }
+  text.remove_prefix(end);
+  return *number;
+}
+
+/// "uint16_le", "int24", "float32_be", "bcd3".
+std::optional<Format> ParseBinary(std::string_view text) {
+  Format format;
+  format.little = text.ends_with("_le");
+  if (format.little || text.ends_with("_be")) text.remove_suffix(3);
+  const std::size_t digits = text.find_first_of("0123456789");
+  if (digits == std::string_view::npos) return std::nullopt;
+  const auto number = ParseInteger<std::size_t>(text.substr(digits));
+  const std::string_view word = text.substr(0, digits);
+  if (!number || text[digits] == '0') return std::nullopt;
+  const bool bcd = word == "bcd";
+  if (!bcd && *number % 8 != 0) return std::nullopt;
+  format.width = bcd ? *number : *number / 8;
+  if (format.width < 1 || format.width > 8) return std::nullopt;
+  if (word == "uint") {
+    format.kind = Kind::uint;
+  } else if (word == "int") {
+    format.kind = Kind::sint;
+  } else if (bcd) {
+    format.kind = Kind::bcd;
+  } else if (word == "float" && (format.width == 4 || format.width == 8)) {
+    format.kind = Kind::real;
+  } else {
+    return std::nullopt;
+  }
+  return format;
+}
+
+Error UnknownFormat(std::string_view text) {
+  std::vector<std::string_view> words;
+  for (const KindWord& one : kTextWords) words.push_back(one.word);
+  words.insert(words.end(), kBinaryWords.begin(), kBinaryWords.end());
+  return {config::Quoted(text) + " is no format;" + config::DidYouMean(text, words) +
+          " formats: " + std::string(kAllKinds)};
+}
+
+Status CheckTextFormat(const Format& format, std::string_view text) {
+  const bool real = format.kind == Kind::decimal || format.kind == Kind::scientific;
+  const auto wrong = [&](const char* why) { return Error{config::Quoted(text) + ": " + why}; };
+  if ((format.precision >= 0 || format.point) && !real) {
+    return wrong("only decimal and scientific numbers have a point");
+  }
+  if (format.sign && (!format.is_text_number() || format.kind == Kind::hex)) {
+    return wrong("only numbers have a sign");
+  }
+  if (format.zeros && !format.is_text_number()) return wrong("only numbers are filled with zeros");
+  if (format.kind == Kind::character && format.width > 1) {
+    return wrong("a char is one character; write text for more");
+  }
+  if (format.kind == Format::Kind::byte && format.width > 1) {
+    return wrong("a byte is one; write bytes to pass several over");
+  }
+  return {};
+}
+
+}  // namespace
+
+bool Format::is_whole_number() const {
+  return kind == Kind::integer || kind == Kind::hex || kind == Kind::uint || kind == Kind::sint ||
+         kind == Kind::bcd;
+}
+
+std::optional<unsigned> Format::bits() const {
+  if (!is_whole_number() || width == 0) return std::nullopt;
+  if (kind == Kind::hex) return static_cast<unsigned>(std::min<std::size_t>(4 * width, 64));
+  if (kind == Kind::uint || kind == Kind::sint) return static_cast<unsigned>(8 * width);
+  const std::size_t digits = kind == Kind::bcd ? 2 * width : width;
+  std::uint64_t most = 0;
+  for (std::size_t i = 0; i < digits; ++i) {
+    if (most > std::numeric_limits<std::uint64_t>::max() / 10 - 1) return 64;
+    most = most * 10 + 9;
+  }
+  return static_cast<unsigned>(std::bit_width(most));
+}
+
+config::RawNumbers NumbersOf(const Format& format) {
+  using config::RawNumbers;
+  if (format.kind == Kind::real) {
+    return {format.width == 4 ? RawNumbers::Kind::single : RawNumbers::Kind::real, {}};
+  }
+  if (!format.is_whole_number()) return {};
+  const auto bits = format.bits();
+  if (!bits || format.kind == Kind::integer) {
+    return RawNumbers::Whole(std::numeric_limits<std::int64_t>::min(),
+                             std::numeric_limits<std::uint64_t>::max());
+  }
+  if (format.kind != Kind::bcd) return RawNumbers::Bits(*bits, format.kind == Kind::sint);
+  const auto end = Decimal(1).Shifted(2 * static_cast<int>(format.width)).ToUint64();
+  return RawNumbers::Whole(0, end ? *end - 1 : std::numeric_limits<std::uint64_t>::max());
+}
+
+Result<Format> ParseFormat(std::string_view text) {
+  if (text.empty()) return Format{};
+  if (const auto binary = ParseBinary(text)) return *binary;
+  Format format;
+  std::string_view rest = text;
+  if (rest.starts_with('+')) {
+    format.sign = true;
+    rest.remove_prefix(1);
+  }
+  if (rest.starts_with('0')) {
+    format.zeros = true;
+    rest.remove_prefix(1);
+  }
+  if (!rest.empty() && rest.front() >= '0' && rest.front() <= '9') {
+    const auto width = TakeNumber(rest, kWidestField, "width");
+    if (!width) return Error{width.error()};
+    format.width = *width;
+  }
+  if (rest.starts_with('.')) {
+    rest.remove_prefix(1);
+    format.point = true;
+    if (!rest.empty() && rest.front() >= '0' && rest.front() <= '9') {
+      const auto precision = TakeNumber(rest, kMostDecimals, "precision");
+      if (!precision) return Error{precision.error()};
+      format.precision = static_cast<int>(*precision);
+      format.point = format.precision > 0;
+    }
+  }
+  for (const KindWord& one : kTextWords) {
+    if (one.word != rest) continue;
+    format.kind = one.kind;
+    format.lower = rest == "x";
+    if (one.kind == Kind::character || one.kind == Kind::byte)
+      format.width = std::max<std::size_t>(format.width, 1);
+    if (Status status = CheckTextFormat(format, text); !status) return Error{status.error()};
+    return format;
+  }
+  return UnknownFormat(text);
+}
+
 namespace {
 
 using Kind = Format::Kind;
@@ -186,6 +369,113 @@ bool SameValue(const Value& a, const Value& b) {
   };
   const auto first = number(a);
   return first && first == number(b);
+}
+
+namespace {
+
+constexpr std::array<Meaning, 10> kMeanings = {
+    {{"good", Quality::good},
+     {"uncertain", Quality::uncertain},
+     {"busy", {Quality::bad, Reason::not_ready}, true},
+     {"over", {Quality::bad_sensor_failure, Reason::over_range}},
+     {"under", {Quality::bad_sensor_failure, Reason::under_range}},
+     {"open", {Quality::bad_sensor_failure, Reason::open_sensor}},
+     {"disabled", {Quality::bad_out_of_service, Reason::channel_disabled}},
+     {"not_ready", {Quality::bad, Reason::not_ready}},
+     {"fault", {Quality::bad_device_failure, Reason::device_fault}},
+     {"bad", Quality::bad}}};
+
+constexpr std::string_view kDots = "..";
+
+/// 9.9E37 may be written in several ways, and bytes are no text.
+bool IsByNumber(const Format& format) {
+  return format.is_binary() || format.kind == Format::Kind::scientific;
+}
+
+struct Range {
+  std::optional<Decimal> low;
+  std::optional<Decimal> high;
+};
+
+/// Nothing: it is no range. Dots without a number beside them are a text.
+std::optional<Range> ParseRange(std::string_view code) {
+  const std::size_t dots = code.find(kDots);
+  if (dots == std::string_view::npos) return std::nullopt;
+  const std::string_view low = Trim(code.substr(0, dots));
+  const std::string_view high = Trim(code.substr(dots + kDots.size()));
+  const Range range{Decimal::Parse(low), Decimal::Parse(high)};
+  const bool whole = (range.low || low.empty()) && (range.high || high.empty());
+  return whole && (range.low || range.high) ? std::optional(range) : std::nullopt;
+}
+
+/// As the field holds it: a float32 has no 999.9, only its nearest neighbour.
+Decimal Held(const Format& format, const Decimal& number) {
+  const bool single = format.kind == Format::Kind::real && format.width == 4;
+  const double nearest = number.ToDouble();
+  const bool fits = std::abs(nearest) <= std::numeric_limits<float>::max();
+  return single && fits ? Decimal(double{static_cast<float>(nearest)}) : number;
+}
+
+const Meaning* FindNumber(const Codes& codes, const Value& value) {
+  for (const auto& [code, meaning] : codes) {
+    const auto own = Decimal::Parse(code);
+    if (own && IsMeant(value, *own)) return meaning;
+  }
+  return nullptr;
+}
+
+const Meaning* FindRange(const Codes& codes, const Format& format, const Decimal& number) {
+  for (const auto& [code, meaning] : codes) {
+    const auto range = ParseRange(code);
+    if (!range || (range->low && number < Held(format, *range->low))) continue;
+    if (!range->high || number <= Held(format, *range->high)) return meaning;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::span<const Meaning> Meanings() { return kMeanings; }
+
+Status CheckCode(const Format& format, std::string_view code) {
+  if (!format.is_number()) return {};
+  if (const auto range = ParseRange(code)) {
+    if (!range->low || !range->high || *range->low <= *range->high) return {};
+    return Error{"its first number is larger than its second"};
+  }
+  const std::size_t dots = code.find(kDots);
+  if (dots != std::string_view::npos &&
+      (Decimal::Parse(Trim(code.substr(0, dots))) || Decimal::Parse(Trim(code.substr(dots + 2))))) {
+    return Error{"is no range: write '9.9E37..', '..-9.9E37' or '900..999'"};
+  }
+  if (!format.is_binary()) return {};
+  const auto number = Decimal::Parse(code);
+  if (!number) return Error{"is no number, and the field has nothing else"};
+  if (NumbersOf(format).Contain(*number)) return {};
+  return Error{"never stands there: write a number that its bytes can hold"};
+}
+
+Value NumberOf(const Format& format, std::string_view code) {
+  const auto range = format.is_number() ? ParseRange(code) : std::nullopt;
+  if (range) return (range->low ? range->low : range->high)->ToValue();
+  const auto number = IsByNumber(format) ? Decimal::Parse(code) : std::nullopt;
+  return number ? number->ToValue() : Value{};
+}
+
+const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value) {
+  if (codes.empty()) return nullptr;
+  const auto number = format.is_number() ? Decimal::Of(value) : std::nullopt;
+  if (number && IsByNumber(format)) {
+    if (const Meaning* meaning = FindNumber(codes, value)) return meaning;
+  }
+  if (format.kind == Format::Kind::byte) {
+    const auto found = codes.find(ByteText(bytes));
+    return found == codes.end() ? nullptr : found->second;
+  }
+  const std::string_view text = AsText(bytes);
+  const auto found = codes.find(format.kind == Format::Kind::character ? text : Trim(text));
+  if (found != codes.end() && !format.is_binary()) return found->second;
+  return number ? FindRange(codes, format, *number) : nullptr;
 }
 
 }  // namespace baudgate::protocols::telegram

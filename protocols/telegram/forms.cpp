@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate::protocols::telegram {
 namespace {

@@ -1,18 +1,32 @@
 // Finds out whether the device at the address is the one of the profile. Before it is polled or
 // written to, the device is asked for its name: until the name is known, and as long as it is that
-// of another device. One that does not tell it is asked again less and less often.
+// of another device. One that does not tell it is asked again less and less often. IdentityTelegram
+// and OwnProbe choose the telegram for a silent device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "config/model/device.h"
-#include "protocols/common/try_again.h"
+#include "protocols/common/query_plan.h"
 #include "protocols/conversation.h"
 #include "protocols/telegram/description.h"
+#include "protocols/telegram/points.h"
 #include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
+
+// Which telegram a silent device is looked for with.
+
+/// The one that tells the device's name; empty: none does.
+std::optional<std::size_t> IdentityTelegram(const Description& description);
+
+/// The same, or else one that no point reads, needs no parameters, and is answered with a length
+/// that no poll's answer has. Empty: there is none, and polls are the probes.
+std::optional<std::size_t> OwnProbe(const Description& description,
+                                    const std::vector<std::optional<ReadPlace>>& reads,
+                                    const Bound& bound);
 
 class Identification {
  public:

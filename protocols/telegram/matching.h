@@ -1,19 +1,41 @@
-// Whether bytes are a telegram of a pattern: the one place that says where one ends.
+// Whether bytes are a telegram of a pattern: the one place that says where one ends. Checksum has
+// the check values that a description may name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/value.h"
-#include "protocols/telegram/checksum.h"
 #include "protocols/telegram/pattern.h"
 
 namespace baudgate::protocols::telegram {
+
+// The check values that a description may name.
+struct ChecksumKind {
+  std::string_view name;
+  std::size_t bytes = 1;
+  std::uint32_t (*compute)(View bytes) = nullptr;
+};
+
+std::span<const ChecksumKind> ChecksumKinds();
+
+/// The check value of a telegram: over the bytes in front of the field `checksum`, without the
+/// first `skip` and the last `leave` of them.
+struct Checksum {
+  const ChecksumKind* kind = nullptr;  ///< null: none
+  std::size_t skip = 0;
+  std::size_t leave = 0;
+
+  /// `front`: all in front of the field. Empty: it is too short.
+  std::optional<std::uint32_t> Of(View front) const;
+};
 
 /// What is known of fields beforehand: address, parameters, what was sent.
 using Bound = std::map<std::string, Value, std::less<>>;
@@ -39,7 +61,7 @@ struct Form {
            pattern.literal_size() <= kFewBytes;
   }
   /// It could be found inside another telegram that was damaged: it has no check value, and begins
-  /// with a field or is scant. It is taken only at the begin of what comes (frame_rule.cpp), and
+  /// with a field or is scant. It is taken only at the begin of what comes (rules.cpp), and
   /// has at most half of the longest.
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();

@@ -12,7 +12,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
-#include "protocols/telegram/format.h"
+#include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
 

@@ -6,8 +6,7 @@
 #include <functional>
 #include <set>
 
-#include "gateway/base/leading_zero.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 

@@ -2,16 +2,12 @@
 #include "protocols/telegram/protocol.h"
 
 #include "protocols/common/settings.h"
-#include "protocols/telegram/ask_rule.h"
 #include "protocols/telegram/compile.h"
 #include "protocols/telegram/conversation.h"
-#include "protocols/telegram/doubts.h"
-#include "protocols/telegram/expect.h"
+#include "protocols/telegram/description.h"
 #include "protocols/telegram/faults.h"
-#include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/points.h"
-#include "protocols/telegram/recognise.h"
-#include "protocols/telegram/settings.h"
+#include "protocols/telegram/rules.h"
 #include "protocols/telegram/twin.h"
 
 namespace baudgate {

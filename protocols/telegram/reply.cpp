@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-#include "gateway/base/decimal_comma.h"
+#include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 

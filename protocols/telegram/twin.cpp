@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
-#include "protocols/telegram/settings.h"
 
 namespace baudgate::protocols::telegram {
 namespace {

@@ -15,7 +15,7 @@
 #include <cstdlib>
 #include <deque>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 
 namespace baudgate::bench {
 namespace {

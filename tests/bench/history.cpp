@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <random>
 
+#include "gateway/records/history/history_log.h"
 #include "gateway/records/history/history_page.h"
 #include "gateway/records/history/recorder.h"
-#include "gateway/records/history/value_store.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {

@@ -1,11 +1,10 @@
 // A number with a leading zero is 10 to some readers and 8 to others: an error wherever numbers
 // stand, and nowhere else.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/leading_zero.h"
-
 #include <gmock/gmock.h>
 
 #include "config/loader.h"
+#include "gateway/base/decimal.h"
 #include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
 

@@ -1,10 +1,9 @@
 // A configuration without secrets.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/masked_config.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/copies.h"
 #include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
 

@@ -8,7 +8,7 @@
 
 #include "config/loader.h"
 #include "config/yaml/yaml_source.h"
-#include "gateway/tools/cli/offline/unit_table.h"
+#include "gateway/tools/cli/offline/check_parts.h"
 #include "tests/config/fake_protocol.h"
 #include "tests/support/long_run.h"
 

@@ -1,10 +1,9 @@
 // The keys serial_server and lend of a line.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/port_server.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/lines.h"
 #include "config/loader.h"
 #include "tests/config/fake_protocol.h"
 

@@ -1,9 +1,8 @@
 // The key records: of profiles, and what becomes of the points that stand there.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/records.h"
-
 #include <gmock/gmock.h>
 
+#include "config/history.h"
 #include "config/loader.h"
 #include "config/profile.h"
 #include "tests/config/fake_protocol.h"

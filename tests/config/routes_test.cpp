@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "config/model/units.h"
+#include "config/model/config.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

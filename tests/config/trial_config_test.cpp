@@ -1,13 +1,12 @@
 // The copy of a configuration that is tried without hardware.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/trial_config.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
+#include "config/copies.h"
 #include "config/loader.h"
 #include "tests/config/shipped.h"
 

@@ -1,10 +1,9 @@
 // The key web.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/web.h"
-
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
+#include "config/outputs.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

@@ -3,9 +3,9 @@
 // Input of damage: places (two bytes) and what stands there (one). Of rows: for each field a byte
 // for its type and then its content.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/status/audit_json.h"
+#include "gateway/outputs/status/records_json.h"
 #include "gateway/records/audit/audit_file.h"
-#include "gateway/records/audit/write_page.h"
+#include "gateway/records/audit/audit_source.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 #include "tests/gateway/records/audit/faulty_disk.h"

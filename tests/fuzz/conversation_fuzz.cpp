@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "gateway/bus/exchange/unasked_receiver.h"
+#include "gateway/bus/exchange/line.h"
 #include "protocols/assembler.h"
 #include "tests/fuzz/devices.h"
 #include "tests/fuzz/stream.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/loader.h"
-#include "gateway/bus/points/conversion.h"
+#include "gateway/bus/points/point_store.h"
 #include "tests/fuzz/under_test.h"
 
 namespace baudgate::fuzz {

@@ -8,7 +8,6 @@
 #include <cmath>
 
 #include "gateway/records/history/chunk.h"
-#include "gateway/records/history/columns.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

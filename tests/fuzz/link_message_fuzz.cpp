@@ -1,8 +1,8 @@
 // What the daemon and the DDS process read from each other: any packet is refused with a reason, or
 // means the same after it has been written anew.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/cdr.h"
 #include "gateway/outputs/dds/link/link_message.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

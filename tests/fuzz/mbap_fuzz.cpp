@@ -4,8 +4,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "gateway/outputs/modbus/service/write_exception.h"
-#include "gateway/outputs/modbus/wire/mbap.h"
+#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/wire/request.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
 #include "tests/fuzz/target.h"

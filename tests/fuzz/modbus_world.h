@@ -9,7 +9,7 @@
 
 #include "config/model/config.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/fuzz/stream.h"
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::fuzz {
@@ -15,7 +15,7 @@ bool HasCrc(const Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
-/// The one-byte checksum of old meters (protocols/set4tm/codec.h).
+/// The one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
 bool IsKs(const Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }

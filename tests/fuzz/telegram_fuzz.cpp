@@ -7,9 +7,8 @@
 #include <memory>
 
 #include "protocols/assembler.h"
-#include "protocols/telegram/expect.h"
-#include "protocols/telegram/frame_rule.h"
 #include "protocols/telegram/reply.h"
+#include "protocols/telegram/rules.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

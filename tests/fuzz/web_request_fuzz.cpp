@@ -8,11 +8,9 @@
 #include <asio/io_context.hpp>
 #include <nlohmann/json.hpp>
 
+#include "gateway/outputs/web/access.h"
+#include "gateway/outputs/web/api.h"
 #include "gateway/outputs/web/assets.h"
-#include "gateway/outputs/web/front_door.h"
-#include "gateway/outputs/web/live_api.h"
-#include "gateway/outputs/web/logins.h"
-#include "gateway/outputs/web/past_api.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 #include "tests/gateway/outputs/control/fixture.h"

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "gateway/bus/writes/request_book.h"
-#include "gateway/outputs/dds/cdr.h"
 #include "gateway/outputs/dds/link/link_message.h"
-#include "gateway/outputs/dds/writes/request_value.h"
+#include "gateway/outputs/dds/published_types.h"
+#include "gateway/outputs/dds/writes/write_service.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 

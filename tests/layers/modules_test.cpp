@@ -65,9 +65,10 @@ TEST(Layers, EveryNameInTheTableIsUsed) {
 TEST(Layers, NoModuleIncludesAProtocol) {
   for (const std::string& path : Sources()) {
     for (const Include& include : IncludesOf(ReadFile(path))) {
-      const std::string folder = FolderOf(include.header);
-      const bool plugin = folder.starts_with("protocols/") && fs::exists(folder + "/protocol.cpp");
-      EXPECT_TRUE(!plugin || FolderOf(path) == folder) << path << " includes " << include.header;
+      if (!include.header.starts_with("protocols/")) continue;
+      const std::string folder = include.header.substr(0, include.header.find('/', 10) + 1);
+      const bool plugin = fs::exists(folder + "protocol.cpp");
+      EXPECT_TRUE(!plugin || path.starts_with(folder)) << path << " includes " << include.header;
     }
   }
 }
@@ -87,7 +88,8 @@ TEST(Layers, FoldersOfTestsMirrorLayersAndModules) {
 TEST(Layers, EachLayerOfTheGatewayAndEachProtocolHasAReadme) {
   for (const char* top : {"gateway", "protocols"}) {
     for (const auto& entry : fs::directory_iterator(top)) {
-      if (entry.is_directory()) EXPECT_TRUE(fs::exists(entry.path() / "README.md")) << entry.path();
+      if (!entry.is_directory()) continue;
+      EXPECT_TRUE(fs::exists(entry.path() / "README.md")) << entry.path();
     }
   }
 }

@@ -1,5 +1,5 @@
 // gateway/outputs/status and gateway/diagnosis decide nothing by the name of a protocol: what is
-// particular to one is told by its plugin (config/model/traits.h), so that a new protocol needs no
+// particular to one is told by its plugin (config/model/options.h), so that a new protocol needs no
 // change there.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <utility>
 
-#include "gateway/base/checksum.h"
-#include "gateway/tools/simulate/fault_text.h"
+#include "gateway/base/bytes.h"
+#include "gateway/tools/simulate/twin_faults.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {

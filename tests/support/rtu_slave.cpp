@@ -7,7 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 
 namespace baudgate {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"
-#include "gateway/bus/exchange/unasked_receiver.h"
-#include "gateway/bus/points/conversion.h"
+#include "gateway/bus/exchange/line.h"
+#include "gateway/bus/points/point_store.h"
 #include "protocols/assembler.h"
 #include "tests/support/transcript_script.h"
 

@@ -9,7 +9,7 @@
 #include "config/catalog/option_values.h"
 #include "config/loader.h"
 #include "gateway/base/text.h"
-#include "gateway/bus/points/conversion.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

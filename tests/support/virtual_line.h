@@ -20,7 +20,7 @@
 #include "config/model/config.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"

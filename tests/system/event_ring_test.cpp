@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "gateway/records/disk/events_file.h"
-#include "gateway/records/events/event_table.h"
+#include "gateway/records/events/event_file.h"
 #include "tests/system/event_station.h"
 
 namespace baudgate::system_test {

@@ -10,7 +10,7 @@
 
 #include "tests/system/station.h"
 #include "tests/system/taken_server.h"
-#include "transports/port_lock.h"
+#include "transports/serial_port.h"
 
 namespace baudgate::system_test {
 namespace {

@@ -1,7 +1,5 @@
 // Closing away from the caller: nothing is lost, and a close that does not return holds up nobody.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/closer.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -9,6 +7,8 @@
 #include <unistd.h>
 
 #include <vector>
+
+#include "transports/serial_port.h"
 
 namespace baudgate {
 namespace {

@@ -1,7 +1,5 @@
 // Look-ups that hang, and who does not wait for them.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/host_names.h"
-
 #include <gtest/gtest.h>
 
 #include <asio/executor_work_guard.hpp>

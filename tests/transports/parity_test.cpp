@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include "transports/damage.h"
-
 namespace baudgate {
 namespace {
 

@@ -1,11 +1,9 @@
 // The marks of the tty layer, in any fragmentation.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/parmrk.h"
-
 #include <gtest/gtest.h>
 
 #include "tests/transports/far_end.h"
-#include "transports/damage.h"
+#include "transports/parity.h"
 
 namespace baudgate {
 namespace {

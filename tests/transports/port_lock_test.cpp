@@ -1,7 +1,5 @@
 // Exclusive opening, and the sentences that users read when it fails.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/port_lock.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -12,6 +10,7 @@
 #include <cerrno>
 
 #include "gateway/tools/simulate/pty.h"
+#include "transports/serial_port.h"
 
 namespace baudgate {
 namespace {

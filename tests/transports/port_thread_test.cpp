@@ -1,7 +1,5 @@
 // A port whose driver blocks, and what its owner on the other thread hears of it.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/port_thread.h"
-
 #include <gtest/gtest.h>
 
 #include <asio/executor_work_guard.hpp>
@@ -10,6 +8,7 @@
 #include <string>
 
 #include "tests/transports/far_end.h"
+#include "transports/port_keeper.h"
 
 namespace baudgate {
 namespace {

@@ -1,7 +1,5 @@
 // Which news of a port are heard, on real folders and links, and which are none.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/port_watch.h"
-
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -11,6 +9,7 @@
 
 #include "gateway/tools/simulate/pty.h"
 #include "tests/transports/far_end.h"
+#include "transports/port_keeper.h"
 
 namespace baudgate {
 namespace {

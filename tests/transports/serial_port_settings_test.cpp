@@ -5,7 +5,6 @@
 #include <termios.h>
 
 #include "tests/transports/serial_port_fixture.h"
-#include "transports/damage.h"
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
 

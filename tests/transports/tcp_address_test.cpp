@@ -1,8 +1,8 @@
 // tcp://host:port as users write it, right and wrong.
 // SPDX-License-Identifier: Apache-2.0
-#include "transports/tcp_address.h"
-
 #include <gtest/gtest.h>
+
+#include "transports/tcp_client.h"
 
 namespace baudgate {
 namespace {

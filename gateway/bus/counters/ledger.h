@@ -1,16 +1,185 @@
 // All that the status shows of a line: its own account, those of its devices, their states, and how
-// long their fast rounds take.
+// long their fast rounds take. DeviceStates, DeviceAccounts and FastRounds are the parts; Ledger
+// joins them with LineAccount.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <string>
 
-#include "gateway/bus/counters/device_accounts.h"
-#include "gateway/bus/counters/device_states.h"
-#include "gateway/bus/counters/fast_rounds.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
 #include "gateway/bus/counters/line_account.h"
+#include "gateway/bus/devices/poller_listener.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/exchange/line.h"
+#include "gateway/bus/points/device_status.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/schedule/effects.h"
+#include "gateway/bus/schedule/schedule.h"
 
 namespace baudgate {
+
+// The public state of each device, and the quality that it gives to all its points: published in
+// the point store, and reported to the listener and the tap when it changes. Driven by
+// gateway/bus/poller/device_side.cpp and gateway/bus/jobs/upkeep.cpp.
+class DeviceStates {
+ public:
+  /// All references outlive it.
+  DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener);
+
+  void Attach(Tap& tap) { tap_ = &tap; }
+  void OnTime(Now now) { now_ = now; }
+  void OnOpened() { open_ = true; }
+  /// `why`: the quality of all points while the port is closed.
+  void OnClosed(Override why);
+  /// "the port is closed", or why.
+  std::string WhyClosed() const;
+
+  /// Its state may have changed; `reason`: why.
+  void OnState(const Member& member, const std::string& reason);
+  /// Its trouble as a whole (wrong type, no identification) may have changed. True: it is over.
+  bool OnTrouble(const Device& device);
+  /// Another device answers in its place.
+  void OnReplaced(const Member& member);
+  /// What the conversation wants to know after a restart may have changed.
+  void OnMemory(Device& device);
+  void ShowOverride(const Member& member);
+  void ShowTimes(const Device& device);
+
+ private:
+  struct State {
+    DeviceState shown = DeviceState::never_seen;
+    DeviceTrouble trouble;  // or a remark
+  };
+
+  void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;
+  DeviceState StateOf(const Member& member) const;
+  Override OverrideOf(const Member& member) const;
+
+  const Roster& roster_;
+  PointStore& store_;
+  PollerListener& listener_;
+  Tap* tap_ = nullptr;
+  ByMember<State> states_;
+  Now now_{};
+  bool open_ = false;
+  Override closed_as_ = Quality::bad_not_connected;
+};
+
+// The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
+// much line time they took. Shown in the point store. Driven by gateway/bus/poller/poller.cpp and
+// its parts.
+class DeviceAccounts {
+ public:
+  /// All references outlive it.
+  DeviceAccounts(const Roster& roster, const Schedule& schedule, PointStore& store,
+                 PollerListener& listener)
+      : roster_(roster), schedule_(schedule), store_(store), listener_(listener) {}
+
+  /// Time has passed. The line was busy for `took` of it, with `member` if that is known; `drains`:
+  /// it kept silence after an exchange of that member.
+  void OnTime(Now now, const Member* member, Duration took, bool drains);
+  /// The port has opened.
+  void OnOpened();
+
+  /// What the end of an exchange says about the member.
+  struct About {
+    bool broadcast = false;  ///< nothing answers
+    bool probe = false;      ///< it finds out whether an offline member is back
+    bool routed = false;     ///< of a client: a refusal says nothing about the member
+  };
+  void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
+                  About about);
+  /// More has come after its last exchange, or after the one `back` before it, and that exchange
+  /// now looks different.
+  void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
+  /// The conversation refused to make a request.
+  void OnUnsupported(const Member& member, const std::string& reason);
+  void OnRetry(const Member& member);
+  /// A reading counts only when a second one agrees.
+  void OnRecheck(const Member& member);
+  void OnUnconfirmed(const Member& member);
+  void OnLate(const Member& member, Duration lateness);
+  /// The line waits this much longer for it.
+  void OnPatience(const Member& member, Duration more);
+  /// Whether its replies come one or more requests late.
+  void OnLags(const Member& member, bool lags);
+  void OnSecondReply(const Member& member);
+
+  /// A task has ended, all its repeats included.
+  void OnTask(const Member& member, bool answered);
+  /// A poll has ended; `missed`: an exchange of it has failed, as before a repeat.
+  void OnPoll(const Device& device, std::size_t query, bool answered, bool missed);
+  /// Its queries have changed.
+  void OnPlan(const Device& device);
+  /// A command has ended; `read_back`: the device shows what was written.
+  void OnWrite(const Member& member, WriteEnd end, bool read_back);
+  void OnOffline(const Member& member);
+
+  /// The device speaks unasked.
+  void OnSpeaks(const Member& member);
+  /// It has sent something, with this outcome.
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                 const Finding& finding);
+  void OnLostEvents(const Member& member, std::size_t events);
+
+ private:
+  struct State {
+    Duration busy{};                   // line time that it has taken
+    Duration counted{};                // of that, in the status
+    Duration drained{};                // line time of the silence after its last exchange
+    Instant heard{};                   // end of its last exchange, or when the port was opened
+    bool out = false;                  // its last task has failed
+    Symptom symptom = Symptom::clean;  // of its last exchange
+    std::uint8_t asked = 0;            // the special bytes of its request
+    std::uint32_t missed = 0;          // of its periods
+    Duration patience{};               // as the status has it
+    std::uint32_t behind = 0;          // as the status has it
+    bool told_second = false;          // the user has been warned of a second, different reply
+  };
+
+  void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
+  void CountMissed();
+  void Count(const Member& member, bool answered, DeviceStatus& status);
+
+  const Roster& roster_;
+  const Schedule& schedule_;
+  PointStore& store_;
+  PollerListener& listener_;
+  ByMember<State> states_;
+  Now now_{};
+};
+
+// How long one fast round of all polled devices of a line takes: the point store derives the age
+// limits of fast values from it. Driven by gateway/bus/jobs/upkeep.cpp and
+// gateway/bus/jobs/job_end.cpp.
+class FastRounds {
+ public:
+  /// All references outlive it.
+  FastRounds(const Roster& roster, PointStore& store) : roster_(roster), store_(store) {}
+
+  /// A poll of the fast group has ended. Failures, retries and waiting say nothing about how long a
+  /// round takes: an outage must not make old values look younger.
+  void OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now);
+  /// Its queries have changed.
+  void OnPlan(const Device& device);
+  /// One of the devices has come or gone.
+  void Measure(Instant now) const;
+
+ private:
+  struct State {
+    bool clean = true;  // nothing has failed in the round under way
+    Duration wire{};    // its line time so far
+    Duration last{};    // line time of the last whole round
+  };
+
+  const Roster& roster_;
+  PointStore& store_;
+  ByMember<State> states_;
+};
 
 struct Ledger {
   /// `line_index`: in the store. All references outlive it.

@@ -1,24 +1,114 @@
 // The account of a line: what it has carried, what its time went to, and what is wrong with it as a
-// whole. Shown in the point store, its bytes in the tap.
+// whole. Shown in the point store, its bytes in the tap. Burst tells whether something happens
+// again and again, and LineMinute what the time of the line goes to.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/burst.h"
-#include "gateway/bus/counters/line_minute.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/exchange/echo_watch.h"
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/exchange/echo.h"
+#include "gateway/bus/exchange/line.h"
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
+
+// Whether something that may happen once by chance happens again and again: it has begun when it
+// happened three times within a minute, and ended after a minute without it.
+class Burst {
+ public:
+  static constexpr int kCount = 3;
+  static constexpr Duration kTime = 1min;
+
+  /// It happened. True: the burst has begun.
+  bool Add(Instant now) {
+    if (count_ == 0 || now - last_ >= kTime) count_ = 0;
+    last_ = now;
+    return ++count_ >= kCount && !std::exchange(going_on_, true);
+  }
+  /// True: the burst has ended.
+  bool EndsAt(Instant now) { return going_on_ && now - last_ >= kTime && !(going_on_ = false); }
+
+ private:
+  int count_ = 0;  // less than a minute apart each
+  Instant last_{};
+  bool going_on_ = false;
+};
+
+// What the time of a line goes to, since the start and in the present minute. The use of an
+// exchange is known when it ends; until then its time is held back.
+class LineMinute {
+ public:
+  /// Parts of a minute, each 0 to 1.
+  struct Use {
+    double busy = 0;
+    LineShares shares{};  ///< of that, what is known
+  };
+
+  /// The port was opened: no exchange is under way, and a minute begins.
+  void OnOpened(Instant now) {
+    exchange_ = {};
+    full_.reset();
+    Begin(now);
+  }
+  void OnClosed() { full_ = Use{}; }
+  /// Behind what has been told of the time up to now.
+  void OnTime(Instant now) {
+    if (now - began_ < kMinute) return;
+    full_ = UseAt(now);
+    Begin(now);
+  }
+  void OnExchangeTime(Duration passed) {
+    exchange_ += passed;
+    busy_ += passed;
+  }
+  void OnDrained(Duration passed) {
+    Of(LineUse::drains) += passed;
+    busy_ += passed;
+  }
+  void OnEnd(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
+
+  const TimeByUse& spent() const { return spent_; }
+  /// The last full minute; before there is one, the time since the opening.
+  Use use(Instant now) const { return full_ ? *full_ : UseAt(now); }
+
+ private:
+  static constexpr Duration kMinute = std::chrono::minutes(1);
+  /// Before this time the use is not shown.
+  static constexpr Duration kShortest = std::chrono::seconds(10);
+
+  /// The exchange under way goes on.
+  void Begin(Instant now) {
+    began_ = now;
+    before_ = spent_;
+    busy_ = {};
+  }
+  Use UseAt(Instant now) const {
+    const Duration whole = now - began_;
+    if (whole < kShortest) return {};
+    const auto part = [whole](Duration of) {
+      return static_cast<double>(of.count()) / static_cast<double>(whole.count());
+    };
+    Use use{.busy = part(busy_)};
+    for (std::size_t i = 0; i < kLineUses; ++i) use.shares[i] = part(spent_[i] - before_[i]);
+    return use;
+  }
+  Duration& Of(LineUse use) { return spent_[static_cast<std::size_t>(use)]; }
+
+  TimeByUse spent_{};
+  TimeByUse before_{};  // the minute
+  Duration busy_{};     // of the minute
+  Duration exchange_{};
+  Instant began_{};          // the minute
+  std::optional<Use> full_;  // the last full minute
+};
 
 class LineAccount {
  public:
@@ -58,7 +148,7 @@ class LineAccount {
   void OnNegotiation() { ++counters_.negotiations; }
   /// `echo: verify`: the echo of a request was missing.
   void OnNoEcho() { ++counters_.collisions; }
-  /// `cut`: the bus has stopped echoing (gateway/bus/exchange/echo_watch.h), as `member` was asked.
+  /// `cut`: the bus has stopped echoing (gateway/bus/exchange/echo.h), as `member` was asked.
   void OnRing(const Member& member, bool cut);
 
   /// `notice_bound`: see LineStatus.

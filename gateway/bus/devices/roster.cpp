@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace baudgate {
+
 namespace {
 
 /// Slaves need time to carry out what none of them answers. MODBUS over Serial Line 1.02, 2.4.1:

@@ -1,10 +1,12 @@
 // The members of a line: the devices of the configuration, and slaves that only transparent routes
 // reach. It makes them from the configuration. The parts of the poller keep what they know of a
-// member by its place here.
+// member by its place here. ByMember is a container with a place for each member.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -15,10 +17,7 @@
 #include "config/model/line.h"
 #include "gateway/base/bytes.h"
 #include "gateway/bus/devices/device_health.h"
-#include "gateway/bus/devices/heard_points.h"
-#include "gateway/bus/devices/jump_check.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/exchange/tap.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {
@@ -28,7 +27,7 @@ struct Device;
 struct Member {
   Device* device = nullptr;  // itself; null: a slave that only routes reach
   std::size_t place = 0;     // in the roster; of a device also its number in the schedule
-  std::uint32_t index = 0;   // see gateway/bus/exchange/tap.h
+  std::uint32_t index = 0;   // see gateway/bus/exchange/line.h
   std::uint8_t slave = 0;    // its Modbus address, where routes may reach it; 0: they do not
   bool in_use = true;
   int retries = 0;
@@ -111,6 +110,36 @@ class Roster {
   std::vector<std::unique_ptr<Slave>> slaves_;
   std::vector<Member*> everyone_;
   std::map<std::uint8_t, Member*> by_slave_;
+};
+
+// What a part of the poller keeps for each member of the roster. An entry is made when it is first
+// used, and never moves.
+template <typename State>
+class ByMember {
+ public:
+  State& operator[](const Member& member) { return At(member.place); }
+  const State& operator[](const Member& member) const { return At(member.place); }
+  /// By place.
+  State& At(std::size_t place) {
+    Reach(place);
+    return states_[place];
+  }
+  const State& At(std::size_t place) const {
+    Reach(place);
+    return states_[place];
+  }
+
+  auto begin() { return states_.begin(); }
+  auto end() { return states_.end(); }
+  auto begin() const { return states_.cbegin(); }
+  auto end() const { return states_.cend(); }
+
+ private:
+  void Reach(std::size_t place) const {
+    if (states_.size() <= place) states_.resize(place + 1);
+  }
+
+  mutable std::deque<State> states_;  // by place
 };
 
 }  // namespace baudgate

@@ -1,26 +1,153 @@
 // One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
 // or YAML. Bytes and time come in as arguments; their effect is returned as LineNews. The client is
-// asked one thing only: what a frame means. Driven by gateway/bus/poller/line_side.cpp, in tests
-// under virtual time.
+// asked one thing only: what a frame means. Driven by gateway/bus/poller/line_inputs.cpp, in tests
+// under virtual time. Transmission, SecondReply and UnaskedReceiver are parts of Line; Tap is the
+// interface for viewers of its bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/exchange/second_reply.h"
-#include "gateway/bus/exchange/transmission.h"
-#include "gateway/bus/exchange/unasked_receiver.h"
+#include "gateway/bus/points/device_status.h"
 #include "protocols/assembler.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
+
+// The transmission of one request: when its first and its last character go out, and which bytes
+// come meanwhile.
+//
+//   the port           bytes that come during the transmission
+//   keeps its bit rate  no reply is possible yet: kept apart. Stray as soon as more bytes come; the
+//                       reply, if nothing else comes in the reply time
+//   does not            an echo, or a reply: they are left to the line
+//
+class Transmission {
+ public:
+  /// `keeps_bit_rate`: see Line::OnOpened.
+  void OnOpened(bool keeps_bit_rate) { keeps_bit_rate_ = keeps_bit_rate; }
+  /// The first character goes out now; all take `length`.
+  void Begin(Instant now, Duration length) {
+    from_ = now;
+    until_ = now + length;
+    early_.clear();
+  }
+  /// Bytes have come before its end. False: they are left to the line.
+  bool Keeps(View bytes) {
+    if (!keeps_bit_rate_) return false;
+    if (early_.size() < kMostKept) Append(early_, bytes);
+    return true;
+  }
+  /// The bytes that were kept apart.
+  Bytes TakeEarly() { return std::exchange(early_, {}); }
+  bool has_early() const { return !early_.empty(); }
+  /// They were the reply: the port forwards as fast as it can.
+  void OnEarlyReply() { keeps_bit_rate_ = false; }
+
+  bool keeps_bit_rate() const { return keeps_bit_rate_; }
+  Instant from() const { return from_; }
+  Instant until() const { return until_; }
+
+  /// An early reply with noise around it. A pty delivers faster than any wire, so what is kept
+  /// needs a bound of its own.
+  static constexpr std::size_t kMostKept = 1024;
+
+ private:
+  bool keeps_bit_rate_ = false;
+  Instant from_{};
+  Instant until_{};  // computed
+  Bytes early_;      // kept apart
+};
+
+// Looks behind a reply for a second, different one: then one of the two belongs to another request,
+// and which one is not known. Copies do no harm.
+
+/// A text without a value between two line ends, as a console sends it, is no second reply.
+bool IsEmptyLine(View frame);
+
+class SecondReply {
+ public:
+  /// A request goes out. What comes from now on is compared with nothing until Take.
+  void Begin() { taken_.clear(); }
+  /// `frame` was cut from `assembler`. False: a whole frame that differs is behind it there.
+  bool IsAlone(const Bytes& frame, const Assembler& assembler);
+  /// The frame that was alone was taken for the reply.
+  void Take(const Bytes& frame) { taken_ = frame; }
+  /// Bytes that came after it. True: a whole frame that differs is there. Told once.
+  bool OnBytes(View bytes);
+  /// Nothing has come after the frame but whole copies of it.
+  bool only_copies() const { return behind_.held() == 0; }
+
+ private:
+  /// Empty: no reply was taken, or a second one was told already.
+  Bytes taken_;
+  Assembler behind_;  // bytes after the frame
+};
+
+// Receives what a device sends unasked: whole messages out of bytes that come at any time. Sans-I/O
+// and pure as the line, which owns it. Bytes of no message are left
+// for the exchange under way.
+//
+//   what is held          what it becomes
+//   whole by its rule     a message, at once
+//   silent for `idle`     the rule is asked once more: a message, or damaged
+//   longer than `whole`   damaged, and so is what follows up to a silence or a marked beginning
+//   behind a message      damaged as well, where no beginning is marked and `whole` is not over: it
+//   that broke off        may be the rest of that one
+struct UnaskedMessage {
+  Bytes bytes;
+  Duration since{};  ///< from its last byte to now; see ExchangeEnd::since_reply
+};
+
+/// The effect of one input.
+struct UnaskedInput {
+  std::vector<UnaskedMessage> messages;
+  std::size_t damaged = 0;  ///< messages, as far as they can be told apart
+  std::string_view why{};   ///< reason of the last of them; static text
+  Bytes rest;               ///< bytes of no message, in their order
+};
+
+class UnaskedReceiver {
+ public:
+  /// `what` outlives it.
+  explicit UnaskedReceiver(const Standing& what) : what_(what) {}
+
+  /// Before all else: the port has opened.
+  void Begin(Instant now);
+  UnaskedInput OnBytes(View bytes, Instant now);
+  /// When Deadline() has come. Early calls do nothing.
+  UnaskedInput OnTimer(Instant now);
+
+  /// Part of a message has come.
+  bool receiving() const { return assembler_.held() > 0; }
+  std::optional<Instant> Deadline() const;
+
+ private:
+  void Take(UnaskedInput& heard, bool idle, Instant now);
+  void Align(Instant now);
+  void End(UnaskedInput& heard, Instant now);
+  void Damage(UnaskedInput& heard, std::string_view why);
+  Instant TooLong() const;
+
+  const Standing& what_;
+  Assembler assembler_;
+  /// The next byte begins a message, or messages are recognised by their beginning.
+  bool aligned_ = true;
+  bool damaged_ = false;  // what came last
+  Instant torn_until_{};  // what begins before this may be the rest of a message that broke off
+  Instant began_{};       // the message that is held
+  Instant last_byte_{};   // or when the port opened
+};
 
 /// The times of an exchange with one device (the pause before a port is reopened is in
 /// transports/port_keeper.h), and the time of one character. docs/timeouts.md has the diagram.
@@ -63,7 +190,7 @@ struct ExchangeEnd {
   std::size_t received = 0;  ///< bytes that came for it
   bool ended = false;        ///< the server closed the connection in place of an answer
   /// From the last byte of its reply to this end, if only silence showed that it was the last; or
-  /// longer, because that byte may have waited (gateway/bus/devices/arrival_time.h).
+  /// longer, because that byte may have waited (gateway/bus/devices/arrivals.h).
   Duration since_reply{};
 };
 
@@ -169,6 +296,31 @@ class Line {
   Assembler assembler_;        // of its reply
   SecondReply second_;
   LineNews news_;  // of the input that is being handled
+};
+
+// The interface for viewers of the bytes of one line, with direction, time and the end of every
+// exchange: the trace and the flight recorder. Fed by gateway/bus/poller/poller.h with what is left
+// after the echo filter.
+
+/// Slaves that only transparent routes reach stand in no store: they are numbered by their address
+/// from here on.
+inline constexpr std::uint32_t kFirstSlave = 0x8000'0000;
+inline std::string SlaveName(std::uint32_t device) {
+  return "slave-" + std::to_string(device - kFirstSlave);
+}
+
+/// All calls come on the line's thread and must not block. Bytes are valid during the call only.
+/// `device` is an index in the point store, or kFirstSlave and an address.
+class Tap {
+ public:
+  virtual ~Tap() = default;
+  /// Nothing of `request.expect.secrets` may leave the tap.
+  virtual void OnSent(std::uint32_t device, const Request& request, Now now) = 0;
+  virtual void OnReceived(View bytes, Now now) = 0;
+  /// `end.outcome` and `end.reason` are final: the conversation has judged the frame.
+  virtual void OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) = 0;
+  virtual void OnDeviceState(std::uint32_t device, DeviceState to, const std::string& reason,
+                             Now now) = 0;
 };
 
 }  // namespace baudgate

@@ -1,19 +1,22 @@
 // What a line does at present: one task of one device, or one routed request, from its first
 // request to its end. Made by gateway/bus/jobs/chooser.cpp, carried out by
-// gateway/bus/jobs/job_run.cpp.
+// gateway/bus/jobs/job_run.cpp. NextStep says how a job goes on.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/points/line_use.h"
+#include "gateway/bus/points/line_status.h"
 #include "gateway/bus/replies/late_answers.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/probes.h"
@@ -182,5 +185,44 @@ std::optional<Instant> LatestStart(const Job& job);
 /// Asked right before its request is put on the wire. Empty: it may be. `held`: the poller has sent
 /// the request, which has waited for a connection since.
 std::optional<Withheld> WhyNotSend(const Job& job, Instant now, bool held = false);
+
+// The next step of a job, as a value. Made by the parts of a job in gateway/bus/jobs/job_phases.h:
+// JobAsking, JobDeparture, JobAnswer and JobFinish. Carried out by gateway/bus/jobs/job_run.cpp
+// alone.
+struct NextStep {
+  enum class What : std::uint8_t {
+    wait,           ///< its request is ready and waits for the line
+    send,           ///< that request goes out now
+    hold,           ///< the line waits with it, until no late reply can come
+    ask,            ///< the next request of its task, or the same step anew
+    probe_first,    ///< a probe of its device goes first
+    go_unproved,    ///< the probe cannot be asked; the job behind it goes on. `end.reason`: why not
+    take_answer,    ///< its answer counts
+    park,           ///< it waits beside the line, until `until`
+    back_in_queue,  ///< the requests of its clients wait again
+    finish,         ///< it ends, as `end` says
+  };
+
+  static NextStep Wait() { return {}; }
+  static NextStep Send() { return {.what = What::send}; }
+  static NextStep Hold() { return {.what = What::hold}; }
+  /// `retries`: see Job::Step.
+  static NextStep Ask(int retries = 0) { return {.what = What::ask, .retries = retries}; }
+  static NextStep ProbeFirst() { return {.what = What::probe_first}; }
+  static NextStep GoUnproved(std::string why) {
+    return {.what = What::go_unproved, .end = {Outcome::none, std::move(why)}};
+  }
+  static NextStep TakeAnswer() { return {.what = What::take_answer}; }
+  static NextStep Park(Instant until) { return {.what = What::park, .until = until}; }
+  static NextStep BackInQueue() { return {.what = What::back_in_queue}; }
+  static NextStep Finish(Outcome outcome, std::string reason) {
+    return {.what = What::finish, .end = {outcome, std::move(reason)}};
+  }
+
+  What what = What::wait;
+  int retries = 0;
+  Instant until{};
+  JobEnd end{};
+};
 
 }  // namespace baudgate

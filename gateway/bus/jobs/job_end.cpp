@@ -1,14 +1,99 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/job_end.h"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <variant>
 
-#include "gateway/bus/jobs/write_end.h"
-#include "protocols/modbus/pdu/modbus_pdu.h"
+#include "gateway/bus/points/point_store.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate {
+
+namespace {
+
+/// Significant digits of a number that a device takes and shows.
+constexpr int kDigits = 3;
+
+/// How far what is shown may be from what was written.
+Decimal Tolerance(const config::Point& point, const Decimal& written) {
+  Decimal tolerance = Abs(written).Shifted(-kDigits);
+  if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
+  if (point.writing.decimals) {
+    tolerance = std::max(tolerance, Abs(point.scale).Shifted(-*point.writing.decimals) / 2);
+  }
+  return tolerance;
+}
+
+}  // namespace
+
+WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
+  switch (outcome) {
+    case Outcome::ok:
+      return sent ? WriteEnd::ok : WriteEnd::not_sent;
+    case Outcome::refused:
+      return may_have_acted ? WriteEnd::unknown : WriteEnd::refused;
+    case Outcome::unsupported:
+      return WriteEnd::refused;
+    case Outcome::busy:
+      return WriteEnd::busy;
+    default:
+      return EndUnheard(sent);
+  }
+}
+
+Value WrittenValue(const config::Point& point, const PointWrite& write) {
+  return ToSample(point, {write.point, write.raw}).value;
+}
+
+Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return Shown::nothing;
+  const Value wanted = WrittenValue(point, write);
+  const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
+  const bool scaled = point.scale != 1 || point.offset != 0;
+  if (!is_float && !scaled)
+    return ToText(shown) == ToText(wanted) ? Shown::written : Shown::another;
+  const auto written = Decimal::Of(wanted);
+  const auto now = Decimal::Of(shown);
+  if (!written || !now) return Shown::another;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return Shown::written;
+  const auto before = Decimal::Of(write.before);
+  const bool on_its_way =
+      before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
+  return on_its_way ? Shown::between : Shown::another;
+}
+
+ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
+  ReadBackVerdict verdict{{.read_back = !one.replaced, .written = one.written}};
+  WriteResult& result = verdict.result;
+  const auto is_read = [&](std::uint32_t point) {
+    const PointRecord& shown = record.points[point];
+    return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
+  };
+  for (const PointWrite& write : one.command.writes()) {
+    const config::Point& point = record.device->points[write.point];
+    const PointRecord& shown = record.points[write.point];
+    const bool read = is_read(write.point) && IsGood(shown.reported);
+    if (!read) result.read_back = false;
+    verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
+    const Shown what = read ? Compare(point, write, shown.value) : Shown::nothing;
+    if (what != Shown::written) result.read_back = false;
+    // It may be on its way, or the device may have limited it: that is not known yet.
+    if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
+    if (what != Shown::another) continue;
+    const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
+    result.end = WriteEnd::differs;
+    result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
+                    ToText(WrittenValue(point, write)) + " was written and confirmed";
+  }
+  if (!std::ranges::all_of(one.command.reads(), is_read)) {
+    result.read_back = false;
+    result.reason = "not all was answered";
+  }
+  return verdict;
+}
+
 namespace {
 
 /// Many devices are silent to requests that they do not know.
@@ -167,6 +252,89 @@ EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
     EndOfRouted(job, *routed, end, effects);
   }
   return effects;
+}
+
+void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Instant now) {
+  const ReplyEffects effects = intake_.Take(job, device, std::move(answer), now);
+  if (effects.rechecked) ledger_.devices.OnRecheck(device);
+  if (effects.unconfirmed) ledger_.devices.OnUnconfirmed(device);
+  for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
+  for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, false, now);
+  if (effects.stored) owed_.readings.OnStored(*effects.stored);
+  if (effects.hold_events) {
+    agenda_.schedule.HoldEvents(device.place);
+    agenda_.background.AwaitDisk(device.place);
+  }
+  if (effects.peace > Duration::zero()) agenda_.schedule.Hold(device.place, now + effects.peace);
+}
+
+void EffectApplier::OnEventsKept(const Device& device, const std::string& said, Instant now) {
+  agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
+                                 intake_.OnKept(device, said), now);
+  agenda_.background.Release(device.place);
+  upkeep_.PlanBackground(device);
+}
+
+std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,
+                                               Instant now) {
+  Member& member = *done.member;
+  Device* const device = member.device;
+  if (const auto& background = effects.background; background && background->sent) {
+    agenda_.background.OnEnd(member.place, background->took, background->proved);
+  } else if (background) {
+    agenda_.background.OnUnsent(member.place);
+  }
+  if (device != nullptr) upkeep_.PlanBackground(*device);
+  if (done.probe_budget) agenda_.probes.OnEnd(member, *done.probe_budget, done.began);
+  if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now);
+  if (effects.poll) {
+    const auto& [query, answered] = *effects.poll;
+    ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
+  }
+  if (effects.repeat) {
+    upkeep_.Repeat(*device, effects.repeat->group, effects.repeat->soon, now);
+  }
+  if (!effects.read_again.empty()) upkeep_.ReadBack(*device, effects.read_again);
+  if (!effects.doubt.empty() && member.in_use) upkeep_.Doubt(*device, effects.doubt, now);
+  if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
+  // Silence to a query that was never answered says something about the query, not about the
+  // device.
+  if (effects.judges_member && !done.blames_query)
+    upkeep_.OnTask(member, end.outcome, end.reason, now);
+  if (effects.wrote) {
+    std::span<const PointWrite> writes;
+    if (const auto* const write = done.As<Job::Write>()) {
+      writes = std::span(write->command.writes()).subspan(write->first, write->next - write->first);
+    }
+    upkeep_.OnWritten(*member.protocol, done.step.request.bytes, device, writes,
+                      ProvesLife(end.outcome), now);
+  }
+  for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
+  if (!effects.write) return std::nullopt;
+  return OnWriteEnd(*done.As<Job::Write>(), *device, *effects.write, now);
+}
+
+std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& device,
+                                                    const EndEffects::Write& effects, Instant now) {
+  using Next = EndEffects::Write::Next;
+  upkeep_.Doubt(device, effects.unknown, now);
+  for (const PointWrite& one : effects.confirmed) {
+    device.jumps.OnWritten(one.point, WrittenValue(device.config->points[one.point], one));
+  }
+  if (!effects.confirmed.empty()) write.command.MoveTo(WriteState::reading_back);
+  switch (effects.next) {
+    case Next::answer:
+      ledger_.devices.OnWrite(device, effects.result.end, false);
+      write.command.End(effects.result);
+      break;
+    case Next::confirm:
+      agenda_.write_queue.Confirm(std::move(write.command), device.place, now);
+      break;
+    case Next::go_on:
+      write.command.MoveTo(WriteState::queued);
+      return std::move(write);
+  }
+  return std::nullopt;
 }
 
 }  // namespace baudgate

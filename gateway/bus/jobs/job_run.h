@@ -1,14 +1,13 @@
-// Carries out one job after the other, from the first request to the end. Its parts decide, each
-// about one phase of a job, and return the next step as a value (next_step.h):
+// Carries out one job after the other, from the first request to the end. Its parts (job_phases.h)
+// decide, each about one phase of a job, and return the next step as a value (job.h):
 //
-//   job_asking.h       what is asked next
-//   job_departure.h    may the request go out now?
-//   job_sending.h      it goes out
-//   job_answer.h       what its exchange leads to
-//   job_finish.h       the end, and what goes on after it
+//   JobAsking       what is asked next
+//   JobDeparture    may the request go out now?
+//   JobSending      it goes out
+//   JobAnswer       what its exchange leads to
+//   JobFinish       the end, and what goes on after it
 //
-// Knows nothing of bytes on the line; gateway/bus/jobs/turn_taker.cpp and
-// gateway/bus/poller/line_side.cpp call it:
+// Knows nothing of bytes on the line; TurnTaker and gateway/bus/poller/line_inputs.cpp call it:
 //
 //   on the line                          call
 //   idle, and there is no job            Begin, with the job that goes first
@@ -18,6 +17,8 @@
 //   the exchange has ended               OnEnd, and after all news of that input Conclude
 //
 // The table of all states of a job is in job_run.cpp.
+//
+// TurnTaker gives turns while the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,10 +27,13 @@
 #include <optional>
 #include <string>
 
+#include "gateway/base/time.h"
+#include "gateway/bus/counters/line_account.h"
 #include "gateway/bus/exchange/line.h"
+#include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/jobs/job.h"
 #include "gateway/bus/jobs/job_phases.h"
-#include "gateway/bus/jobs/next_step.h"
+#include "gateway/bus/schedule/turns.h"
 
 namespace baudgate {
 
@@ -93,6 +97,46 @@ class JobRun {
   std::unique_ptr<Job> job_;      // under way
   const Member* last_ = nullptr;  // whose exchange ended last
   Now now_{};                     // of the input that is being handled
+};
+
+// Gives turns while the line is idle: to the job under way, or to one that is chosen, unless the
+// line is held or has taken turns without end. Driven by gateway/bus/poller/poller.cpp.
+class TurnTaker {
+ public:
+  /// All outlive it.
+  TurnTaker(Chooser& chooser, JobRun& run, LineAccount& account)
+      : chooser_(chooser), run_(run), account_(account) {}
+
+  /// Before each input. `passed`: the time since the last one; `idle`: the line has been idle.
+  void OnTime(Now now, Duration passed, bool idle);
+  void OnOpened() { hold_.OnOpened(); }
+  void OnClosed() { hold_.OnClosed(); }
+
+  /// The line is idle. True: the request of the job is to be sent now.
+  bool Take(const Idle& idle);
+  /// The line is idle: when Take may say something else even if nothing else happens.
+  std::optional<Instant> NextAt(const Idle& idle) const;
+  /// The line is idle, so the cost of the probe that ended last is known.
+  void ChargeProbe(Instant now) { chooser_.ChargeProbe(now); }
+
+  // See Poller.
+  void WindUp() { hold_.WindUp(); }
+  void CallOffWindUp() { hold_.CallOffWindUp(); }
+  /// True: no job is under way, and no late reply can come, or was waited for long enough.
+  bool Pause(Instant now);
+  /// False: there was no pause.
+  bool GoOn() { return hold_.GoOn(); }
+  /// Null: no job is under way.
+  const Job* job() const { return run_.job(); }
+
+ private:
+  bool CountTurn(const Member* last, Instant now);
+
+  Chooser& chooser_;
+  JobRun& run_;
+  LineAccount& account_;
+  Hold hold_;
+  TurnLimit limit_;
 };
 
 }  // namespace baudgate

@@ -7,6 +7,7 @@
 #include <vector>
 
 namespace baudgate {
+
 namespace {
 
 constexpr Duration kLongest = 1h;

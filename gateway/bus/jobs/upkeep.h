@@ -1,19 +1,23 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt.
+// LineKnowledge groups all that a line knows, Upkeep included.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "config/model/line.h"
 #include "gateway/base/outcome.h"
 #include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/jobs/agenda.h"
+#include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/replies/owed_replies.h"
+#include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {
@@ -99,6 +103,26 @@ class Upkeep {
   OwedReplies& owed_;
   Agenda& agenda_;
   Ledger& ledger_;
+};
+
+// Groups all that a line knows: its members, the replies that they owe, all that waits to be asked,
+// the accounts for the status, and the part that keeps these in step when a device comes or goes.
+// For gateway/bus/poller/poller.h.
+struct LineKnowledge {
+  /// See Poller.
+  LineKnowledge(const config::Line& line, std::uint32_t first_device,
+                const Roster::FindProtocol& find, PointStore& store, PollerListener& listener)
+      : roster(line, first_device, find),
+        owed(roster),
+        agenda(roster, owed.late),
+        ledger(roster, agenda.schedule, store, store.LineIndex(line), listener),
+        upkeep(roster, store, owed, agenda, ledger) {}
+
+  Roster roster;
+  OwedReplies owed;
+  Agenda agenda;
+  Ledger ledger;
+  Upkeep upkeep;
 };
 
 }  // namespace baudgate

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/base/deadline.h"
-#include "gateway/bus/jobs/write_end.h"
+#include "gateway/base/time.h"
+#include "gateway/bus/jobs/job_end.h"
 
 namespace baudgate {
 namespace {

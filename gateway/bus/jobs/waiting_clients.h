@@ -19,13 +19,13 @@
 #include <string>
 #include <vector>
 
-#include "gateway/bus/counters/device_accounts.h"
+#include "gateway/bus/counters/ledger.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/write_queue.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {

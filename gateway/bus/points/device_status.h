@@ -1,11 +1,13 @@
 // What the gateway knows of a device apart from its values: state, counters, round trips.
 // Written by gateway/bus/poller/poller.cpp, held by gateway/bus/points/point_store.h, shown by
-// every output.
+// every output. FailureRuns and LastHour are parts of DeviceStatus: runs of unanswered exchanges,
+// and the last hour in minutes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,12 +17,110 @@
 #include "config/model/timing.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/base/write_result.h"
-#include "gateway/bus/points/failure_runs.h"
 #include "gateway/bus/points/findings.h"
-#include "gateway/bus/points/last_hour.h"
 
 namespace baudgate {
+
+// The latest runs of unanswered exchanges of a device between answered ones, and when they were:
+// single losses are cured by a retry, an outage strikes whatever is asked while it lasts. An answer
+// that is damaged or does not fit is neither. Bounded memory.
+//
+//   o x x x o o o o x x . .     runs: 3 failed behind 1 answered, 2 failed behind 4 (not over yet)
+//
+class FailureRuns {
+ public:
+  struct Run {
+    std::uint32_t answered = 0;       ///< in a row in front of it
+    std::uint32_t failed = 0;         ///< in a row
+    std::optional<Instant> before{};  ///< when the last answer in front of it came
+    Instant first{};                  ///< when the first failure had ended, and the last
+    Instant last{};
+    std::optional<Instant> after{};  ///< when the next answer came; nothing: it is not over yet
+  };
+  static constexpr std::size_t kKept = 16;
+  /// An older one is forgotten, once so many exchanges have come behind it.
+  static constexpr Duration kRecent = 5min;
+  static constexpr std::uint32_t kExchanges = 32;
+
+  void Add(bool answered, Instant ended) {
+    answered ? OnAnswered(ended) : OnFailed(ended);
+    Forget(ended);
+  }
+
+  /// The oldest first.
+  const std::vector<Run>& runs() const { return runs_; }
+  /// Exchanges in a row that were answered since the last run.
+  std::uint32_t answered() const { return answered_; }
+
+ private:
+  void OnAnswered(Instant ended) {
+    if (!runs_.empty() && !runs_.back().after) runs_.back().after = ended;
+    ++answered_;
+    answered_at_ = ended;
+  }
+  void OnFailed(Instant ended) {
+    if (runs_.empty() || runs_.back().after) {
+      runs_.push_back({.answered = answered_, .before = answered_at_, .first = ended});
+      answered_ = 0;
+    }
+    ++runs_.back().failed;
+    runs_.back().last = ended;
+  }
+  void Forget(Instant now) {
+    std::uint32_t behind = answered_;
+    for (const Run& run : runs_) behind += run.answered + run.failed;
+    while (!runs_.empty() && runs_.front().after) {
+      behind -= runs_.front().answered + runs_.front().failed;
+      const bool old = now - *runs_.front().after > kRecent && behind >= kExchanges;
+      if (!old && runs_.size() <= kKept) return;
+      runs_.erase(runs_.begin());
+    }
+  }
+
+  std::vector<Run> runs_;
+  std::uint32_t answered_ = 0;
+  std::optional<Instant> answered_at_;
+};
+
+// The last hour of a device in minutes: how much of it was answered, and what the line's time went
+// to. Written by gateway/bus/counters/ledger.cpp.
+
+/// The counts of some minutes.
+struct MinuteCounts {
+  std::uint32_t answered = 0;  ///< exchanges
+  std::uint32_t failed = 0;    ///< exchanges
+  std::uint32_t repeats = 0;   ///< failed ones that were tried again
+  std::uint32_t missed = 0;    ///< poll periods for which there was no time
+  std::uint32_t outages = 0;   ///< failures of a request and all its repeats, that began
+  Duration up{};               ///< it answered
+  Duration down{};             ///< it did not
+  Duration served{};           ///< line time of exchanges that were answered
+  Duration wasted{};           ///< line time of those that were not, and of the silence after them
+
+  MinuteCounts& operator+=(const MinuteCounts& other);
+};
+
+/// The part of the time in which it answered; 1 if it was not asked.
+double Availability(const MinuteCounts& tally);
+
+class LastHour {
+ public:
+  static constexpr std::size_t kMinutes = 60;
+
+  /// The minute to count in.
+  MinuteCounts& At(Instant now);
+  /// The present minute and this many full ones before it, at most kMinutes in all.
+  MinuteCounts Sum(Instant now, std::size_t full_minutes = kMinutes - 1) const;
+  /// Each of them, the present minute last.
+  std::array<MinuteCounts, kMinutes> All(Instant now) const;
+
+ private:
+  struct Minute {
+    std::int64_t number = -1;
+    MinuteCounts tally;
+  };
+  std::array<Minute, kMinutes> minutes_{};
+};
 
 /// The numbers are a public contract (register 9000, DDS).
 enum class DeviceState : std::uint8_t {

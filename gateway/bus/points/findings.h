@@ -1,7 +1,7 @@
 // What the latest exchanges of a device looked like on the wire, probes of an absent device
 // included. Bounded memory. The last 32 exchanges show how the device is now. The last 32 failures
 // of two minutes show what its failures look like, so that the cause does not change with each
-// look.
+// look. CheckVotes, ReplyLengths and SpecialBytes count one property each for Findings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,17 +9,152 @@
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "gateway/base/finding.h"
-#include "gateway/bus/points/check_votes.h"
-#include "gateway/bus/points/reply_lengths.h"
-#include "gateway/bus/points/special_bytes.h"
 
 namespace baudgate {
+
+// How check values may be computed that were wrong: whether most of them were so in the same way.
+// One that damage has changed is so in any way. Bounded memory.
+class CheckVotes {
+ public:
+  /// The vote of each against the one that most were for so far.
+  void Add(const Finding& finding) {
+    if (finding.symptom != Symptom::bad_check || finding.remedy.empty()) return;
+    const bool same = finding.remedy == most_.remedy;
+    votes_ = std::min(votes_ + (same ? 1 : -1), 2 * kNoChance);
+    if (votes_ > 0) return;
+    most_ = finding;
+    votes_ = 1;
+  }
+  /// Null: they were not wrong in the same way.
+  const Finding* winner() const { return votes_ >= kNoChance ? &most_ : nullptr; }
+
+ private:
+  static constexpr int kNoChance = 4;
+
+  Finding most_;
+  int votes_ = 0;
+};
+
+// Lengths of the replies that were asked for: up to which they come whole.
+//
+//   7, 7, 49 damaged, 7, 49 damaged     the longest good one has 7 bytes; 49 is too long, twice
+//
+class ReplyLengths {
+ public:
+  /// Replies that were longer than any good one: the shortest of them, and how often one came.
+  struct TooLong {
+    std::size_t shortest = 0;
+    std::size_t count = 0;
+  };
+
+  void Add(const Finding& finding) {
+    const std::size_t length = std::max(finding.expected, finding.bytes);
+    if (length == 0) return;
+    if (IsAnswered(finding.symptom)) {
+      OnGood(finding, length);
+    } else if (length > longest_good_) {
+      Count(finding.symptom == Symptom::silence ? silent_ : damaged_, length);
+    } else if (finding.symptom != Symptom::silence) {
+      OnDamagedAgain(length);
+    }
+  }
+
+  std::size_t longest_good() const { return longest_good_; }
+  /// Nothing came to requests for these.
+  const TooLong& silent() const { return silent_; }
+  /// These came damaged.
+  const TooLong& damaged() const { return damaged_; }
+
+ private:
+  /// Long replies that come damaged so often, with no whole one between, are no chance.
+  static constexpr std::size_t kNoChance = 24;
+
+  static void Count(TooLong& lengths, std::size_t length) {
+    lengths.shortest = lengths.count == 0 ? length : std::min(lengths.shortest, length);
+    ++lengths.count;
+  }
+  void OnGood(const Finding& finding, std::size_t length) {
+    // A refusal may be shorter than the reply that was asked for.
+    const std::size_t came = finding.bytes > 0 ? finding.bytes : length;
+    longest_good_ =
+        std::max(longest_good_, finding.expected > 0 ? std::min(came, finding.expected) : came);
+    if (longest_good_ >= silent_.shortest) silent_ = {};
+    if (longest_good_ >= damaged_.shortest) damaged_ = {};
+    if (came >= again_.shortest) again_ = {};
+    good_since_ = again_.count == 0 ? 0 : std::max(good_since_, came);
+  }
+  void OnDamagedAgain(std::size_t length) {
+    Count(again_, length);
+    if (again_.count < kNoChance || good_since_ == 0) return;
+    // They came whole before, and do so no more.
+    longest_good_ = good_since_;
+    damaged_ = std::exchange(again_, {});
+  }
+
+  std::size_t longest_good_ = 0;
+  TooLong silent_;
+  TooLong damaged_;
+  TooLong again_;               // damaged, of a length that came whole before
+  std::size_t good_since_ = 0;  // the longest that came whole meanwhile
+};
+
+// Compares the bytes of failed replies with those of good ones: a byte that converters change or
+// drop is suspect if all that failed had it, and nothing good.
+class SpecialBytes {
+ public:
+  void Add(const Finding& finding) {
+    any_high_ = any_high_ || (finding.specials & kHighBit) != 0;
+    if (IsAnswered(finding.symptom)) {
+      good_ = static_cast<std::uint8_t>(good_ | finding.specials);
+      asked_ = static_cast<std::uint8_t>(asked_ | finding.asked);
+    } else if (finding.bytes > 0) {
+      any_bad_ = true;
+      bad_ = static_cast<std::uint8_t>(bad_ & finding.specials);
+      any_ = static_cast<std::uint8_t>(any_ | finding.specials);
+    }
+  }
+
+  /// Those of kSpecialBytes that every failed reply had and no good one; one bit each.
+  std::uint8_t Suspects() const {
+    if (!any_bad_) return 0;
+    return static_cast<std::uint8_t>(bad_ & ~good_ & kAllSpecials);
+  }
+  /// Those of kSpecialBytes that any request had which was answered.
+  std::uint8_t AnsweredRequests() const { return asked_; }
+  /// In all that failed only characters of one parity came, and FF, which a driver gives for a
+  /// character with wrong parity.
+  bool IsOneParity() const {
+    constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
+    return (any_ & kMark) != 0 && LacksOneParity();
+  }
+  /// The same behind a serial server, which drops such characters.
+  bool LacksOneParity() const {
+    const unsigned parities = any_ & kBothParities;
+    return any_bad_ && (parities == kEvenByte || parities == kOddByte);
+  }
+  /// In all that came no character had its eighth bit, although the protocol has such.
+  bool IsSevenBit() const {
+    return any_bad_ && !any_high_ && (any_ & kBothParities) == kBothParities;
+  }
+
+ private:
+  static constexpr unsigned kBothParities = kEvenByte | kOddByte;
+
+  std::uint8_t asked_ = 0;   // that any request had which was answered
+  std::uint8_t good_ = 0;    // that any good reply had
+  std::uint8_t bad_ = 0xFF;  // that every failed one had
+  std::uint8_t any_ = 0;     // that any failed one had
+  bool any_bad_ = false;
+  bool any_high_ = false;
+};
 
 class Findings {
  public:

@@ -1,24 +1,72 @@
 // What the gateway knows of a line apart from its devices: port, counters, round trips, line use.
 // Written by gateway/bus/poller/poller.cpp (exchanges) and gateway/lines/line_port.cpp (port), held
-// by gateway/bus/points/point_store.h, shown by `baudgate status`.
+// by gateway/bus/points/point_store.h, shown by `baudgate status`. LineUse and RecentTimes are
+// parts of LineStatus: what the time of the line goes to, and when something happened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "gateway/base/modem_lines.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/points/device_status.h"
-#include "gateway/bus/points/line_use.h"
-#include "gateway/bus/points/recent_times.h"
 
 namespace baudgate {
+
+// What the time of a line goes to.
+enum class LineUse : std::uint8_t {
+  polls,    ///< answered exchanges that read
+  probes,   ///< answered probes
+  routes,   ///< answered ones of clients
+  writes,   ///< answered ones, with the reads after them
+  silence,  ///< exchanges without a good reply
+  drains,   ///< silence that is kept after an exchange
+};
+inline constexpr std::size_t kLineUses = 6;
+
+constexpr std::string_view Name(LineUse use) {
+  constexpr std::string_view kNames[kLineUses] = {"polls",  "probes",  "routes",
+                                                  "writes", "silence", "drains"};
+  return kNames[static_cast<std::size_t>(use)];
+}
+
+/// Times by use.
+using TimeByUse = std::array<Duration, kLineUses>;
+/// Parts of a time, each 0 to 1; for the rest the line was idle.
+using LineShares = std::array<double, kLineUses>;
+
+// When something happened, the latest times. Bounded memory.
+class RecentTimes {
+ public:
+  static constexpr std::size_t kKept = 64;
+
+  void Add(Instant when) { times_[count_++ % kKept] = when; }
+  /// How often since then, at most kKept. What comes sooner than `apart` behind one that counts is
+  /// the same trouble.
+  std::size_t Since(Instant when, Duration apart = {}) const {
+    std::size_t found = 0;
+    Instant counted{};
+    for (std::size_t i = count_ - std::min(count_, kKept); i < count_; ++i) {
+      const Instant one = times_[i % kKept];
+      if (one < when || (found > 0 && one - counted < apart)) continue;
+      counted = one;
+      ++found;
+    }
+    return found;
+  }
+
+ private:
+  std::array<Instant, kKept> times_{};
+  std::size_t count_ = 0;
+};
 
 /// Counters of exchanges since the start; bounded by their types only.
 struct LineCounters {

@@ -1,34 +1,177 @@
 // The latest value of every point with its quality and time, and the status of every device: the
 // one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
-// one lock, so a reader sees a consistent record of a device.
+// one lock, so a reader sees a consistent record of a device. ChangeFeed tells an output what has
+// changed, AgedQuality makes a quality worse by age, and ToSample and ToRaw convert between raw and
+// shown values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
 #include <atomic>
+#include <bit>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
+#include "config/model/line.h"
+#include "config/model/point.h"
 #include "gateway/base/guarded.h"
-#include "gateway/base/quality.h"
+#include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
-#include "gateway/bus/points/ageing.h"
-#include "gateway/bus/points/change_feed.h"
-#include "gateway/bus/points/device_record.h"
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/line_status.h"
-#include "gateway/bus/points/steady_vector.h"
+#include "protocols/conversation.h"
 
 namespace baudgate {
 
-/// A reading after conversion (gateway/bus/points/conversion.h), ready to store. No value: the last
-/// one is kept.
+// A list that grows while others read it: its elements never move, and are never removed. One
+// thread at a time appends; another thread may read an element that it has learned of from that
+// one.
+template <typename T>
+class SteadyVector {
+ public:
+  std::size_t size() const { return size_.load(std::memory_order_acquire); }
+  T& operator[](std::size_t index) const {
+    const std::size_t chunk = ChunkOf(index);
+    return *chunks_[chunk][index - FirstOf(chunk)];
+  }
+
+  template <typename... Arguments>
+  T& Append(Arguments&&... arguments) {
+    const std::size_t index = size_.load(std::memory_order_relaxed);
+    const std::size_t chunk = ChunkOf(index);
+    if (!chunks_[chunk]) chunks_[chunk] = std::make_unique<Element[]>(kFirst << chunk);
+    Element& element = chunks_[chunk][index - FirstOf(chunk)];
+    element = std::make_unique<T>(std::forward<Arguments>(arguments)...);
+    size_.store(index + 1, std::memory_order_release);
+    return *element;
+  }
+
+ private:
+  using Element = std::unique_ptr<T>;
+  // Each chunk is twice as long as the one before: 16, 32, 64 …
+  static constexpr std::size_t kFirst = 16;
+  static std::size_t ChunkOf(std::size_t index) {
+    return static_cast<std::size_t>(std::bit_width(index / kFirst + 1)) - 1;
+  }
+  static std::size_t FirstOf(std::size_t chunk) { return kFirst * ((std::size_t{1} << chunk) - 1); }
+
+  std::array<std::unique_ptr<Element[]>, 32> chunks_;
+  std::atomic<std::size_t> size_ = 0;
+};
+
+// The narrow way from the point store to an output: which points and devices have changed since the
+// output last looked. Coalescing: a slow output sees the latest state of each, never a backlog, and
+// memory is bounded by the number of points. Filled by line threads, drained by the output's
+// thread.
+struct PointRef {
+  std::uint32_t device = 0;  ///< index in the point store
+  std::uint32_t point = 0;   ///< index in the device's points
+};
+
+struct Changes {
+  std::vector<PointRef> points;
+  std::vector<std::uint32_t> devices;  ///< whose state or counters changed
+
+  bool empty() const { return points.empty() && devices.empty(); }
+};
+
+class ChangeFeed {
+ public:
+  /// points_per_device[d] is the number of points of device d.
+  explicit ChangeFeed(std::span<const std::size_t> points_per_device);
+
+  /// One more device.
+  void AddDevice(std::size_t points);
+
+  void MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points);
+  void MarkDevice(std::uint32_t device);
+
+  /// Takes all that is pending into `out` (which is cleared first). Waits for the first change, at
+  /// most until the given time. Also returns, possibly empty, after Wake.
+  void Drain(Instant until, Changes& out);
+  /// Ends a waiting Drain at once, for an orderly stop.
+  void Wake();
+
+ private:
+  Mutex mutex_;
+  std::condition_variable changed_;
+  Changes pending_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<std::vector<bool>> point_pending_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<bool> device_pending_ BAUDGATE_GUARDED_BY(mutex_);
+  bool woken_ BAUDGATE_GUARDED_BY(mutex_) = false;
+};
+
+// What the point store holds of a device: the latest reading of every point, the device's status,
+// and from which ages its values are doubted. AgedQuality derives the quality.
+struct PointRecord {
+  Value value;                              ///< the last that was not bad; empty before the first
+  Quality reported = Quality::bad_waiting;  ///< as the last reading said, before age and state
+  Quality at_best = Quality::good;  ///< limit until the next reading: it was doubted or too old
+  /// The end of the reply, monotonic. Earlier after a late one: such a value is as old as its
+  /// request.
+  std::optional<Instant> read_at;
+  WallTime source_time{};    ///< the same, civil
+  std::uint64_t seq = 0;     ///< counts the readings of this point
+  std::uint32_t rtt_us = 0;  ///< round trip of the exchange that read it
+};
+
+/// For the values of one group.
+struct AgeLimits {
+  static constexpr Duration kNever = Duration::max();
+  Duration uncertain_after = kNever;
+  Duration bad_after = kNever;
+
+  bool ages() const { return uncertain_after != kNever; }
+  bool operator==(const AgeLimits&) const = default;
+};
+
+/// The quality of all values of a device, whatever their age; empty: each has its own.
+using Override = std::optional<Quality>;
+
+struct DeviceRecord {
+  const config::Line* line = nullptr;
+  const config::Device* device = nullptr;
+  std::vector<PointRecord> points;  ///< as device->points
+  DeviceStatus status;
+  Override override_quality;
+  Duration line_cycle{};  ///< measured: the line reads all its fast points once in this time
+  std::array<AgeLimits, config::kGroups> age_limits;  ///< by config::Group
+  /// Raised with every reading, override and age limit: while it stays, only age changes a quality.
+  std::uint64_t version = 0;
+};
+
+// How good a stored value is at a moment: what the last reading said, made worse by doubt, by age
+// and by the state of device and line. Pure; the point store has the records.
+
+/// By config::Group. `line_cycle`: the measured time that the line needs to read all its fast
+/// points once; no value is too old before two of them.
+std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);
+
+/// What the last reading said, made worse by doubt and age; the state of device and line left out.
+Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// In this order of precedence: out of service, line down, device offline, another
+/// device than it should be, never read, reported trouble, then age.
+Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// Since the reading; empty before the first.
+std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// When age alone changes the point's quality next, seen from `now`; empty: never.
+std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
+
+/// A reading after conversion, ready to store. No value: the
+/// last one is kept.
 struct Sample {
   std::uint32_t point = 0;
   Value value;
@@ -122,5 +265,15 @@ class PointStore {
   mutable Mutex feeds_mutex_;
   std::vector<std::shared_ptr<ChangeFeed>> feeds_ BAUDGATE_GUARDED_BY(feeds_mutex_);
 };
+
+// Between what a device says and what users see: sentinels, scale and offset, the range of the
+// point's type, and `min` and `max` of what can only be read. A value that does not fit becomes bad
+// quality, never another number.
+
+/// `reading.point` is a valid index.
+Sample ToSample(const config::Point& point, const Reading& reading);
+
+/// A value as users write it, turned into the raw value that the protocol sends.
+Result<Value> ToRaw(const config::Point& point, const Value& value);
 
 }  // namespace baudgate

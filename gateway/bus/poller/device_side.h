@@ -1,6 +1,7 @@
 // The devices of a line, as the gateway outside of it sees them: what it tells the line about a
 // device, and what the opening or closing of the port means for all of them. Driven by
-// gateway/bus/poller/poller.cpp.
+// gateway/bus/poller/poller.cpp. TelegramExchange sends a telegram by hand, UnaskedSide handles
+// what a device says unasked, and TakenIn groups the parts that take in replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,16 +10,108 @@
 #include <string>
 #include <vector>
 
+#include "config/model/line.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/exchange/tap.h"
-#include "gateway/bus/jobs/effect_applier.h"
+#include "gateway/bus/exchange/echo.h"
+#include "gateway/bus/exchange/line.h"
+#include "gateway/bus/jobs/intake.h"
+#include "gateway/bus/jobs/job_end.h"
 #include "gateway/bus/jobs/upkeep.h"
-#include "gateway/bus/poller/telegram_exchange.h"
-#include "gateway/bus/poller/unasked_side.h"
+#include "gateway/bus/points/point_store.h"
+#include "protocols/protocol.h"
 
 namespace baudgate {
+
+// One telegram by hand on a line that has paused for it: it is sent as it is, and whatever comes
+// back is kept. Sans-I/O, as the line. Used by gateway/lines/telegram_queue.h.
+
+/// The device in whose name it is sent.
+struct Speaking {
+  const Protocol* protocol = nullptr;
+  ParsedOptions options{};
+  config::SerialSettings serial{};
+  LineTimes times{};
+};
+
+class TelegramExchange final : private LineClient {
+ public:
+  TelegramExchange(const Speaking& as, config::Echo echo, View telegram, Instant now);
+
+  /// True: the request is to be sent now.
+  bool Begin(Instant now);
+  bool OnBytes(View bytes, Instant now);
+  bool OnTimer(Instant now);
+  std::optional<Instant> Deadline() const { return line_.Deadline(); }
+
+  const Request& request() const { return request_; }
+  bool has_ended() const { return end_.has_value(); }
+  /// It has ended, and the line is silent again.
+  bool is_over() const { return end_ && line_.idle(); }
+  /// Once it has ended.
+  const ExchangeEnd& end() const { return *end_; }
+  /// All that came back, without its echo if that is removed.
+  const Bytes& reply() const { return reply_; }
+
+ private:
+  Outcome Judge(View, Instant) override { return Outcome::ok; }
+  bool Take(LineNews news);
+
+  Line line_{static_cast<LineClient&>(*this)};
+  EchoFilter echo_;
+  Speaking as_;
+  Request request_;
+  std::optional<ExchangeEnd> end_;
+  Bytes reply_;
+};
+
+// What a device says unasked, on its way from the line: what it means (gateway/bus/jobs/intake.h),
+// how it is counted, and where its readings go.
+class UnaskedSide {
+ public:
+  /// All outlive it.
+  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
+              Intake& intake)
+      : speaker_(roster, observer),
+        observer_(observer),
+        is_network_(roster.is_network()),
+        ledger_(ledger),
+        upkeep_(upkeep),
+        intake_(intake) {
+    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
+  }
+
+  /// See Speaker.
+  const Standing* standing() const { return speaker_.standing(); }
+  std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
+  /// Its messages count.
+  bool listens() const { return speaker_.in_use(); }
+
+  void OnOpened();
+  /// Bytes of the line.
+  void OnBytes(View bytes, Instant now);
+  /// What the line has made of them.
+  void OnInput(const UnaskedInput& heard, Now now);
+  void OnTimer(Now now);
+  /// A batch of events of the device is on the disk.
+  void OnKept(const Device& device);
+  /// An input was handled.
+  void OnSettled(Instant now);
+
+ private:
+  void Take(Speaker::Said said, Instant now);
+
+  Speaker speaker_;
+  const LineObserver& observer_;
+  const bool is_network_;
+  bool first_ = true;  // nothing has come since the port was opened
+  Ledger& ledger_;
+  Upkeep& upkeep_;
+  Intake& intake_;
+};
 
 class DeviceSide {
  public:
@@ -57,6 +150,20 @@ class DeviceSide {
   Upkeep& upkeep_;
   UnaskedSide& unasked_;
   EffectApplier& effects_;
+};
+
+// Groups the parts that take in replies, and messages that a device sends unasked: from there they
+// go to the store, and to the listener, which keeps events. For gateway/bus/poller/poller.h.
+struct TakenIn {
+  /// All outlive it.
+  TakenIn(LineKnowledge& knows, LineObserver& observer, PointStore& store, PollerListener& listener)
+      : intake(store, listener),
+        replies(knows.owed, knows.agenda, knows.ledger, knows.upkeep, intake),
+        unasked(knows.roster, observer, knows.ledger, knows.upkeep, intake) {}
+
+  Intake intake;
+  EffectApplier replies;
+  UnaskedSide unasked;
 };
 
 }  // namespace baudgate

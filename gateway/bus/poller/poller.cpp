@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "gateway/base/deadline.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 

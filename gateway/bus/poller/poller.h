@@ -1,5 +1,5 @@
 // Runs one line: takes in bytes, time and requests, has the next job chosen whenever the line is
-// idle (gateway/bus/jobs/turn_taker.h), and has those answered who wait
+// idle (gateway/bus/jobs/job_run.h), and has those answered who wait
 // (gateway/bus/jobs/waiting_clients.h). The composition root of the bus. Sans-I/O like
 // gateway/bus/exchange/line.h: bytes and time come in as arguments. One thread at a time.
 // SPDX-License-Identifier: Apache-2.0
@@ -15,26 +15,20 @@
 
 #include "config/model/line.h"
 #include "gateway/bus/counters/ledger.h"
-#include "gateway/bus/devices/line_observer.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/jobs/job_phases.h"
 #include "gateway/bus/jobs/job_run.h"
-#include "gateway/bus/jobs/line_knowledge.h"
-#include "gateway/bus/jobs/turn_taker.h"
+#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/jobs/waiting_clients.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/poller/line_inputs.h"
-#include "gateway/bus/poller/line_side.h"
-#include "gateway/bus/poller/reception.h"
-#include "gateway/bus/poller/taken_in.h"
-#include "gateway/bus/poller/telegram_exchange.h"
-#include "gateway/bus/schedule/idle_time.h"
+#include "gateway/bus/schedule/turns.h"
 #include "gateway/bus/schedule/write_queue.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {

@@ -3,12 +3,14 @@
 // Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
 // come. For each exchange, in this order:
 //
-//   OnEnd      at once, by gateway/bus/jobs/job_sending.h
+//   OnEnd      at once, by gateway/bus/jobs/job_phases.h
 //   OnStray    for whatever comes after it, by gateway/bus/jobs/upkeep.cpp
 //   SetWait    when the input that ended it is done, by gateway/bus/jobs/upkeep.cpp
 //
 // OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to
 // it (LineNews::stray_before): they are counted for the exchange before.
+//
+// Asked is one such exchange, and Patience lengthens the wait for a device whose replies came late.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,13 +23,76 @@
 
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/by_member.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/replies/asked.h"
-#include "gateway/bus/replies/patience.h"
+#include "protocols/conversation.h"
+#include "protocols/protocol.h"
 
 namespace baudgate {
+
+// One exchange, for the parts of the poller that learn from it.
+
+/// The most tries beyond `retries`. Example: a server that is three replies late gives the fourth
+/// try the reply to the first, and one more try makes up for a lost one.
+inline constexpr int kMostTriesMore = 4;
+/// The most probes in a row that find out by how many replies a device lags.
+inline constexpr int kMostProbesMore = 16;
+
+struct Asked {
+  const Member* member = nullptr;
+  const Request* request = nullptr;
+  Instant sent{};           ///< its first byte; until then, when the line was given it
+  bool first = false;       ///< the first request of a task that is no probe; no repetition
+  bool retry = false;       ///< the same request had failed before
+  bool probe = false;       ///< the task is a probe
+  bool lone_probe = false;  ///< no task waits for it: it finds out whether the device is back
+  bool renews_proof_early = false;  ///< because the line has time
+  bool proved = false;              ///< the member has answered a probe before this task
+  bool unprovable = false;          ///< a probe was wanted before this task, and cannot be asked
+  bool writes = false;              ///< the task writes points
+
+  /// When its last byte is out.
+  Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
+  Duration reply_time() const { return ReplyTime(*request, member->times); }
+  /// The reply says whose it is.
+  bool named() const { return !request->expect.address.empty(); }
+  /// The device has written that itself, and not a converter before it.
+  bool names_itself() const { return named() && !request->numbered; }
+  /// What is asked, whichever number the request has.
+  Bytes question() const { return WithoutNumber(*member->protocol, request->bytes); }
+};
+
+// How much longer than its reply time the line waits for a device whose replies came late again and
+// again. Within the ceiling; docs/timeouts.md, "Late replies". With reply 300 ms:
+//
+//   a reply comes at 450 ms      300 ms: once may be chance
+//   another one                  488 ms, a quarter more than it was late
+//   replies in time              gradually less
+//   it goes offline              300 ms: probes of an absent device cost the others no more
+//
+class Patience {
+ public:
+  /// A reply came `lateness` after it was due.
+  void OnLate(const Member& member, Duration lateness);
+  /// A reply was taken, `lateness` after it was due; not above zero: in time.
+  void OnAnswered(const Member& member, Duration lateness);
+  void OnOffline(const Member& member) { states_[member] = {}; }
+
+  /// Beyond the reply time of its configuration.
+  Duration More(const Member& member) const;
+
+ private:
+  struct State {
+    int late = 0;     // late replies since `in_time` was last high enough to forget them
+    int in_time = 0;  // replies in time, in a row
+    Duration most{};  // the lateness of the latest of these
+    Duration more{};
+  };
+
+  static void Lengthen(State& state, Duration lateness);
+
+  ByMember<State> states_;
+};
 
 class LateAnswers {
  public:

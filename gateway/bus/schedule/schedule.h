@@ -7,19 +7,113 @@
 // has waited longest. So no device, however slow, and no group can starve another. A round that
 // begins late keeps its period if the next one has not begun; periods that passed whole are missed:
 // counted, skipped, never queued.
+//
+// Round keeps the queries of one group, and Background the reads of low priority.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "config/model/point.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/schedule/round.h"
 
 namespace baudgate {
+
+// The queries of one group of one device, on the fixed grid of the group's period.
+//
+//   due at 10 s, period 5 s
+//   begun at 11 s    the next round is due at 15 s
+//   begun at 22 s    two periods have passed whole: missed 2, the next round is due at 25 s
+//
+struct Round {
+  static constexpr Duration kSoonest = config::kAgainPeriod;
+
+  std::vector<std::size_t> queries{};
+  Duration period{};                 ///< zero: once
+  std::optional<Instant> due{};      ///< start of the next round; empty: none
+  std::size_t cursor = 0;            ///< next query; queries.size(): no round in progress
+  std::uint64_t turn = 0;            ///< when it was last served, counted in picks
+  bool due_early = false;            ///< due earlier than by its period
+  bool repeats_soon = false;         ///< RepeatSoon was called since the round began
+  Duration soon = kSoonest;          ///< the wait of the next RepeatSoon
+  bool blocked = false;              ///< never due
+  std::optional<Instant> planned{};  ///< blocked: when it would be due
+  struct Before {
+    std::size_t queries = 0;
+    std::size_t next = 0;  ///< to go on with: the one after the latest, or the latest itself
+    std::optional<Instant> due{};
+    bool active = false;
+    bool asked = false;  ///< the latest request was one of its queries
+  };
+  Before before{};  ///< the latest change of its queries
+
+  bool active() const { return cursor < queries.size(); }
+  /// The round in progress ends.
+  void Stop() { cursor = queries.size(); }
+
+  /// Its queries are about to change. `asked`: see Before.
+  void Remember(bool asked) {
+    before = {.queries = queries.size(),
+              .next = cursor - (asked && cursor > 0 ? 1 : 0),
+              .due = due,
+              .active = active(),
+              .asked = asked};
+  }
+  /// Nothing of it is due until Schedule::ReleaseEvents.
+  void Block() {
+    if (!blocked) planned = active() ? Instant{} : due;
+    blocked = true;
+    due.reset();
+    Stop();
+  }
+  /// Due at once, unless it is blocked.
+  void Restart(Instant now) {
+    if (!blocked) due = now;
+    due_early = repeats_soon = false;
+    soon = kSoonest;
+    Stop();
+  }
+  /// Due at `at`, if that is earlier; once until it begins.
+  void Repeat(Instant at) {
+    if (due_early || (due && *due <= at)) return;
+    due = at;
+    due_early = true;
+  }
+
+  /// Due early, with back-off: after 8 s, then 16 s, 32 s … at most `most`, as long as each round
+  /// in a row calls this. Further calls in the same round do nothing.
+  void RepeatSoon(Instant now, Duration most) {
+    if (std::exchange(repeats_soon, true)) return;
+    Repeat(now + std::min(soon, most));
+    soon = std::min(2 * soon, most);
+  }
+
+  /// Periods that have passed whole since it was due.
+  std::uint32_t Passed(Instant now) const {
+    if (!due || *due > now || period == Duration::zero()) return 0;
+    return static_cast<std::uint32_t>((now - *due) / period);
+  }
+  /// Begins if it is due; returns the periods that are skipped by that.
+  std::uint32_t StartIfDue(Instant now) {
+    if (active() || queries.empty() || !due || *due > now) return 0;
+    due_early = false;
+    if (!std::exchange(repeats_soon, false)) soon = kSoonest;
+    cursor = 0;
+    if (period == Duration::zero()) {
+      due.reset();
+      return 0;
+    }
+    const std::uint32_t passed = Passed(now);
+    *due += (std::int64_t{passed} + 1) * period;
+    return passed;
+  }
+};
 
 /// In place of the number of a query: the events of the device.
 inline constexpr std::size_t kEventsQuery = std::numeric_limits<std::size_t>::max();
@@ -141,6 +235,84 @@ class Schedule {
   std::vector<Device> devices_;
   std::uint64_t turn_ = 0;
   Duration used_{};  // the least of the devices that were due last
+};
+
+// Low-priority reads, such as load profiles: sent when they fit before the next poll is due, so no
+// poll is delayed. On a line that is never idle for long enough, one is sent once a minute anyway.
+// Among several devices the one that has waited longest goes first.
+//
+//   polls due at 1.0 s and 2.0 s, room 400 ms      taken at 1.1 s; not at 1.7 s
+//
+// From time to time a proof has to show whose replies come (gateway/bus/replies/whose_reply.h),
+// which would delay a poll. If there is room, the proof goes with a background exchange before it
+// is needed.
+class Background {
+ public:
+  static constexpr Duration kLongest = std::chrono::minutes(1);
+  /// After a read that could not be sent.
+  static constexpr Duration kPause = 1s;
+  static constexpr int kFew = 8;
+  enum class Which : std::uint8_t { that_fits, that_starves };
+
+  /// `schedule` outlives it.
+  explicit Background(const Schedule& schedule) : schedule_(schedule) {}
+
+  /// Wanted from `due` on; empty: not at all. `room`: how long an exchange may take, until it is
+  /// known how long the last one took.
+  void Set(std::size_t device, std::optional<Instant> due, Duration room);
+  /// From `may` on a proof may go with its exchange, from `must` on it must.
+  void SetProof(std::size_t device, Instant may, Instant must);
+  /// What it brought last is not on the disk yet: it has no turn before Release.
+  void AwaitDisk(std::size_t device) { At(device).awaits_disk = true; }
+  void Release(std::size_t device) { At(device).awaits_disk = false; }
+
+  std::optional<std::size_t> Next(Which which, Instant now) const;
+  void OnTaken(std::size_t device, Instant now);
+  /// The exchange took `took`, its proof included; zero: it was not answered. Long ones are
+  /// remembered for a while, because the next may be as long.
+  void OnEnd(std::size_t device, Duration took, bool proved = false);
+  /// Nothing was sent for it: it has no other turn at the same moment.
+  void OnUnsent(std::size_t device) { items_[device].again = items_[device].taken + kPause; }
+  /// Whether another exchange of the device would end before the next poll is due.
+  bool HasRoom(std::size_t device, Instant now) const;
+  /// The same with a proof, if one may go with it.
+  bool MayProve(std::size_t device, Instant now) const;
+  /// When Next may have something even if nothing else happens. May lie in the past.
+  std::optional<Instant> NextAt(Instant now) const;
+
+ private:
+  /// The longest of the exchanges of one kind.
+  struct Longest {
+    Duration took{};
+    int known = 0;  // exchanges
+    void Learn(Duration took);
+  };
+  struct Item {
+    std::optional<Instant> due;
+    Instant taken{};  // last
+    Instant again{};  // not before: it could not be sent
+    Duration room{};
+    Longest plain;
+    Longest proved;
+    Instant may_prove = Instant::max();
+    Instant must_prove = Instant::max();
+    std::uint64_t turn = 0;
+    bool awaits_disk = false;
+    bool lost = false;  // the last one: the next may be silent as well
+  };
+
+  Item& At(std::size_t device);
+  /// From when on it may be asked; empty: not before something else happens.
+  std::optional<Instant> MayBegin(std::size_t device) const;
+  Instant Starves(const Item& item) const;
+  bool Fits(const Item& item, Instant at) const;
+  bool IsIdleFor(Duration room, Instant at) const;
+  static Duration RoomOf(const Item& item);
+  static Duration RoomToProve(const Item& item);
+
+  const Schedule& schedule_;
+  std::vector<Item> items_;
+  std::uint64_t turn_ = 0;
 };
 
 }  // namespace baudgate

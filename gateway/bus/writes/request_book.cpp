@@ -5,6 +5,7 @@
 #include <utility>
 
 namespace baudgate {
+
 namespace {
 
 using What = RequestBook::Verdict::What;

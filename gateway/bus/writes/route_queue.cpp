@@ -9,9 +9,10 @@
 #include <unordered_set>
 #include <utility>
 
-#include "gateway/base/deadline.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
+
 namespace {
 
 constexpr std::uint8_t kAllSlaves = 0;

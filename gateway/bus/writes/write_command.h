@@ -1,31 +1,88 @@
 // A write to points on its way from an output back to a line, one object from the gate of all
-// writers to its end; routed requests have gateway/bus/writes/routed.h. It passes the audit and the
-// queue of its line; the device confirms or refuses it, or its deadline passes; End tells all that
-// it has passed, and its client. Its values are raw: the output has made values of its client's
-// words, and the gate has checked them and made raw values of those. Example: a point with scale
-// 0.1; registers "00 19" are the value 25, which is 250 for the device. From here on nothing
-// converts them.
+// writers to its end; routed requests have gateway/bus/writes/route_queue.h. It passes the audit
+// and the queue of its line; the device confirms or refuses it, or its deadline passes; End tells
+// all that it has passed, and its client. Its values are raw: the output has made values of its
+// client's words, and the gate has checked them and made raw values of those. Example: a point with
+// scale 0.1; registers "00 19" are the value 25, which is 250 for the device. From here on nothing
+// converts them. EndUnheard tells how a write ends that nobody answered, and CommandRoom limits how
+// many commands wait for a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "gateway/base/bytes.h"
+#include "gateway/base/guarded.h"
+#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
-#include "gateway/base/write_result.h"
-#include "gateway/bus/writes/request_id.h"
-#include "gateway/bus/writes/write_state.h"
+#include "gateway/bus/writes/request_book.h"
 
 namespace baudgate {
+
+// How far a write has come on its way from the gate to its end, and how it may end from there. Its
+// client is told, and the audit records, one of these words.
+//
+//   state          so far                                         may end as
+//   asked          let through by the gate                        denied, busy, not_sent
+//   queued         waits for its line, or for its next points     denied, refused, busy, not_sent
+//   sent           a request that may have written has gone out   ok, refused, busy, unknown
+//   reading_back   confirmed by the device                        ok, differs; not_sent: the points
+//                                                                 behind those
+enum class WriteState : std::uint8_t { asked, queued, sent, reading_back, ended };
+inline constexpr std::size_t kWriteStates = 5;
+
+/// Forward only, except for the next points of a command, and for a request that never left this
+/// machine; from `sent` to `sent` is a repetition.
+constexpr bool MayFollow(WriteState from, WriteState to) {
+  switch (to) {
+    case WriteState::asked:
+      return false;
+    case WriteState::queued:
+      return from != WriteState::queued && from != WriteState::ended;
+    case WriteState::sent:
+      return from == WriteState::queued || from == WriteState::sent;
+    case WriteState::reading_back:  // at once where points are only read
+    case WriteState::ended:
+      return from < to;
+  }
+  return false;
+}
+
+constexpr bool MayEnd(WriteState state, WriteEnd end) {
+  switch (end) {
+    case WriteEnd::ok:
+      return state == WriteState::sent || state == WriteState::reading_back;
+    case WriteEnd::differs:
+      return state == WriteState::reading_back;
+    case WriteEnd::refused:
+      return state == WriteState::queued || state == WriteState::sent;
+    case WriteEnd::busy:
+      return state <= WriteState::sent;
+    case WriteEnd::unknown:
+      return state == WriteState::sent;
+    case WriteEnd::not_sent:
+      return state <= WriteState::queued || state == WriteState::reading_back;
+    case WriteEnd::denied:
+      return state <= WriteState::queued;
+  }
+  return false;
+}
+
+/// The end of a write whose result is not known.
+constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : WriteEnd::not_sent; }
 
 /// Why a command that waits is not sent any more.
 inline constexpr const char* kClientLeft = "its client has left";
@@ -131,6 +188,55 @@ class CommandSink {
   virtual bool Submit(WriteCommand command) = 0;
   /// The gateway has refused it, as denied or as busy. From any thread; returns at once.
   virtual void OnNotTaken(const DeniedWrite&) {}
+};
+
+// Room for the commands that wait for a line. No client has more of it than is left to others, so a
+// client that writes without end locks nobody out. Nor does one that connects, writes and leaves
+// again and again: commands of clients that have left are never sent, and take no room.
+//
+//   room for 32: one client has 16 at most, a second 8 beside it, a third 4 …
+//
+// From any thread.
+class CommandRoom {
+ public:
+  /// True once the client of a command has left; null: it never does.
+  using Abandoned = std::shared_ptr<const std::atomic<bool>>;
+  using Ticket = std::uint64_t;
+
+  /// Abandoned commands that the line has not discarded yet.
+  static constexpr std::size_t kMostAbandoned = 1024;
+
+  explicit CommandRoom(std::size_t limit) : limit_(limit) {}
+
+  /// Empty: there is no room for another command of this client.
+  std::optional<Ticket> Take(const std::string& client, Abandoned abandoned = nullptr) {
+    const MutexLock lock(mutex_);
+    const auto waits = [](const auto& held) { return !held.second.IsAbandoned(); };
+    const auto taken = static_cast<std::size_t>(std::ranges::count_if(held_, waits));
+    const auto own = static_cast<std::size_t>(std::ranges::count_if(
+        held_, [&](const auto& held) { return waits(held) && held.second.client == client; }));
+    if (own + taken >= limit_ || held_.size() - taken >= kMostAbandoned) return std::nullopt;
+    held_.emplace(++last_, Held{client, std::move(abandoned)});
+    return last_;
+  }
+  /// The command has been answered.
+  void Give(Ticket ticket) {
+    const MutexLock lock(mutex_);
+    held_.erase(ticket);
+  }
+
+ private:
+  struct Held {
+    bool IsAbandoned() const { return abandoned && *abandoned; }
+
+    std::string client;
+    Abandoned abandoned;
+  };
+
+  const std::size_t limit_;
+  Mutex mutex_;
+  Ticket last_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::map<Ticket, Held> held_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate

@@ -1,13 +1,209 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_gate.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 #include <utility>
 
-#include "gateway/bus/points/conversion.h"
-#include "gateway/bus/writes/interlock.h"
-#include "gateway/bus/writes/write_limits.h"
+#include "gateway/base/decimal.h"
+#include "gateway/base/shown.h"
+#include "gateway/base/text.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
+
+namespace {
+
+using config::Quoted;
+using config::Type;
+
+Result<Value> ParseFlag(const config::Point& point, std::string_view text) {
+  for (const std::string_view yes : {"true", "on", "1"}) {
+    if (text == yes) return Value(true);
+  }
+  for (const std::string_view no : {"false", "off", "0"}) {
+    if (text == no) return Value(false);
+  }
+  return Error{Quoted(text) + " is not a value of '" + point.name + "', a bool: write on or off"};
+}
+
+}  // namespace
+
+Result<Value> ParseValue(const config::Point& point, std::string_view text) {
+  if (point.type == Type::boolean) return ParseFlag(point, text);
+  if (point.type == Type::string) {
+    if (text.size() <= point.text_length) return Value(std::string(text));
+    return Error{Quoted(text) + " is longer than the " + std::to_string(point.text_length) +
+                 " bytes of '" + point.name + "'"};
+  }
+  if (const auto whole = ParseInteger<std::int64_t>(text)) return Value(*whole);
+  if (const auto whole = ParseInteger<std::uint64_t>(text)) return Value(*whole);
+  const auto number = ParseDecimal(text);
+  if (number && std::isfinite(*number)) return Value(*number);
+  return Error{Quoted(text) + " is not a value of '" + point.name +
+               "', a number: write for example 1.5"};
+}
+
+namespace {
+
+/// How far a number that a client has computed may be from the one that it means: 0.1 + 0.2 is
+/// 0.30000000000000004. Whole numbers are meant as they are.
+Decimal SlackOf(const Value& value, const Decimal& size) {
+  constexpr int kDigits = 9;
+  return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
+}
+
+bool IsMultiple(const Value& value, const Decimal& number, const Decimal& step) {
+  if (number.IsMultipleOf(step)) return true;
+  const auto steps = (number / step).ToInt64();
+  return steps && Abs(number - *steps * step) <= SlackOf(value, std::max(Abs(number), step));
+}
+
+}  // namespace
+
+std::string WithUnit(const config::Point& point, const Decimal& number) {
+  return number.ToText() + (point.unit.empty() ? "" : " " + point.unit);
+}
+
+Value AsMeant(const config::Point& point, const Value& value) {
+  const auto* number = std::get_if<double>(&value);
+  if (number == nullptr || point.type != config::Type::float32) return value;
+  return AsDecimal(*number);
+}
+
+std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
+                                      const Value& raw) {
+  const Value back = ToSample(point, {0, raw}).value;
+  if (!HasValue(back)) return ToText(value) + " is a code that has another meaning for this device";
+  auto number = Decimal::Of(value);
+  if (!number) return std::nullopt;  // a text
+  if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
+  const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
+  if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
+    return "the device cannot represent " + number->ToText() + "; the nearest value is " +
+           ToText(back);
+  }
+  const auto digits = Decimal::Of(raw);
+  if (!point.writing.decimals || !digits) return std::nullopt;
+  if (IsMultiple(raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
+    return std::nullopt;
+  }
+  return number->ToText() + " has more digits than the device takes, " +
+         std::to_string(*point.writing.decimals) + " behind its decimal point";
+}
+
+std::optional<std::string> WhyOutside(const config::Point& point, const Value& value) {
+  const config::Writing& writing = point.writing;
+  const auto number = Decimal::Of(value);
+  if (!number) {
+    if (std::holds_alternative<std::string>(value)) return std::nullopt;
+    return "it is not a number";
+  }
+  const bool single = point.type == config::Type::float32;
+  const double size = Abs(*number).ToDouble();
+  if (single && size != 0 && size < std::numeric_limits<float>::min()) {
+    return number->ToText() + " is almost zero: is the word order of the float right?";
+  }
+  if (writing.min && *number < *writing.min) {
+    return number->ToText() + " is below the minimum, " + WithUnit(point, *writing.min);
+  }
+  if (writing.max && *number > *writing.max) {
+    return number->ToText() + " is above the maximum, " + WithUnit(point, *writing.max);
+  }
+  if (!writing.step || IsMultiple(value, *number, *writing.step)) return std::nullopt;
+  return number->ToText() + " is not a multiple of " + WithUnit(point, *writing.step);
+}
+
+namespace {
+
+bool Same(const Value& a, const Value& b) {
+  if (std::holds_alternative<std::string>(a) || std::holds_alternative<std::string>(b)) {
+    return ToText(a) == ToText(b);
+  }
+  const auto number = Decimal::Of(b);
+  return number && IsMeant(a, *number);
+}
+
+}  // namespace
+
+std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
+                                     const Value& written, Instant now) {
+  for (const config::AllowWhen& interlock : point.writing.allow_when) {
+    if (HasValue(interlock.only) && !Same(written, interlock.only)) continue;
+    Value value;
+    Quality quality;
+    store.Read(interlock.device, [&](const DeviceRecord& record) {
+      value = record.points[interlock.index].value;
+      quality = QualityAt(record, interlock.index, now);
+    });
+    if (IsGood(quality) && Same(value, interlock.is)) continue;
+    const std::string is =
+        IsGood(quality) ? "is " + ToText(value) : "is " + std::string(Name(quality));
+    return "'" + point.name + "': interlock: " + interlock.point + " " + is + ", but must be " +
+           ToText(interlock.is);
+  }
+  return std::nullopt;
+}
+
+std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
+                                const config::Point& point, const Value& value, Instant now) {
+  const auto number = Decimal::Of(value);
+  const auto judge = [&](const std::string& name, bool is_max) -> std::optional<Beyond> {
+    if (name.empty()) return std::nullopt;
+    const std::string what = is_max ? "maximum" : "minimum";
+    const auto& points = store.device(device).points;
+    const auto found = std::ranges::find(points, name, &config::Point::name);
+    std::optional<Decimal> limit;
+    Quality quality = Quality::bad_configuration;
+    store.Read(device, [&](const DeviceRecord& record) {
+      if (found == points.end()) return;
+      const auto index = static_cast<std::size_t>(found - points.begin());
+      quality = QualityAt(record, index, now);
+      limit = Decimal::Of(record.points[index].value);
+    });
+    if (!limit || !IsGood(quality)) {
+      return Beyond{false, "'" + point.name + "': its " + what + " is not known: " + name + " is " +
+                               Name(quality)};
+    }
+    if (!number || (is_max ? *number <= *limit : *number >= *limit)) return std::nullopt;
+    return Beyond{true, "'" + point.name + "': " + number->ToText() + " is " +
+                            (is_max ? "above" : "below") + " the " + what + ", " +
+                            WithUnit(point, *limit) + " (" + name + ")"};
+  };
+  auto beyond = judge(*point.writing.max_point, true);
+  return beyond ? beyond : judge(*point.writing.min_point, false);
+}
+
+bool IsGuarded(const config::Point& point) {
+  return !point.writing.allow_when.empty() || point.writing.min_point || point.writing.max_point;
+}
+
+void Selections::Select(std::uint64_t client, Point point, Instant until) {
+  until_[{point, client}] = until;
+  if (until_.size() <= kLimit) return;
+  until_.erase(std::ranges::min_element(until_, {}, [](const auto& one) { return one.second; }));
+}
+
+Selections::Verdict Selections::Take(std::uint64_t client, Point point, Instant now) {
+  const auto own = until_.find({point, client});
+  if (own != until_.end()) {
+    const bool in_time = now < own->second;
+    until_.erase(own);
+    return in_time ? Verdict::selected : Verdict::expired;
+  }
+  for (auto one = until_.lower_bound({point, 0}); one != until_.end(); ++one) {
+    if (one->first.point != point) break;
+    if (now < one->second) return Verdict::foreign;
+  }
+  return Verdict::none;
+}
+
+void Selections::Forget(std::uint64_t client) {
+  std::erase_if(until_, [client](const auto& one) { return one.first.client == client; });
+}
+
 namespace {
 
 using Why = WriteDenial::Why;

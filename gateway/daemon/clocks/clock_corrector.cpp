@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/points/ageing.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

@@ -1,4 +1,4 @@
-// Corrects the clocks of devices whose options want it (protocols/common/clock_care.h), as a client
+// Corrects the clocks of devices whose options want it (protocols/common/clock.h), as a client
 // "gateway" that writes to their point: through the same gate, audit and queue as any other. For
 // each device, once a second:
 //
@@ -21,13 +21,13 @@
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
+#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/base/write_result.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_gate.h"
 #include "gateway/records/disk/device_memory.h"
-#include "protocols/common/clock_care.h"
+#include "protocols/common/clock.h"
 
 namespace baudgate {
 

@@ -1,14 +1,25 @@
 // Looks now and then whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
 // tells when that has changed: only then may devices be told the time. On a thread of its own,
-// because who is asked may take seconds.
+// because who is asked may take seconds. AskTimeService asks systemd.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "gateway/base/worker.h"
 
+// Asks systemd's time service (org.freedesktop.timedate1) over the system bus whether this
+// machine's clock is synchronised: for a service that may not ask the kernel (ProtectClock= of the
+// unit). The answer is the kernel's own: timedated calls adjtimex.
+struct sd_bus;
+
 namespace baudgate {
+
+/// Empty: there is no bus, no such service, or no answer. May take some seconds.
+std::optional<bool> AskTimeService();
+/// On a bus that is open.
+std::optional<bool> AskTimeService(sd_bus& bus);
 
 class HostClock {
  public:

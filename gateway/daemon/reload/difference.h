@@ -1,16 +1,17 @@
 // What a new configuration changes of the one that runs, in the same words for the answer, in the
 // log and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name;
-// their order in the file does not count.
+// their order in the file does not count. PlaceInSlots gives lines and devices their numbers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/model/config.h"
-#include "gateway/daemon/reload/action.h"
-#include "gateway/daemon/reload/modbus_difference.h"
+#include "gateway/outputs/modbus/service/modbus_difference.h"
 
 namespace baudgate::reload {
 
@@ -39,5 +40,26 @@ std::vector<std::string> Sentences(const Difference& difference);
 std::string Summary(const Difference& difference);
 /// "only a restart can change dds.domain, gateway.name", if anything needs one.
 std::optional<std::string> WhyNot(const Difference& difference);
+
+// The numbers of lines and devices over reloads: what goes on keeps its number, what ends leaves an
+// empty place, what begins gets the next. Pure.
+//
+//   running        file            slots
+//   0 bay-1        bay-2           0 (empty, with as many nameless devices as before)
+//   1 bay-2        bay-3           1 bay-2
+//                                  2 bay-3
+//
+struct Placement {
+  /// `next`, with its lines at their places. Whatever names a line or device by its number (routes,
+  /// interlocks, the history) has the new one.
+  config::Config config;
+  std::vector<std::uint32_t> gone;     ///< lines to be ended
+  std::vector<std::uint32_t> updated;  ///< lines that go on with what has changed
+  std::vector<std::uint32_t> begun;    ///< at the end of config.lines
+};
+
+/// `difference` is that of the two; nothing in it needs a restart.
+Placement PlaceInSlots(const config::Config& running, config::Config next,
+                       const Difference& difference);
 
 }  // namespace baudgate::reload

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/diagnose_parts.h"
 #include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
+
 namespace {
 
 using Sentences = std::vector<std::string>;

@@ -5,8 +5,8 @@
 #include <bit>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/absences.h"
-#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/diagnosis/causes/diagnose.h"
+#include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 

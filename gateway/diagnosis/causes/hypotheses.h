@@ -48,7 +48,7 @@ std::string Settings(const DeviceRecord& record);
 /// ", checksum off here"; empty: its protocol has one only.
 std::string CheckOf(const DeviceRecord& record);
 
-// ---------------- reply_damage.cpp: how well the form of damaged replies explains the failures
+// ---------------- damage_words.cpp: how well the form of damaged replies explains the failures
 
 /// So many exchanges of one kind are no chance.
 inline constexpr std::size_t kMany = 8;
@@ -77,8 +77,7 @@ double SevenBits(const Evidence& evidence);
 double TooLong(const Evidence& evidence);
 double LongDamaged(const Evidence& evidence);
 
-// ---------------- the sentence of each cause: hypothesis_words.cpp, damage_words.cpp,
-// setting_words.cpp, silence_words.cpp, time_words.cpp
+// ---------------- the sentence of each cause: hypothesis_words.cpp, damage_words.cpp
 
 /// The line has a bit rate and a parity.
 bool OnWire(const Evidence& evidence);

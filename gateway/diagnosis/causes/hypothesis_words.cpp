@@ -2,13 +2,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <optional>
+#include <vector>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/diagnose_parts.h"
+#include "gateway/base/system_trouble.h"
+#include "gateway/diagnosis/causes/diagnose.h"
+#include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
+
 namespace {
 
 using enum Symptom;
@@ -229,6 +236,335 @@ std::string SayOtherReply(const Evidence& evidence) {
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
          ": another master on the line, or a serial server that answers one request late";
+}
+
+// The sentences about silence: of all devices, of one, or now and then.
+
+namespace {
+
+/// XON and XOFF, where they are an address.
+constexpr const char* kFlowControl[] = {"17", "19"};
+
+/// What all devices of a line share, none of which answers.
+std::string Shared(const Evidence& evidence) {
+  if (!OnWire(evidence)) {
+    const std::string counterpart(evidence.traits().counterpart);
+    return "check what they share: the server at " + evidence.line->port +
+           (evidence.answered || counterpart.empty()
+                ? ""
+                : "; if that is a plain serial server: protocol: " + counterpart);
+  }
+  if (evidence.answered) {
+    return IsBehindServer(evidence)
+               ? std::string("check what they share: port of the serial server, power, wiring")
+               : "check what they share: power, wiring, adapter; or " + OtherReader(evidence);
+  }
+  if (IsBehindServer(evidence)) {
+    return "check what they share: power and wiring of the bus, then " + Settings(evidence.first());
+  }
+  return "check what they share: wiring (A and B), power, " + Settings(evidence.first()) +
+         ", direction control of the converter; or " + OtherReader(evidence);
+}
+
+/// What is not proven right by a neighbour or by its own past.
+std::string Unproven(const Evidence& evidence) {
+  if (evidence.device == nullptr) return Shared(evidence);
+  const DeviceRecord& record = evidence.first();
+  const std::string& address = record.device->address;
+  const std::string counterpart(evidence.traits().counterpart);
+  if (evidence.answered && !evidence.fell.empty() && !OnWire(evidence)) {
+    return "as from " + evidence.fell + " since the same moment: the server at " +
+           evidence.line->port + " hangs (restart it), or what is behind it has no power";
+  }
+  if (evidence.answered && !evidence.fell.empty()) {
+    return "as from " + evidence.fell +
+           " since the same moment: look at what they share, a branch of the line or its power";
+  }
+  if (evidence.answered && OnWire(evidence))
+    return "check its power and its wire, or whether its settings were changed";
+  if (evidence.answered && !OnWire(evidence) && evidence.healthy.empty() &&
+      evidence.status->port == LineStatus::Port::open) {
+    return "the server at " + evidence.line->port +
+           " accepts connections and does not answer: restart it, or look at what is behind it";
+  }
+  if (!OnWire(evidence)) {
+    const bool alone = evidence.healthy.empty() && evidence.status->port == LineStatus::Port::open;
+    const std::string what = alone ? "the server at " + evidence.line->port +
+                                         " accepts connections and does not answer: is unit " +
+                                         address + " right (try " +
+                                         (address == "255" ? "1" : "255") + ")? Else restart it"
+                                   : "check its power, its unit (" + address +
+                                         ") and what is behind " + evidence.line->port;
+    return what;
+  }
+  if (evidence.healthy.empty() && IsBehindServer(evidence)) {
+    return "check its power, wire and address (" + address + "), then " + Settings(record) +
+           (counterpart.empty() ? "" : "; or set protocol: " + counterpart);
+  }
+  if (evidence.healthy.empty()) {
+    return "check its power and wiring (A and B swapped?), then address (" + address + "), " +
+           Settings(record);
+  }
+  if (std::ranges::find(kFlowControl, address) != std::end(kFlowControl)) {
+    return "check its power and wire; or a converter takes its address (" + address +
+           ") for XON/XOFF: switch that off";
+  }
+  return "check its power and wire, then its address (" + address + "), " + Settings(record);
+}
+
+/// Single losses at random.
+std::string SayLosses(const Evidence& evidence) {
+  if (evidence.shared_period) {
+    return "every " + FormatAge(*evidence.shared_period) + " requests to it or " + evidence.losing +
+           " get no answer: look at what they share: supply, branch of the line, radio or server";
+  }
+  if (!evidence.losing.empty()) {
+    return "requests get no answer when those of " + evidence.losing +
+           " get none: look at what they share: supply, branch of the line, radio or server";
+  }
+  const std::string cause = "single requests get no answer: ";
+  if (!OnWire(evidence)) {
+    return cause + "the server or the network loses them, or it is asked too fast (raise its poll)";
+  }
+  if (IsBehindServer(evidence)) {
+    return cause + "noise or a bad wire behind the serial server, or the network loses them";
+  }
+  if (!evidence.healthy.empty()) return cause + "noise, a bad wire or plug at its end";
+  return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
+}
+
+/// "it is away for about 4 s every 9 s".
+std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
+  const std::string every =
+      absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
+  const std::string length = " away for about " + FormatAge(absences.length);
+  const std::string away = absences.times > 1 ? "it is" + length + every : "it was" + length;
+  const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
+  if (!others.empty()) {
+    return away + ", at the same time as " + others +
+           ": look at the supply or the branch of the line that they share";
+  }
+  if (!OnWire(evidence)) {
+    return away + ": look at the server (power, restarts, dead connections) and the network (NAT)";
+  }
+  return away + ": look for restarts, its power and a loose wire";
+}
+
+}  // namespace
+
+std::string OtherReader(const Evidence& evidence) {
+  return "another program reads the port (" + NameHolders(evidence.line->port) + ")";
+}
+
+std::string SaySilent(const Evidence& evidence) {
+  const FailureRuns* const failures =
+      evidence.device == nullptr ? nullptr : &evidence.device->status.failures;
+  const bool now_and_then = failures != nullptr && IsUsualSilence(*failures, evidence.now);
+  const Finding* const words =
+      evidence.device == nullptr ? nullptr : &evidence.device->status.findings.LatestWords();
+  if (evidence.absent && words != nullptr && !words->remedy.empty()) {
+    return words->cause + " came, and nothing since: " + words->remedy;
+  }
+  if ((evidence.absent && !now_and_then) || evidence.failed == evidence.looked) {
+    const bool fell = evidence.answered && !evidence.fell.empty();
+    return (evidence.answered ? "not a byte comes any more" : "not a byte came") +
+           std::string(fell ? ", " : ": ") + Unproven(evidence);
+  }
+  const auto absences = failures == nullptr ? std::nullopt : FindAbsences(*failures);
+  const bool own = absences && !evidence.shared_period && !HasDeadQuery(*evidence.device);
+  return own ? SayAbsences(evidence, *absences) : SayLosses(evidence);
+}
+
+// The sentences about serial settings: bit rate, parity, data bits and the protocol of a port.
+
+namespace {
+
+using enum Symptom;
+
+/// A reply has at least so many characters. If each comes as 00 or FF, the parity is wrong.
+constexpr std::size_t kWholeReply = 6;
+
+}  // namespace
+
+std::string SayEighthBit(const Evidence& evidence) {
+  const config::SerialSettings serial = SerialOf(evidence.first());
+  const bool mark = !evidence.Last(eighth_bit).cause.empty();
+  const std::string cause =
+      mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
+             "stop bits; "
+           : "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
+  const std::string set = mark ? "7M1 or 7N2" : "7E1 or 7O1";
+  if (IsBehindServer(evidence)) return cause + "set " + set + " at the port of the serial server";
+  if (serial.data_bits > 7)
+    return cause + "set serial: to " + set + " (now " + serial.ToString() + ")";
+  return cause + "the adapter does not do " + serial.ToString() + ": use another, or " +
+         (mark ? "7N2" : "7O1");
+}
+
+std::string SaySevenBits(const Evidence& evidence) {
+  const std::string cause = "no character of its replies has its eighth bit: ";
+  if (IsBehindServer(evidence)) {
+    return cause + "the port of the serial server has 7 data bits; set 8 there";
+  }
+  return cause + "the port or a converter in between has 7 data bits; set 8 (now " +
+         SerialOf(evidence.first()).ToString() + ")";
+}
+
+std::string SayOtherParity(const Evidence& evidence) {
+  const bool network = evidence.line->is_network();
+  return std::string("only characters of one parity come") +
+         (network ? "" : ", and FF in place of the others") + ": its parity is another one; set " +
+         (network ? "serial server and device" : "both") + " alike (" +
+         SerialOf(evidence.first()).ToString() + ")";
+}
+
+std::string SaySettings(const Evidence& evidence) {
+  const DeviceRecord& record = evidence.first();
+  const std::string serial = SerialOf(record).ToString();
+  if (evidence.changed) {
+    const char* const what = record.status.unasked ? "message" : "frame";
+    return std::string("bytes come, and not one good ") + what +
+           " any more: its bit rate or parity was changed (" + serial +
+           " here): set both alike; or A and B are swapped";
+  }
+  if (record.status.unasked) {
+    return "bytes come, and no message: its bit rate or parity differs (" + serial +
+           " here): set both alike; or its messages are not those of the profile";
+  }
+  if (!evidence.healthy.empty()) {
+    return "its replies cannot be read: a setting differs: " + Settings(record) +
+           "; or two devices have its address (" + record.device->address + ")";
+  }
+  return "bytes come, and not one good frame: a setting differs: " + Settings(record) +
+         (IsBehindServer(evidence) ? "" : ": 'baudgate scan' finds it; or A and B are swapped");
+}
+
+std::string SayNoTcp(const Evidence& evidence) {
+  const std::string other(evidence.traits().counterpart);
+  return "what comes is not " + std::string(evidence.traits().service) + ": check the port (" +
+         evidence.line->port + ")" +
+         (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
+}
+
+std::string SayZeros(const Evidence& evidence) {
+  const config::SerialSettings serial = SerialOf(evidence.first());
+  if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
+    return fmt::format(
+        "nothing but 00 or FF comes ({} bytes): each character has a wrong parity; set it alike "
+        "({}), or look for A and B swapped",
+        evidence.Last(zeros).bytes, serial.ToString());
+  }
+  if (serial.parity != config::Parity::none) {
+    return "nothing but 00 or FF comes: check the parity and the bit rate (" + serial.ToString() +
+           "), then A and B, the bias resistors and who drives the line";
+  }
+  return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
+         "then bit rate and parity (" +
+         serial.ToString() + ")";
+}
+
+std::string CheckOf(const DeviceRecord& record) {
+  const auto checksum = record.device->options.all().find("checksum");
+  if (checksum == record.device->options.all().end()) return {};
+  if (const bool* flag = std::get_if<bool>(&checksum->second)) {
+    return std::string(", checksum ") + (*flag ? "on here" : "off here");
+  }
+  const auto* word = std::get_if<std::string>(&checksum->second);
+  return word == nullptr ? std::string() : ", checksum " + *word + " here";
+}
+
+std::string Settings(const DeviceRecord& record) {
+  const std::string check = CheckOf(record);
+  const bool server = record.line->is_network();
+  return std::string("bit rate, parity") + (check.empty() ? "" : ", checksum") + " and protocol" +
+         (server ? " at device and serial server" : "") + " (" + SerialOf(record).ToString() +
+         check + ", " + record.device->protocol + ")";
+}
+
+// The sentences about time: replies that are late or in pieces, requests that come too soon or
+// behind a rest.
+
+namespace {
+
+using enum Symptom;
+
+/// No device that needs a pause needs a shorter one.
+constexpr Duration kPause = 100ms;
+/// A device that needs more loses every other request, or it is a radio.
+constexpr Duration kUsualPause = 200ms;
+/// More is hardly meant.
+constexpr Duration kLongestQuiet = 3s;
+/// A suggested time is so much longer than what was seen.
+constexpr double kMargin = 1.25;
+/// Nothing is lost by a longer idle time.
+constexpr double kWideMargin = 1.5;
+
+/// A time for the configuration, in round numbers: "150ms".
+std::string Suggest(Duration seen, double margin = kMargin) {
+  const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
+  const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
+  const auto round = static_cast<std::int64_t>(step * std::ceil(ms / step + 0.01));
+  return fmt::format("{}ms", round);
+}
+
+/// "and timing.gap is 50 ms: set timing: { gap: 150ms } at the device".
+std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
+  return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
+                     Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
+}
+
+}  // namespace
+
+std::string SayLate(const Evidence& evidence) {
+  const auto reply = evidence.first().status.timing.reply;
+  const Duration seen = evidence.Last(late).time;
+  const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
+  // A device that is always slow is so by itself.
+  const bool stalls =
+      evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
+  return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
+         AndSet("reply", reply, std::max(seen, reply.value_or(Duration{}))) +
+         (stalls ? "; those of " + others +
+                       " are late at the same times: look for stalls of the "
+                       "network or the server"
+                 : "");
+}
+
+std::string SaySplit(const Evidence& evidence) {
+  const Duration seen = evidence.Last(split).time;
+  const std::string pauses =
+      fmt::format("come in pieces, with pauses of up to {} ms", Milliseconds(seen));
+  if (evidence.first().status.unasked) {
+    return "they " + pauses + ": set idle: " + Suggest(seen, kWideMargin) +
+           " in the configuration, or switch the packing of the serial server off";
+  }
+  return "its replies " + pauses + ", " + AndSet("gap", evidence.first().status.timing.gap, seen);
+}
+
+std::string SayTooFast(const Evidence& evidence) {
+  const Findings& findings = evidence.device->status.findings;
+  const Duration pause = findings.ShortPause();
+  const auto known = findings.ShortestAnswered();
+  const std::string cause = fmt::format(
+      "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
+  const Duration probable = std::max<Duration>(kPause, 2 * pause);
+  const auto set = [](Duration quiet, double margin) {
+    return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
+  };
+  if (!known || *known > kLongestQuiet)
+    return cause + "try " + set(probable, kMargin) + ", then more";
+  // It has answered behind this pause, and behind no shorter one.
+  const Duration enough = std::max<Duration>(kPause, *known);
+  if (pause >= kUsualPause) return cause + "it loses every other one, or needs " + set(enough, 1);
+  if (enough <= kMargin * kWideMargin * probable) return cause + "set " + set(enough, 1);
+  return cause + "try " + set(probable, kMargin) + ", then more (" + Suggest(enough, 1) +
+         " is enough)";
+}
+
+std::string SayAsleep(const Evidence& evidence) {
+  return "requests get no answer behind a rest of " +
+         FormatAge(evidence.device->status.findings.LongRest()) +
+         ", and their repeats do: it or its radio sleeps: shorten its poll, or switch sleep off";
 }
 
 }  // namespace baudgate::control

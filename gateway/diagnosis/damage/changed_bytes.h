@@ -1,6 +1,7 @@
 // What converters and serial servers do to the bytes of a reply: put some in, take some out, give
 // others in their place, turn every bit round. Undone, the reply is whole. Pure; used by
-// gateway/diagnosis/damage/nearly_reply.h.
+// gateway/diagnosis/damage/nearly_reply.h. OtherBitRate recognises characters that were sent at
+// half or twice the bit rate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,6 +12,12 @@
 #include "gateway/diagnosis/damage/examine.h"
 
 namespace baudgate {
+
+// Characters that were sent at half or twice the bit rate at which they are read, as their bits
+// tell. Pure; used by ChangedBytes.
+
+/// `connection`: to a serial server, which has the bit rate.
+std::optional<Finding> OtherBitRate(View heard, bool connection);
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
 /// It is the reply to the same request a moment later, but for one or two bytes that are missing.

@@ -8,25 +8,130 @@
 //   > ?A1      < !A1=5
 //   > ?A2      < !A1=5 !A2=6          !A1=5 has come again
 //
+// BrokenReply and NumberedRequests keep what EarlierReplies compares with.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <optional>
 #include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/finding.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/by_member.h"
-#include "gateway/bus/devices/line_observer.h"
+#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/diagnosis/damage/broken_reply.h"
-#include "gateway/diagnosis/damage/heard_exchange.h"
-#include "gateway/diagnosis/damage/numbered_requests.h"
+#include "gateway/bus/exchange/line.h"
 #include "gateway/diagnosis/damage/reply_habits.h"
+#include "protocols/protocol.h"
 
 namespace baudgate {
+
+// A reply that broke off, and whose rest may come in a later exchange.
+//
+//   < 01 03 04 00 0B          kept
+//   > the next request
+//   < 00 16 6B F5             with what is kept it makes a whole reply: it is the rest
+//
+class BrokenReply {
+ public:
+  BrokenReply() = default;
+  /// `begin` came to a request; its last byte at `last`.
+  BrokenReply(const Member& member, const Request& request, View begin, Instant last)
+      : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
+
+  /// An exchange with the member has begun.
+  void OnBegin(const Member& member) { began_ += member_ == &member ? 1 : 0; }
+  /// When its rest came in this exchange: before or behind the reply that was taken; where none
+  /// was, before or behind the beginning of another one. Empty: it did not come. From the computed
+  /// end of the request.
+  std::optional<Duration> FindRest(const HeardExchange& exchange) const;
+
+  const Member& member() const { return *member_; }
+  /// When its last byte came.
+  Instant last() const { return last_; }
+  /// Exchanges of the member that have begun since.
+  std::size_t began() const { return began_; }
+
+ private:
+  bool IsAwaited(const HeardExchange& exchange) const;
+  bool IsRest(View rest, Instant came) const;
+
+  const Member* member_ = nullptr;
+  Request request_;
+  Bytes begin_;
+  Instant last_{};
+  std::size_t began_ = 0;
+};
+
+// When the latest requests went out, where frames carry a number: a reply that comes behind other
+// requests tells by its number how late it is. Bounded memory.
+//
+//   > 01 5C ...                 1.0 s
+//   > 01 66 ...                 2.5 s
+//   < 01 5C ...                 2.8 s: 1.8 s behind its request
+//
+class NumberedRequests {
+ public:
+  /// A retry has the number of its first try.
+  void OnSent(const Member& member, const Request& request, Instant now) {
+    size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
+    if (size_ == 0) return;
+    if (const std::size_t at = IndexOf(request.bytes); at < sent_.size()) {
+      sent_[at].tries.push_back(now);
+      return;
+    }
+    sent_.push_back({&member, request.bytes, {now}, ReplyTime(request, member.times)});
+    if (sent_.size() > kKept) sent_.pop_front();
+  }
+  void OnAnswered(View reply) {
+    if (const std::size_t at = IndexOf(reply); at < sent_.size()) ++sent_[at].answered;
+  }
+
+  struct Late {
+    const Member* member = nullptr;
+    /// Behind the first try of its request. If another try was answered before: behind the last
+    /// try that it may answer, as that one's reply would not be late.
+    Duration after{};
+    Duration lateness{};  ///< since it was due; below zero: it is not late
+  };
+  /// What came is the late reply to an earlier request. Nothing: it is the reply to the latest one,
+  /// its request is not known, or each try of that was answered before.
+  std::optional<Late> Find(View reply, Instant came) const {
+    const std::size_t at = IndexOf(reply);
+    if (at + 1 >= sent_.size()) return std::nullopt;
+    const Sent& its = sent_[at];
+    if (its.answered >= its.tries.size()) return std::nullopt;
+    Duration after = came - its.tries.front();
+    for (const Instant tried : its.tries) {
+      if (its.answered > 0 && came - tried > its.reply_time) after = came - tried;
+    }
+    return Late{its.member, after, after - its.reply_time};
+  }
+
+ private:
+  static constexpr std::size_t kKept = 32;
+  struct Sent {
+    const Member* member = nullptr;
+    Bytes request;
+    std::vector<Instant> tries;
+    Duration reply_time{};
+    std::size_t answered = 0;  // of them
+  };
+  /// sent_.size(): there is none.
+  std::size_t IndexOf(View frame) const {
+    if (size_ == 0 || frame.size() < size_) return sent_.size();
+    const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {
+      return std::ranges::equal(View(sent.request).first(size_), frame.first(size_));
+    });
+    return static_cast<std::size_t>(found - sent_.begin());
+  }
+
+  std::size_t size_ = 0;  // of the number
+  std::deque<Sent> sent_;
+};
 
 class EarlierReplies {
  public:

@@ -12,13 +12,10 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/exchange/second_reply.h"
-#include "gateway/diagnosis/damage/beside.h"
+#include "gateway/bus/exchange/line.h"
 #include "gateway/diagnosis/damage/changed_bytes.h"
 #include "gateway/diagnosis/damage/nearly_reply.h"
-#include "gateway/diagnosis/damage/other_frame.h"
-#include "gateway/diagnosis/damage/other_service.h"
-#include "gateway/diagnosis/damage/words.h"
+#include "gateway/diagnosis/damage/other_messages.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {

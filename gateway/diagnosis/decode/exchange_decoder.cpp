@@ -6,10 +6,11 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/bus/points/conversion.h"
+#include "gateway/bus/points/point_store.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {
+
 namespace {
 
 /// The first whole frame of the reply, or how the reply failed.

@@ -1,19 +1,41 @@
 // What the exchanges of one device mean, by the rules and codecs of the daemon. For `decode`,
-// `trace` and the page.
+// `trace` and the page. Capture is one exchange as it was recorded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/base/quality.h"
+#include "gateway/base/bytes.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
 #include "gateway/base/value.h"
-#include "gateway/diagnosis/decode/capture.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {
+
+// One exchange as it was recorded: for ExchangeDecoder.
+struct Capture {
+  bool unasked = false;  ///< there is no request: a device may have sent it by itself
+  int line = 0;          ///< of the recording, where it begins
+  Bytes request{};
+  Bytes reply{};
+  bool request_masked = false;
+  bool reply_masked = false;
+  std::string time{};   ///< of a trace, and so is all below
+  Duration heard_at{};  ///< of the day, its newest bytes
+  std::string device{};
+  std::optional<Outcome> told{};  ///< how it ended when it was recorded
+  std::string why{};              ///< and the reason that was recorded with it
+  bool ended = false;             ///< what comes now belongs to no exchange
+  bool last = false;              ///< nothing follows it in the recording
+
+  /// More may have come than was recorded.
+  bool is_open() const { return !time.empty() && !told; }
+};
 
 struct DecodedValue {
   std::string name;  ///< of the point; where there is none, how the protocol calls it

@@ -8,6 +8,8 @@
 //   12:23:33.000000 feeder-2 = no_reply: no reply after 500 ms
 //
 // `decode` reads them as it reads the records. Pure: text in, text out.
+//
+// ReadTraceLine reads one line of a capture.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,11 +21,48 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/bytes.h"
+#include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/diagnosis/decode/exchange_decoder.h"
-#include "gateway/diagnosis/decode/trace_line.h"
 
 namespace baudgate {
+
+// One line of a capture: what `trace` prints, the flight recorder saves, or somebody has written.
+//
+//   > 3E 31 52 49
+//   04:05:06.143210 feeder-1 < 3C 31 44 3A | <1D:
+//   04:05:06.143300 feeder-1 = corrupt, 19.8 ms: checksum
+
+/// A mark (0: none) and what follows it; of a trace also when and with which device. Parts of
+/// the line.
+struct TraceLine {
+  char mark = 0;
+  std::string_view rest;  ///< without the characters behind '|'
+  std::string_view time;
+  std::string_view device;
+  std::string_view shown;  ///< the characters behind '|'
+};
+TraceLine ReadTraceLine(std::string_view line);
+
+/// Bytes that nobody asked for and that come later than this belong to no message before them.
+inline constexpr Duration kApart = 50ms;
+/// The time since midnight of "04:05:06.123456"; zero: it is none.
+Duration TimeOfDay(std::string_view clock);
+/// From one time of day to the next, over midnight as well.
+Duration Between(Duration from, Duration to);
+
+struct ParsedHex {
+  Bytes bytes;
+  bool masked = false;  ///< some were "**", in whose place stands another byte
+};
+/// "3E 31 ** 0D"; nothing when it is none.
+std::optional<ParsedHex> ParseMaskedHex(std::string_view text);
+
+/// The outcome in what follows "=": "corrupt, 27.3 ms: checksum".
+std::optional<Outcome> OutcomeOf(std::string_view end);
+/// What follows its colon; empty: nothing does.
+std::string_view ReasonOf(std::string_view end);
 
 /// By the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;

@@ -6,6 +6,7 @@
 //            keep their connection, as long as they are silent and a newcomer does not need their
 //            place
 //
+// ClientSocket is the TCP connection of one client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,19 +14,50 @@
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 
-#include "config/model/port_server.h"
+#include "config/model/line.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/lines/serial_server/client_socket.h"
-#include "gateway/lines/serial_server/port_owner.h"
 #include "gateway/lines/serial_server/session.h"
+#include "transports/stream_pump.h"
 
 namespace baudgate::serial_server {
+
+// The TCP connection of one client of a port: its bytes come from here to session.h, and go back.
+class ClientSocket final : public Session::Connection {
+ public:
+  /// A client that takes nothing for so long is disconnected; TCP itself waits no longer
+  /// (transports/listen_socket.h).
+  static constexpr Duration kStall = 15s;
+
+  struct Events {
+    std::function<void(View)> bytes;
+    /// It sends no more, or the connection has failed; the text says how.
+    std::function<void(bool failed, const std::string& how)> end;
+    std::function<void()> room;
+  };
+  /// Nothing of `events` is called after the destruction, and nothing from within a call.
+  ClientSocket(asio::ip::tcp::socket socket, Events events);
+  ~ClientSocket();
+  ClientSocket(const ClientSocket&) = delete;
+  ClientSocket& operator=(const ClientSocket&) = delete;
+
+  void Start() { pump_->Start(); }
+  void Send(View bytes) override { pump_->Send(bytes); }
+  std::size_t unsent() const override { return pump_->unsent(); }
+  void Pause(bool paused) override { pump_->Pause(paused); }
+  /// It has closed its side, although that was not heard yet.
+  bool HasLeft();
+
+ private:
+  std::shared_ptr<StreamPump<asio::ip::tcp::socket>> pump_;
+};
 
 class Server final : public PortUser {
  public:

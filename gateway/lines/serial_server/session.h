@@ -1,9 +1,11 @@
 // One client of a port, over one connection: what it sends goes to the port, what the port receives
 // goes to it, each no faster than the other side takes it. Sans-I/O: bytes and time come in as
-// arguments, the port is a transport, and the connection is client_socket.cpp's.
+// arguments, the port is a transport, and the connection is server.cpp's.
 //
 //   connected → (asks for the port with its first byte or command) → has the port → over
 //
+// PortOwner and PortUser are what a server and the line say to each other, and PortDrain waits
+// until a client's last bytes are sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,16 +14,91 @@
 #include <optional>
 #include <string>
 
+#include "config/model/line.h"
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/lines/serial_server/com_port.h"
-#include "gateway/lines/serial_server/port_drain.h"
-#include "gateway/lines/serial_server/port_owner.h"
-#include "gateway/lines/serial_server/telnet_stream.h"
+#include "gateway/lines/serial_server/telnet.h"
 #include "transports/transport.h"
 
 namespace baudgate::serial_server {
+
+// What a server of a port and the line that the port belongs to say to each other, on the loop of
+// the line. Implemented by gateway/daemon (the line) and server.h.
+//
+//   the client's first byte   Want       from the server to the line
+//   its answer                Grant, or TakeBack
+//   the client leaves         Return     from the server to the line
+//   the time is over          TakeBack   from the line to the server
+
+/// A client that has the port, or had it.
+struct Visit {
+  std::string client{};  ///< "10.0.0.7:40112"
+  std::string place{};   ///< where it has come in: "127.0.0.1:4001"
+  config::PortServer::Mode mode = config::PortServer::Mode::raw;
+  Now began{};
+  std::uint64_t to_port = 0;  ///< bytes, as below
+  std::uint64_t from_port = 0;
+};
+
+/// A server, to its line.
+class PortUser {
+ public:
+  /// Until Return, or TakeBack.
+  virtual void Grant(Transport& port, const config::SerialSettings& serial, Now now) = 0;
+  /// Its client is disconnected. Return does not follow.
+  virtual void TakeBack(Now now) = 0;
+  virtual void OnPort(View bytes, Now now) = 0;
+  virtual void OnPortRoom() = 0;
+  /// While it has the port.
+  virtual Visit visit() const = 0;
+
+ protected:
+  ~PortUser() = default;
+};
+
+/// A line, to its servers.
+class PortOwner {
+ public:
+  /// The answer is one call of Grant or TakeBack, from within or later, unless Return comes first.
+  virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
+  /// `why`: the client has left, or it is to leave.
+  virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
+  /// Clients can come in at `place`; otherwise `trouble` says why not, and it is tried again.
+  virtual void OnListening(const std::string& place, const std::string& trouble, Now now) = 0;
+
+ protected:
+  ~PortOwner() = default;
+};
+
+// A client sends no more: it leaves when the port has sent what it got from the client, or after
+// half a minute. Time is an argument.
+class PortDrain {
+ public:
+  static constexpr Duration kLookEvery = 10ms;
+  static constexpr Duration kLongest = 30s;
+
+  void Begin(Instant now) { since_ = look_at_ = now; }
+  bool has_begun() const { return since_.has_value(); }
+  /// When to look at the port next; empty: the client still sends.
+  std::optional<Instant> Deadline() const { return look_at_; }
+
+  /// At the deadline. `is_drained`: the port has sent everything. Returns why the client leaves;
+  /// empty: not yet.
+  std::optional<std::string> Look(bool is_drained, Instant now) {
+    look_at_ = now + kLookEvery;
+    if (now - *since_ >= kLongest) {
+      return "it has left, and the port did not take all that it had sent";
+    }
+    if (is_drained) return "it has left";
+    return std::nullopt;
+  }
+
+ private:
+  std::optional<Instant> since_;
+  std::optional<Instant> look_at_;
+};
 
 class Session {
  public:

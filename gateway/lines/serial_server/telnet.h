@@ -1,10 +1,11 @@
 // The telnet protocol as serial servers use it (RFC 854, 855, 856, 857, 858): cuts what a client
 // sends into data, negotiations and subnegotiations, and makes what it is sent. Pure, any
-// fragmentation gives the same items, memory is bounded. Used by telnet_stream.cpp.
+// fragmentation gives the same items, memory is bounded. Used by TelnetStream.
 //
 //   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0   →   data 61 · data FF · DO 2C · subnegotiation 2C: 01
 //   41
 //
+// TelnetStream turns what a client sends into data and commands for the port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -100,5 +101,31 @@ class TelnetOptions {
 void AppendEscaped(Bytes& out, View data);
 /// IAC SB option … IAC SE.
 Bytes Subnegotiation(std::uint8_t option, View bytes);
+
+// What a client sends by telnet: data and commands for the port. What the client and the server
+// negotiate is answered here.
+class TelnetStream {
+ public:
+  /// For the port.
+  struct Part {
+    enum class Kind : std::uint8_t {
+      data,
+      command,    ///< of RFC 2217
+      break_key,  ///< IAC BRK
+    };
+    Kind kind = Kind::data;
+    View bytes{};  ///< valid until the next call
+  };
+
+  /// What the server offers and asks for at the start.
+  Bytes Begin() { return options_.Begin(); }
+  /// Takes the next part from the front of `input`; empty: all of it is used up. Appends what the
+  /// client is to be sent before the part is handled.
+  std::optional<Part> Next(View& input, Bytes& answers);
+
+ private:
+  TelnetDecoder decoder_;
+  TelnetOptions options_;
+};
 
 }  // namespace baudgate::serial_server

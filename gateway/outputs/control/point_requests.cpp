@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/bus/writes/value_text.h"
-#include "gateway/outputs/control/request_text.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/outputs/control/request.h"
 
 namespace baudgate::control {
 namespace {

@@ -1,5 +1,5 @@
 // `read` and `write` of one device's points: asked of the line now, answered when the line has
-// answered. Part of the control socket's requests (commands.h); docs/status.md.
+// answered. Part of the control socket's requests (request_handler.h); docs/status.md.
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}

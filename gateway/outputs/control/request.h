@@ -1,20 +1,92 @@
-// One request of the control socket: what it is answered from, and its answer.
+// One request of the control socket: what it is answered from, and its answer. ReloadService
+// answers the requests `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "gateway/base/time.h"
 #include "gateway/lines/line_control.h"
 #include "gateway/outputs/control/point_requests.h"
-#include "gateway/outputs/control/reload_requests.h"
-#include "gateway/outputs/control/request_text.h"
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::control {
+
+// Members of a request, and how one is refused.
+
+// Why a request is refused.
+inline constexpr std::string_view kUsage = "usage";
+inline constexpr std::string_view kUnknown = "unknown";
+inline constexpr std::string_view kUnavailable = "unavailable";
+inline constexpr std::string_view kNoEvents =
+    "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
+    "all whose profiles say what their events mean, or 'events: on' at one device";
+
+inline Json ErrorJson(std::string_view kind, std::string_view message) {
+  return {{"error", kind}, {"message", message}};
+}
+
+/// What is no text, or not there, is empty.
+inline std::string TextOf(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+/// Nothing where it is absent, or no whole number.
+inline std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
+  const auto found = request.find(key);
+  if (found == request.end() || !found->is_number_integer()) return std::nullopt;
+  return found->get<std::int64_t>();
+}
+
+inline std::optional<WallTime> TimeOf(const Json& request, const char* key) {
+  const auto time = NumberOf(request, key);
+  if (!time) return std::nullopt;
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
+  return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
+}
+
+// The requests `reload` and `confirm` of the control socket: who asks is answered when the reload
+// has ended, well or not. Implemented by gateway/daemon/reloader.h.
+//
+//   {"command":"reload","dry_run":false,"confirm_ms":60000}
+//   {"ok":true,"applied":true,"changes":["line bay-1: begins anew: poll of feeder-1"],
+//    "warnings":[],"text":"1 line begun anew; 3 lines untouched"}
+//   {"ok":false,"exit":2,"text":"…baudgate.yaml:7:3: …"}
+//
+struct ReloadAsk {
+  bool dry_run = false;
+  Duration confirm{};  ///< zero: it needs no confirmation
+  std::string by;      ///< "user:anna"
+};
+
+struct ReloadAnswer {
+  bool ok = false;
+  bool applied = false;                 ///< something is another than before
+  int exit_code = 0;                    ///< of the command: 2: a bad file, 4: it cannot be had
+  std::vector<std::string> changes;     ///< one sentence each
+  std::vector<std::string> warnings{};  ///< of the file: "…baudgate.yaml:7:3: warning: …"
+  std::string text;                     ///< one or more lines
+  Duration confirm{};                   ///< time left for it; zero: it needs none
+};
+
+class ReloadService {
+ public:
+  using Answered = std::function<void(const ReloadAnswer&)>;
+  virtual ~ReloadService() = default;
+  /// From any thread; `answered` once, on any thread.
+  virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
+  /// What was applied stays.
+  virtual void Confirm(const std::string& by, Answered answered) = 0;
+};
 
 /// After its answer a trace goes on with the records of this line, until the client leaves.
 struct TraceWish {

@@ -1,20 +1,81 @@
 // What the control socket answers: one request line in, one answer line out. Knows nothing of
-// sockets; gateway/outputs/control/control_session.h carries the lines.
-// gateway/outputs/control/commands.h has the commands.
+// sockets; gateway/outputs/control/control_server.h carries the lines.
+// Commands() lists the commands. CheckShape checks the members of a request, and RecordReader
+// answers requests that read the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/base/worker.h"
 #include "gateway/outputs/control/line_requests.h"
-#include "gateway/outputs/control/record_reader.h"
 #include "gateway/outputs/control/request.h"
 
 namespace baudgate::control {
+
+// The commands of the control socket: one row each, with its fields and the part that answers it.
+// docs/status.md describes them.
+
+/// Besides "command".
+struct Member {
+  enum class Type : std::uint8_t { text, flag, whole, two_wholes };
+  std::string_view name;
+  Type type = Type::text;
+};
+
+struct Command {
+  std::string_view name;
+  std::vector<Member> members;
+  Reply (*answer)(const Gateway& gateway, const Request& request);
+  bool reads_disk = false;  ///< it answers at once, and as late as the disk does
+};
+
+/// In the order in which they are listed for people.
+const std::vector<Command>& Commands();
+
+// Whether a request has the members of its command,
+// with their types. A member that is misspelt or has another type is refused. It is never ignored.
+//
+//   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
+//   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
+
+Status CheckShape(const Command& command, const Json& request);
+
+// Answers requests that read the disk, on a thread of their own: a disk that hangs does not hold up
+// other requests.
+class RecordReader {
+ public:
+  /// So many requests wait at most.
+  static constexpr std::size_t kMost = 16;
+
+  RecordReader();
+
+  /// `later` takes the answer, on the thread of this. Not ok: too many wait already.
+  Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, Json request,
+            Writer client, Now now, std::function<void(std::string text)> later);
+  /// Waits for the answer that is being read; what waits is not answered.
+  void Stop() { worker_.Stop(); }
+
+ private:
+  struct Job {
+    const Command* command;
+    std::shared_ptr<const Gateway> gateway;
+    Json request;
+    Writer client;
+    Now now;
+    std::function<void(std::string text)> later;
+  };
+  Instant Round(bool last);
+
+  WorkQueue<Job> queue_{kMost};
+  Worker worker_;
+};
 
 class RequestHandler {
  public:

@@ -1,20 +1,124 @@
 // Sends what goes before values: the start of the gateway, the ends of points, events and alarms.
 // A sample that is refused is tried again a second later. Sans-I/O: time is an argument;
-// gateway/outputs/dds/sample_sender.h says when.
+// gateway/outputs/dds/publisher.h says when. EventSupply gives the events, and EventSender and
+// AlarmSender choose which is published next.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/alarm_sender.h"
-#include "gateway/outputs/dds/event_sender.h"
-#include "gateway/outputs/dds/paced_writer.h"
-#include "gateway/outputs/dds/point_ends.h"
+#include "gateway/outputs/dds/point_samples.h"
+#include "gateway/outputs/dds/sample_writer.h"
+#include "gateway/outputs/dds/samples.h"
 
 namespace baudgate::dds {
+
+// The events and alarms that are on the disk, as samples: what EventSender takes from.
+// gateway/daemon joins it with gateway/records/events/event_feed.h.
+
+/// From any thread; nothing waits for the disk.
+class EventSupply {
+ public:
+  virtual ~EventSupply() = default;
+  /// Those after the number `after`, in their order, at most `most`. None also where
+  /// they have to be fetched first; OnNew is told then. One without `gateway` is not
+  /// published: its device is no longer configured.
+  virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
+  virtual std::uint64_t newest() const = 0;  ///< 0: none, or not known yet
+
+  struct Place {
+    std::uint64_t seq = 0;
+    bool sure = false;  ///< subscribers have confirmed all up to there
+  };
+  /// The place last given to Keep, kept over a restart; empty: none was. Known with newest().
+  virtual std::optional<Place> place() const { return std::nullopt; }
+  virtual void Keep(Place /*place*/) {}
+  struct Alarm {
+    std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
+    AlarmSample sample{};
+  };
+  /// Those that have changed after this version, as they are now, by their versions; 0: all.
+  virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
+    return {};
+  }
+
+  /// `wake`, on any thread, when there are more; null: no longer, and no call is under way when
+  /// this returns.
+  virtual void OnNew(std::function<void()> wake) = 0;
+};
+
+// Which event is published next: each once, in the order of the numbers; to a new reader the newest
+// ones once more. After a restart it goes on where it was, if subscribers have confirmed that.
+// Pure; NoticeSender sends.
+//
+//   there are 1 … 5000, and a reader comes    → 4001, 4002 … 5000
+//   5001 happens                              → 5001
+//   it leaves after 5001, another comes       → 4002 … 5001
+//   5002 … 7500 happen before another comes   → 4002 … 7500: also those that no reader has had
+//   an orderly end, a start, and 7501         → 7501
+//   a kill and a start                        → 6502 … 7501: some may have been lost on their way
+//
+// What has left the supply before it was taken is skipped, and counted.
+
+/// How many of the newest go to a new reader, and how many before the last that was sent.
+inline constexpr std::uint64_t kEventImage = 1000;
+
+class EventSender {
+ public:
+  /// Null: there are no events. It outlives this.
+  explicit EventSender(EventSupply* supply) : supply_(supply) {}
+
+  void StartAnew();
+  /// The one to be sent; null: none now. The same until OnSent.
+  const EventSample* Next();
+  void OnSent();
+  /// Subscribers have all that was sent.
+  void Confirm();
+
+  /// From any thread.
+  std::uint64_t sent() const { return sent_; }
+  std::uint64_t skipped() const { return skipped_; }
+
+ private:
+  bool FindPlace();
+  void GoTo(std::uint64_t seq);
+  bool Load();
+
+  EventSupply* const supply_;
+  bool placed_ = false;        ///< for whoever takes samples now
+  bool ever_ = false;          ///< for anybody
+  std::uint64_t place_ = 0;    ///< number of the last that was sent
+  std::uint64_t reached_ = 0;  ///< the highest of these; what is sent before it comes once more
+  std::vector<EventSample> batch_;
+  std::size_t next_ = 0;  ///< of batch_
+  std::atomic<std::uint64_t> sent_ = 0;
+  std::atomic<std::uint64_t> skipped_ = 0;
+};
+
+// Which alarm is published next: each one that has changed, as it is now; all of them to a new
+// reader. Pure; NoticeSender sends.
+class AlarmSender {
+ public:
+  /// Null: there are none. It outlives this.
+  explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
+
+  void StartAnew();
+  /// The one to be sent; null: none now. The same until OnSent.
+  const AlarmSample* Next();
+  void OnSent();
+
+ private:
+  EventSupply* const supply_;
+  std::uint64_t version_ = 0;  ///< of the last that was sent
+  std::vector<EventSupply::Alarm> batch_;
+  std::size_t next_ = 0;  ///< of batch_
+};
 
 class NoticeSender {
  public:

@@ -1,20 +1,47 @@
 // Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
-// heartbeat. Pure: values and time come in as arguments; gateway/outputs/dds/sample_sender.h acts
-// on it.
+// heartbeat. Pure: values and time come in as arguments; gateway/outputs/dds/publisher.h acts
+// on it. DueQueue finds what is due next.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <vector>
 
-#include "gateway/base/quality.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/points/device_status.h"
-#include "gateway/outputs/dds/due_queue.h"
 
 namespace baudgate::dds {
+
+// Which of many numbered things is due next: an indexed heap in which putting something off, the
+// common case, costs one store. Pure; used by PublishPlan for points and devices.
+class DueQueue {
+ public:
+  /// Slots 0…count-1, all due at `first`.
+  DueQueue(std::size_t count, Instant first);
+
+  /// Earlier takes O(log n) at once; later is noted and settled when the old time comes.
+  void Set(std::uint32_t slot, Instant due);
+  Instant due(std::uint32_t slot) const { return due_[slot]; }
+
+  /// A slot whose time has come, if any. It stays in the queue: Set it to its next time.
+  std::optional<std::uint32_t> Due(Instant now);
+  /// Not later than the next due time; Instant::max() when there are no slots.
+  Instant Next() const;
+
+ private:
+  void SiftUp(std::size_t at);
+  void SiftDown(std::size_t at);
+  bool Before(std::size_t a, std::size_t b) const { return key_[heap_[a]] < key_[heap_[b]]; }
+  void Swap(std::size_t a, std::size_t b);
+
+  std::vector<Instant> due_;             ///< by slot
+  std::vector<Instant> key_;             ///< by slot: what the heap is ordered by; never after due_
+  std::vector<std::uint32_t> heap_;      ///< slots
+  std::vector<std::uint32_t> position_;  ///< by slot: where it stands in heap_
+};
 
 struct PlanOptions {
   Duration heartbeat = 10s;       ///< each point and device is sent at least so often

@@ -1,18 +1,86 @@
 // Where the publisher's samples go, and where write requests come from: the seam between the
-// gateway and the DDS library, which may be in this process or in another one.
+// gateway and the DDS library, which may be in this process or in another one. Pacer sets the pace,
+// RequestIntake holds write requests, and PacedWriter writes at a pace that loses no sample.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
 
+#include "gateway/base/guarded.h"
+#include "gateway/base/log.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/datagram_counters.h"
-#include "gateway/outputs/dds/neighbours.h"
-#include "gateway/outputs/dds/request_intake.h"
+#include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/samples.h"
 
 namespace baudgate::dds {
+
+// How fast something may go on. Time is an argument.
+
+/// Keeps bursts below what socket buffers hold (a burst that overflows them is lost and costs
+/// seconds of retransmission): `burst` samples at once, then one every `interval`.
+class Pacer {
+ public:
+  Pacer(Duration interval, std::uint32_t burst)
+      : interval_(interval), allowance_(interval * burst) {}
+
+  /// One sample may go now.
+  bool Take(Instant now);
+  /// When half a burst may go: waking for each single sample would cost more than sending it.
+  Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
+
+ private:
+  Duration interval_;
+  Duration allowance_;
+  Instant reserved_until_{};
+};
+
+// Write requests on their way to the part that carries them out. Their rate and the number that
+// waits are bounded; requests beyond are counted and dropped, and their client asks again. From the
+// DDS library's threads to gateway/outputs/dds/link/link_server.h, and from there to
+// gateway/outputs/dds/writes/write_service.h.
+struct WriteArrival {
+  RequestSample request;
+  WriterId writer;
+  Instant received{};  ///< by the process that speaks DDS
+  /// By the clock of its client, as its time stamp says; 1970: it carries none.
+  WallTime published{};
+  /// It was published before there was a reader of requests to this gateway.
+  bool early = false;
+  /// Its writer is not known to keep nothing: it may be older than this reader.
+  bool lasting = false;
+};
+
+class RequestIntake {
+ public:
+  static constexpr std::size_t kMost = 128;     ///< that wait
+  static constexpr Duration kInterval = 2ms;    ///< one each, after a burst
+  static constexpr std::uint32_t kBurst = 128;  ///< requests at once
+
+  /// `wake`: on the thread of Offer, after something has come.
+  explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
+
+  /// From any thread.
+  void Offer(WriteArrival arrival, Instant now);
+  std::optional<WriteArrival> Take();
+  /// That found no room, so far.
+  std::uint64_t dropped() const;
+
+ private:
+  bool Keep(WriteArrival& arrival, Instant now);
+
+  const std::function<void()> wake_;
+  mutable Mutex mutex_;
+  Pacer pace_ BAUDGATE_GUARDED_BY(mutex_){kInterval, kBurst};
+  std::deque<WriteArrival> waiting_ BAUDGATE_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+};
 
 /// How many instances the writers have room for.
 struct Room {
@@ -74,6 +142,54 @@ class SampleWriter {
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
   /// Requests that came faster than they can be handed on.
   virtual std::uint64_t dropped_requests() const { return 0; }
+};
+
+// Writes samples at a pace that loses none on the way, rests when the receiver has no room, and
+// counts what was taken and refused. Time is an argument.
+class PacedWriter {
+ public:
+  /// One line for people, at a change only, without the name of the output.
+  using Log = std::function<void(log::Level level, const std::string& line)>;
+
+  static constexpr Duration kLongestHold = 10ms;
+
+  /// `writer` outlives this.
+  PacedWriter(SampleWriter& writer, Log log);
+
+  /// The next sample may be written now.
+  bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
+  /// After MayWrite. `later`: write the sample again after a pause of 1, 2, 4, 8, 10, 10 … ms.
+  template <typename Sample>
+  Sent Write(const Sample& sample, Instant now) {
+    const Sent sent = writer_.Write(sample);
+    if constexpr (requires { sample.device; }) {
+      Note(sent, "device ", sample.device, now);
+    } else {
+      Note(sent, "gateway ", sample.gateway, now);
+    }
+    return sent;
+  }
+
+  bool EventsAreRead() const { return writer_.subscribers().events > 0; }
+  Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
+  /// There is a new receiver.
+  void ForgetHold() { held_until_ = {}; }
+
+  // From any thread.
+  std::uint64_t written() const { return written_; }
+  std::uint64_t failed() const { return failed_; }
+
+ private:
+  void Note(Sent sent, std::string_view whose, const std::string& name, Instant now);
+
+  SampleWriter& writer_;
+  const Log log_;
+  Pacer pacer_;
+  Instant held_until_{};
+  Duration hold_{};            ///< doubles while there is no room
+  std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
+  std::atomic<std::uint64_t> written_ = 0;
+  std::atomic<std::uint64_t> failed_ = 0;
 };
 
 }  // namespace baudgate::dds

@@ -1,6 +1,6 @@
 // The samples of the DDS contract (baudgate.idl) as plain structs, with the bounds of their texts.
-// Filled by gateway/outputs/dds/fill_samples.cpp from the point store, and by
-// gateway/outputs/dds/cdr.cpp from the wire.
+// Filled by gateway/outputs/dds/point_samples.cpp from the point store, and by
+// gateway/outputs/dds/published_types.cpp from the wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,7 +37,7 @@ struct PointSample {
   double value = 0;     ///< NaN for text and before the first reading
   std::string text;     ///< empty for numbers, but for whole ones that a double would round
   std::string unit;
-  std::uint16_t quality = 0;        ///< a word of gateway/base/quality.h
+  std::uint16_t quality = 0;        ///< a word of gateway/base/value.h
   std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
   std::uint64_t seq = 0;            ///< counts the readings of this point
   std::uint32_t rtt_us = 0;
@@ -79,7 +79,7 @@ struct EventSample {
   std::uint64_t seq = 0;            ///< of the gateway's events, over restarts
   std::int64_t device_time_ns = 0;  ///< since 1970 UTC
   std::int64_t receive_time_ns = 0;
-  std::uint16_t clock_quality = 0;  ///< of gateway/records/events/placed_time.h
+  std::uint16_t clock_quality = 0;  ///< of gateway/records/events/event_record.h
   std::uint16_t channel = 0;
   std::uint32_t code = 0;
   std::string text;

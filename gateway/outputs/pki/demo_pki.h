@@ -6,6 +6,9 @@
 //   DIR/writer-1/…                              of a subscriber who may write
 //
 // Written by `baudgate certs dds`.
+//
+// MakeAuthority, IssueIdentity and SignDocument are the authority; Governance and Permissions are
+// the two documents.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,6 +19,39 @@
 #include "gateway/base/time.h"
 
 namespace baudgate::pki {
+
+// An authority for DDS Security as `baudgate certs dds` makes it: issues identities, signs
+// documents.
+
+/// Certificates, keys and documents, each as the text of a file.
+struct Issued {
+  std::string certificate;
+  std::string key;
+};
+struct Validity {
+  WallTime from{};
+  WallTime until{};
+};
+
+/// EC prime256v1, as DDS Security 1.1 (9.3.1) wants it. `name` is the CN.
+Result<Issued> MakeAuthority(const std::string& name, const Validity& validity);
+Result<Issued> IssueIdentity(const Issued& authority, const std::string& name,
+                             const Validity& validity);
+/// As `openssl smime -sign -text` does.
+Result<std::string> SignDocument(const Issued& authority, const std::string& xml);
+
+// The two documents of DDS Security for `baudgate certs dds`: what is protected, and who may do
+// what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
+enum class Part {
+  publish,    ///< a gateway: publish all but requests to write, which it subscribes
+  subscribe,  ///< baudgate/*, and publish nothing
+  write,      ///< the same, and publish baudgate/write
+};
+
+/// Everything encrypted, for the domains 0 to 230; of topics baudgate/* alone.
+std::string Governance();
+/// `name` is the CN of the identity.
+std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);
 
 inline constexpr Duration kDemoValidity = 5 * 365 * 24h;
 

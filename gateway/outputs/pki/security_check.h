@@ -1,13 +1,13 @@
 // Whether the files of DDS Security fit together and are valid now: said before the DDS library
 // gets them, because it only says that there is no participant. Files come from `dds: { security: …
-// }`; used by `baudgate check` and by gateway/outputs/dds/fast/participant_security.h.
+// }`; used by `baudgate check` and by gateway/outputs/dds/fast/participant.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "config/model/dds_security.h"
+#include "config/model/outputs.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::pki {

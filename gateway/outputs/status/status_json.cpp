@@ -1,19 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/status_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <vector>
 
+#include "gateway/base/shown.h"
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/text.h"
+#include "gateway/bus/points/point_store.h"
 #include "gateway/diagnosis/causes/diagnose.h"
-#include "gateway/outputs/status/audit_json.h"
-#include "gateway/outputs/status/dds_json.h"
-#include "gateway/outputs/status/events_json.h"
-#include "gateway/outputs/status/history_json.h"
-#include "gateway/outputs/status/json_time.h"
-#include "gateway/outputs/status/traffic_json.h"
+#include "gateway/outputs/status/records_json.h"
 #include "gateway/outputs/status/value_json.h"
 
 namespace baudgate::control {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+/// A database is three.
+constexpr std::size_t kFew = 4;
+
+}  // namespace
+
+Json FilesJson(const FilesState& state) {
+  Json advice = Json::array();
+  if (state.limit != 0 && state.open + kFew > state.limit) {
+    advice.push_back(
+        fmt::format("{} of the {} that this process may have open are open, and what needs another "
+                    "one fails: {}",
+                    state.open, state.limit, SystemTrouble(EMFILE)));
+  }
+  for (const std::string& trouble : state.troubles) advice.push_back(trouble);
+  return {{"open", state.open},
+          {"limit", state.limit == 0 ? Json(nullptr) : Json(state.limit)},
+          {"advice", std::move(advice)}};
+}
+
+std::string PutAsideAdvice(const std::filesystem::path& folder,
+                           const std::vector<std::string>& files) {
+  if (files.empty()) return {};
+  const std::string first = (folder / files.front()).string();
+  const std::string more = files.size() == 1 ? "" : fmt::format(" (and {} more)", files.size() - 1);
+  return fmt::format(
+      "{}{} was damaged and put aside, and what it holds is missing here: save it with 'sqlite3 {} "
+      ".recover', then move it away",
+      first, more, first);
+}
+
 namespace {
 
 std::int64_t InMilliseconds(Duration duration) { return duration / 1ms; }
@@ -319,15 +357,106 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
     if (target ? target->line != line : config.lines[line].name.empty()) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
-  const auto traffic = info.traffic ? info.traffic->Traffic() : modbus::TrafficStatus{};
-  json["modbus"] =
-      TrafficJson(traffic, target ? config.lines[target->line].name : std::string(), now.wall);
-  json["dds"] = info.dds ? DdsJson(config.dds.domain, info.dds(), now.instant) : Json(nullptr);
+  if (info.outputs != nullptr) {
+    const Output::Wish wish{target ? config.lines[target->line].name : std::string(), now};
+    for (const auto& output : *info.outputs) {
+      if (auto section = output->Section(wish)) json[std::string(output->name())] = *section;
+    }
+  }
   json["audit"] = info.audit ? AuditJson(info.audit->state()) : Json(nullptr);
   json["events"] = info.events ? EventsJson(info.events->state()) : Json(nullptr);
   json["history"] = info.history ? HistoryJson(info.history->state()) : Json(nullptr);
   json["configuration"] = info.reload ? ReloadJson(info.reload()) : Json(nullptr);
   json["files"] = info.files ? FilesJson(info.files()) : Json(nullptr);
+  return json;
+}
+
+namespace {
+
+/// It can be read, and its protocol calls it a setting.
+bool IsSetting(const config::Device& device, const config::Point& point) {
+  const auto is_setting = device.traits->is_setting;
+  return is_setting && point.access != config::Access::write && is_setting(point);
+}
+
+/// What the relay itself holds where a number stands for "out of use": 999. Nothing, where several
+/// numbers could be meant.
+Value SentinelOf(const config::Point& point, Quality quality) {
+  if (quality.reason != Reason::sentinel) return {};
+  const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
+  if (std::ranges::count_if(point.sentinels, means) != 1) return {};
+  const Decimal raw = std::ranges::find_if(point.sentinels, means)->value;
+  return (raw * point.scale + point.offset).ToDouble();
+}
+
+/// The least by which two values of it can differ; null: not known.
+Json ResolutionOf(const config::Point& point) {
+  const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
+  if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
+  return Abs(point.scale).Shifted(whole ? 0 : -*point.writing.decimals).ToDouble();
+}
+
+Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
+  const config::Point& point = record.device->points[index];
+  const Quality quality = QualityAt(record, index, now.instant);
+  const Value sentinel = SentinelOf(point, quality);
+  // The store keeps the last value of a point that is bad now.
+  const Value& held = record.points[index].value;
+  const Value value = HasValue(sentinel) ? sentinel : IsBad(quality) ? Value() : held;
+  const auto age = AgeAt(record, index, now.instant);
+  Json json;
+  json["point"] = point.name;
+  json["item"] = point.read;
+  json["value"] = HasValue(value) ? Json(ToText(value)) : Json(nullptr);
+  json["unit"] = point.unit;
+  json["scale"] = point.scale.ToDouble();
+  json["resolution"] = ResolutionOf(point);
+  json["known"] = HasValue(value) && (IsGood(quality) || HasValue(sentinel));
+  json["quality"] = quality.word();
+  json["quality_text"] = Name(quality);
+  json["age_ms"] = age ? Json(*age / 1ms) : Json(nullptr);
+  json["writable"] = point.access == config::Access::read_write;
+  return json;
+}
+
+/// What the relay calls itself; null: not known.
+Json DesignationOf(const DeviceRecord& record, Now now) {
+  const auto& points = record.device->points;
+  const std::string_view designation = record.device->traits->designation;
+  const auto found = std::ranges::find(points, designation, &config::Point::read);
+  if (designation.empty() || found == points.end()) return nullptr;
+  const auto index = static_cast<std::size_t>(found - points.begin());
+  const auto* text = std::get_if<std::string>(&record.points[index].value);
+  if (text == nullptr || !IsGood(QualityAt(record, index, now.instant))) return nullptr;
+  return std::string(Trim(*text));
+}
+
+}  // namespace
+
+Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+                          Now now) {
+  DeviceRecord record;  // a copy: the line must not wait
+  store.Read(*target.device, [&](const DeviceRecord& held) { record = held; });
+  const config::Device& device = *record.device;
+  Json settings = Json::array();
+  for (std::size_t i = 0; i < device.points.size(); ++i) {
+    if (IsSetting(device, device.points[i])) settings.push_back(SettingJson(record, i, now));
+  }
+  if (settings.empty()) {
+    return Error{
+        config::Quoted(device.name) +
+        " has no settings that the gateway knows of: its protocol or its profile has none"};
+  }
+  Json json;
+  json["gateway"] = config.name;
+  json["line"] = config.lines[target.line].name;
+  json["device"] = device.name;
+  json["protocol"] = device.protocol;
+  json["profile"] = device.profile;
+  json["designation"] = DesignationOf(record, now);
+  json["trouble"] = record.status.trouble;
+  json["time"] = TimeJson(now.wall);
+  json["settings"] = std::move(settings);
   return json;
 }
 

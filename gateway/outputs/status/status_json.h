@@ -1,33 +1,67 @@
 // What a running gateway knows of itself, its lines and its devices, as one JSON object: the answer
 // to `baudgate status`. docs/status.md has it field by field; fields are only ever added.
+// ReloadState is the configuration that runs, FilesJson tells of files without a part of their own,
+// and SettingsJson gives the settings of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/outputs/dds/link/link_state.h"
-#include "gateway/outputs/modbus/service/traffic.h"
-#include "gateway/outputs/status/files_json.h"
-#include "gateway/outputs/status/reload_state.h"
+#include "gateway/outputs/output.h"
 #include "gateway/outputs/status/target.h"
 #include "gateway/records/audit/audit_source.h"
 #include "gateway/records/events/event_source.h"
-#include "gateway/records/history/history_source.h"
+#include "gateway/records/history/history_view.h"
 
 namespace baudgate::control {
+
+// Which configuration the gateway runs with, as `baudgate status` says it. Written by
+// gateway/daemon/reloader.h.
+struct ReloadState {
+  std::string file;    ///< of the configuration
+  std::string folder;  ///< of the confirmed copy; empty: none is kept
+  WallTime applied{};  ///< what runs now
+  /// Until then somebody has to confirm it, or the one before is taken again.
+  std::optional<WallTime> confirm_until{};
+  /// Why `file` is not what runs: a sentence; empty: it is, for all that is known.
+  std::string not_the_file;
+  /// What was found when the file was looked at last: it differs from what runs, or cannot be read.
+  /// A sentence; empty: neither.
+  std::string file_changed;
+  /// Why the confirmed copy cannot be written; empty: it is written.
+  std::string not_kept;
+};
+
+// Files that have no part of the status of their own: how many are open, and which small ones
+// cannot be written.
+struct FilesState {
+  std::size_t open = 0;   ///< of this process
+  std::size_t limit = 0;  ///< 0: there is none
+  std::vector<std::string> troubles{};
+};
+
+nlohmann::ordered_json FilesJson(const FilesState& state);
+
+/// What to do with damaged databases, by name, in this folder; empty: there are none.
+std::string PutAsideAdvice(const std::filesystem::path& folder,
+                           const std::vector<std::string>& files);
 
 using Json = nlohmann::ordered_json;
 
 struct GatewayInfo {
   std::string version;
   Instant started{};                                        ///< when the lines began to poll
-  const modbus::TrafficSource* traffic = nullptr;           ///< null: no Modbus server
-  std::function<dds::LinkState()> dds{};                    ///< empty: DDS is off
+  const OutputList* outputs = nullptr;                      ///< null: there are none
   const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
   events::EventSource* events = nullptr;                    ///< null: none are kept
   std::shared_ptr<const history::HistorySource> history{};  ///< null: nothing is kept
@@ -43,5 +77,13 @@ Json PointJson(const DeviceRecord& record, std::size_t index, Instant now);
 /// Everything; or one line; or one device, and then with its values.
 Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
+
+// The settings of a device as the gateway knows them at present: the answer to the control socket's
+// request "settings". docs/settings.md has it field by field.
+
+/// Every setting with its value, quality and age, as the store has them; nothing is asked. An error
+/// where the device has none.
+Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+                          Now now);
 
 }  // namespace baudgate::control

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::control {

@@ -1,14 +1,287 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/access.h"
 
+#include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/status_json.h"
-#include "gateway/outputs/web/front_door.h"
 
 namespace baudgate::web {
+
+namespace {
+
+class OpenFile {
+ public:
+  /// Does not wait for the writer of a pipe.
+  explicit OpenFile(const std::string& file)
+      : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+  ~OpenFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  int get() const { return descriptor_; }
+
+ private:
+  const int descriptor_;
+};
+
+}  // namespace
+
+Result<std::string> ReadToken(const std::string& file) {
+  const std::string name = "the token file " + file;
+  const OpenFile open(file);
+  if (open.get() < 0) {
+    return Error{name + " cannot be read: " + std::strerror(errno) +
+                 "; make it with: install -m 0600 -o baudgate /dev/null " + file +
+                 " && openssl rand -hex 32 > " + file};
+  }
+  struct stat status {};
+  if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
+    return Error{name + " is no regular file"};
+  }
+  if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    return Error{name + " can be read by others than its owner; write: chmod 0600 " + file};
+  }
+  std::array<char, kLongestToken + 2> bytes{};
+  const ssize_t got = ::read(open.get(), bytes.data(), bytes.size());
+  if (got < 0) return Error{name + " cannot be read: " + std::strerror(errno)};
+  const std::string_view text(bytes.data(), static_cast<std::size_t>(got));
+  const std::string token(Trim(text.substr(0, text.find('\n'))));
+  if (token.size() < kShortestToken || token.size() > kLongestToken) {
+    return Error{name + " has a token of " + std::to_string(token.size()) +
+                 " characters; its first line needs " + std::to_string(kShortestToken) + " to " +
+                 std::to_string(kLongestToken) + ", as openssl rand -hex 32 makes them"};
+  }
+  const auto fits = [](char c) { return c > 0x20 && c < 0x7F; };
+  if (!std::ranges::all_of(token, fits)) {
+    return Error{name + " has a token with spaces or other characters that no header can carry"};
+  }
+  return token;
+}
+
+namespace {
+
+/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: that is no host.
+std::string NameOf(std::string_view host) {
+  std::string_view name = host.substr(0, host.find(':'));
+  std::string_view port = host.substr(name.size());
+  if (host.starts_with('[')) {
+    const std::size_t end = host.find(']');
+    if (end == std::string_view::npos) return {};
+    name = host.substr(1, end - 1);
+    port = host.substr(end + 1);
+  }
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (port.starts_with(':')) port.remove_prefix(1);
+  if (port.size() > 5 || !std::ranges::all_of(port, digit)) return {};
+  return std::string(name);
+}
+
+/// An address cannot be rebound as a name can: the one that was connected to is good, with any
+/// port, as it may be forwarded.
+bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
+  const std::string name = NameOf(host);
+  if (name.empty()) return false;
+  const auto listed = [&](const std::string& one) { return one == host || one == name; };
+  if (std::ranges::any_of(web.hosts, listed)) return true;
+  if (config::IsIpAddress(name)) {
+    return config::Canonical(name) == config::Canonical(request.local) ||
+           config::Canonical(name) == config::Canonical(web.listen.host);
+  }
+  return name == "localhost" && IsLoopbackPeer(request.peer);
+}
+
+/// The page itself may be opened by a link from anywhere: it has no data.
+bool OpensAPage(const Request& request) {
+  return request.method == "GET" && request.Header("sec-fetch-mode") == "navigate" &&
+         request.Header("sec-fetch-dest") == "document" && !request.path.starts_with("/api/") &&
+         request.path != "/metrics";
+}
+
+bool IsSameOrigin(const std::string& origin, const std::string& host) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (origin.starts_with(scheme)) return config::Lower(origin.substr(scheme.size())) == host;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool IsLoopbackPeer(const std::string& peer) {
+  return config::IsIpAddress(peer) && config::IsLoopback(config::ReachOf(peer));
+}
+
+bool IsAllowed(const config::Web& web, const std::string& peer) {
+  if (web.allow.empty()) return true;
+  if (!config::IsIpAddress(peer)) return false;
+  const config::Network reach = config::ReachOf(peer);
+  return std::ranges::any_of(
+      web.allow, [&](const config::Network& network) { return config::Covers(network, reach); });
+}
+
+std::optional<Response> Refusal(const config::Web& web, const Request& request) {
+  if (!IsAllowed(web, request.peer)) {
+    return Problem(403, request.peer + " is not in web.allow of the gateway");
+  }
+  const std::string host = config::Lower(request.Header("host").value_or(""));
+  if (!IsOurs(web, request, host)) {
+    return Problem(421, "this gateway is not known as " + config::Quoted(host) +
+                            "; add the name to web.hosts of its configuration");
+  }
+  const auto origin = request.Header("origin");
+  if (origin && !IsSameOrigin(*origin, host)) {
+    return Problem(403, "a page of " + config::Quoted(*origin) + " may not ask this gateway");
+  }
+  const auto site = request.Header("sec-fetch-site");
+  if (site && *site != "same-origin" && *site != "none" && !OpensAPage(request)) {
+    return Problem(403, "another page may not ask this gateway");
+  }
+  return std::nullopt;
+}
+
+bool CameByTls(const config::Web& web, const Request& request) {
+  const bool proxy =
+      IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
+  return proxy && config::Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
+}
+
+bool MayAcknowledge(const config::Web& web, const Request& request) {
+  if (!web.acknowledge) return false;
+  const bool forwarded = request.Header("x-forwarded-proto") || request.Header("x-forwarded-for") ||
+                         request.Header("forwarded");
+  return CameByTls(web, request) || (IsLoopbackPeer(request.peer) && !forwarded);
+}
+
+namespace {
+
+/// 128 random bits as hex.
+std::string NewSession() {
+  std::array<std::uint8_t, 16> bytes{};
+  std::size_t have = 0;
+  while (have < bytes.size()) {
+    const ssize_t got = ::getrandom(bytes.data() + have, bytes.size() - have, 0);
+    if (got > 0) have += static_cast<std::size_t>(got);
+  }
+  std::string text;
+  for (const std::uint8_t byte : bytes) text += HexByte(byte);
+  return text;
+}
+
+/// In a time that says nothing of where they differ.
+bool SameSecret(std::string_view a, std::string_view b) {
+  unsigned different = a.size() == b.size() ? 0 : 1;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const char other = b.empty() ? '\0' : b[i % b.size()];
+    different |=
+        static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(other));
+  }
+  return different == 0;
+}
+
+/// "Bearer abc": nothing where it is anything else.
+std::optional<std::string> BearerOf(const Request& request) {
+  const auto header = request.Header("authorization");
+  if (!header || header->size() < 7 || config::Lower(header->substr(0, 7)) != "bearer ") {
+    return std::nullopt;
+  }
+  return std::string(Trim(std::string_view(*header).substr(7)));
+}
+
+}  // namespace
+
+void Logins::SetToken(std::optional<std::string> token) {
+  const MutexLock lock(mutex_);
+  if (token_ != token) sessions_.clear();
+  token_ = std::move(token);
+}
+
+bool Logins::NeedsToken() const {
+  const MutexLock lock(mutex_);
+  return token_.has_value();
+}
+
+std::optional<std::string> Logins::SessionOf(const Request& request) const {
+  const auto header = request.Header("cookie");
+  if (!header) return std::nullopt;
+  for (const std::string_view part : Split(*header, ';')) {
+    const std::string_view cookie = Trim(part);
+    const std::size_t equals = cookie.find('=');
+    if (equals == std::string_view::npos || cookie.substr(0, equals) != cookie_) continue;
+    return std::string(cookie.substr(equals + 1));
+  }
+  return std::nullopt;
+}
+
+bool Logins::MustWait(const std::string& peer, Instant now) {
+  const auto found = failures_.find(peer);
+  if (found == failures_.end()) return false;
+  std::deque<Instant>& times = found->second;
+  while (!times.empty() && now - times.front() >= kWindow) times.pop_front();
+  const bool wait = times.size() >= kMostFailures;
+  if (times.empty()) failures_.erase(found);
+  return wait;
+}
+
+void Logins::NoteFailure(const std::string& peer, Instant now) {
+  if (failures_.size() >= kMostAddresses && !failures_.contains(peer)) {
+    const auto oldest = std::ranges::min_element(
+        failures_, {}, [](const auto& entry) { return entry.second.back(); });
+    failures_.erase(oldest);
+  }
+  failures_[peer].push_back(now);
+}
+
+Logins::Verdict Logins::Judge(const std::string& peer, std::string_view shown, Instant now) {
+  if (MustWait(peer, now)) return Verdict::wait;
+  if (SameSecret(shown, *token_)) return Verdict::yes;
+  NoteFailure(peer, now);
+  return Verdict::no;
+}
+
+Logins::Verdict Logins::Check(const Request& request, Instant now) {
+  const MutexLock lock(mutex_);
+  if (!token_) return Verdict::yes;
+  if (const auto bearer = BearerOf(request)) return Judge(request.peer, *bearer, now);
+  const auto session = SessionOf(request);
+  if (!session) return Verdict::no;
+  const auto found = sessions_.find(*session);
+  return found != sessions_.end() && now < found->second ? Verdict::yes : Verdict::no;
+}
+
+Logins::Opened Logins::Open(const Request& request, std::string_view token, bool secure,
+                            Instant now) {
+  const MutexLock lock(mutex_);
+  if (!token_) return {Verdict::yes, {}};
+  const Verdict verdict = Judge(request.peer, token, now);
+  if (verdict != Verdict::yes) return {verdict, {}};
+  std::erase_if(sessions_, [now](const auto& entry) { return now >= entry.second; });
+  if (sessions_.size() >= kMostSessions) {
+    sessions_.erase(
+        std::ranges::min_element(sessions_, {}, [](const auto& entry) { return entry.second; }));
+  }
+  const std::string session = NewSession();
+  sessions_[session] = now + kSession;
+  return {Verdict::yes, cookie_ + "=" + session + "; HttpOnly; SameSite=Strict; Max-Age=" +
+                            std::to_string(kSession / 1s) + (secure ? "; Secure" : "")};
+}
+
+std::string Logins::Close(const Request& request) {
+  const MutexLock lock(mutex_);
+  if (const auto session = SessionOf(request)) sessions_.erase(*session);
+  return cookie_ + "=; HttpOnly; SameSite=Strict; Max-Age=0";
+}
+
 namespace {
 
 using control::Json;

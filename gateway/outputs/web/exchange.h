@@ -1,12 +1,16 @@
 // One request and its answer on a connection of libmicrohttpd. Its thread asks; the answer, or the
 // next bytes of a stream, may come from any other, and the connection is suspended until then. Only
-// what was suspended is resumed.
+// what was suspended is resumed. RequestOf reads the request, and Send sends the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <microhttpd.h>
+
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "gateway/base/guarded.h"
@@ -54,5 +58,26 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool completed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
+
+// A request as libmicrohttpd has it, as a plain value.
+
+/// Without its content.
+Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
+
+int SocketOf(MHD_Connection* connection);
+/// "10.0.0.7"; empty: not known.
+std::string PeerOf(MHD_Connection* connection);
+
+/// "%41" is A. A zero stays as it is written: for the library a text ends there.
+std::size_t Unescape(void*, MHD_Connection*, char* text);
+
+// An answer as libmicrohttpd sends it: with the headers that every answer has.
+
+/// The bytes of all answers that are under way.
+using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;
+
+/// `last`: the connection ends behind it.
+MHD_Result Send(MHD_Connection* connection, const Response& response,
+                const std::shared_ptr<Exchange>& exchange, const BytesUnderWay& bytes, bool last);
 
 }  // namespace baudgate::web

@@ -11,26 +11,31 @@
 #include <iterator>
 
 #include "gateway/base/log.h"
-#include "gateway/outputs/web/series.h"
 
 namespace baudgate::web {
+
+std::size_t SeriesOf(const config::Config& config) {
+  // version, clients, log, two of alarms, three of the process
+  std::size_t series = 8;
+  if (config.dds.enabled) ++series;
+  for (const config::Line& line : config.lines) {
+    if (line.name.empty()) continue;
+    series += 1 + kLineUses + kDurationBuckets + 2;  // up, busy; buckets, sum and count
+    for (const config::Device& device : line.devices) {
+      series += kDeviceStates + kOutcomeCount - 1 + 1;
+      for (const config::Point& point : device.points) {
+        if (point.access == config::Access::write) continue;
+        series += point.type == config::Type::string ? 2 : 3;
+      }
+    }
+  }
+  return series;
+}
+
 namespace {
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 double Seconds(WallTime time) { return Seconds(time.time_since_epoch()); }
-
-std::string Escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\\' || c == '"') out += '\\';
-    if (c == '\n') {
-      out += "\\n";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
 
 /// By LineUse.
 constexpr std::array<std::string_view, kLineUses> kWhy = {"poll",  "probe",   "route",
@@ -39,7 +44,8 @@ constexpr std::array<std::string_view, kLineUses> kWhy = {"poll",  "probe",   "r
 /// The lines of one metric, which stand together.
 class Lines {
  public:
-  explicit Lines(Family family) : metric_(Of(family)) {}
+  explicit Lines(Family family) : Lines(Of(family)) {}
+  explicit Lines(const Metric& metric) : metric_(metric) {}
 
   /// `labels`: `line="bay-1"`, without braces; empty: none.
   void Add(std::string_view labels, double value, std::string_view suffix = "") {
@@ -62,7 +68,7 @@ class Lines {
   }
 
  private:
-  const Metric& metric_;
+  const Metric metric_;
   std::string text_;
 };
 
@@ -89,7 +95,7 @@ class Store {
 
  private:
   void AddLine(const config::Line& line, const LineStatus& status) {
-    const std::string labels = fmt::format("line=\"{}\"", Escaped(line.name));
+    const std::string labels = fmt::format("line=\"{}\"", EscapedLabel(line.name));
     up_.Add(labels, status.port == LineStatus::Port::open ? 1 : 0);
     for (std::size_t i = 0; i < kLineUses; ++i) {
       busy_.Add(fmt::format("{},why=\"{}\"", labels, kWhy[i]), Seconds(status.spent[i]));
@@ -112,8 +118,9 @@ class Store {
 
   void AddDevice(const DeviceRecord& record) {
     const DeviceStatus& status = record.status;
-    const std::string labels = fmt::format("line=\"{}\",device=\"{}\"", Escaped(record.line->name),
-                                           Escaped(record.device->name));
+    const std::string labels =
+        fmt::format("line=\"{}\",device=\"{}\"", EscapedLabel(record.line->name),
+                    EscapedLabel(record.device->name));
     for (std::size_t i = 0; i < kDeviceStates; ++i) {
       const auto state = static_cast<DeviceState>(i);
       states_.Add(fmt::format("{},state=\"{}\"", labels, Name(state)),
@@ -130,11 +137,11 @@ class Store {
   void AddPoint(const DeviceRecord& record, std::size_t index, const std::string& device) {
     const config::Point& point = record.device->points[index];
     if (point.access == config::Access::write) return;
-    const std::string labels = fmt::format("{},point=\"{}\"", device, Escaped(point.name));
+    const std::string labels = fmt::format("{},point=\"{}\"", device, EscapedLabel(point.name));
     const Quality quality = QualityAt(record, index, now_.instant);
     const Value& value = record.points[index].value;
     if (IsGood(quality) && HasValue(value) && !std::holds_alternative<std::string>(value)) {
-      values_.Add(fmt::format("{},unit=\"{}\"", labels, Escaped(point.unit)), ToDouble(value));
+      values_.Add(fmt::format("{},unit=\"{}\"", labels, EscapedLabel(point.unit)), ToDouble(value));
     }
     qualities_.Add(labels, quality.word());
     if (const auto age = AgeAt(record, index, now_.instant)) ages_.Add(labels, Seconds(*age));
@@ -158,17 +165,14 @@ void AppendOne(Family family, std::string_view labels, double value, std::string
   lines.AppendTo(out);
 }
 
-void AppendModbus(const modbus::TrafficStatus& traffic, std::string& out) {
-  AppendOne(Family::modbus_clients, "", static_cast<double>(traffic.clients.size()), out);
-  Lines requests(Family::modbus_requests);
-  for (const modbus::FunctionCount& count : traffic.functions) {
-    requests.Add(
-        fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"", Escaped(count.listener),
-                    count.function > 0 ? fmt::to_string(count.function) : "other",
-                    count.exception > 0 ? fmt::to_string(count.exception) : "none"),
-        static_cast<double>(count.requests));
+void AppendOutputs(const OutputList& outputs, std::string& out) {
+  for (const auto& output : outputs) {
+    for (const Series& series : output->Metrics()) {
+      Lines lines(series.metric);
+      for (const auto& [labels, value] : series.values) lines.Add(labels, value);
+      lines.AppendTo(out);
+    }
   }
-  requests.AppendTo(out);
 }
 
 double ProcessorSeconds() {
@@ -193,12 +197,9 @@ double ResidentBytes() {
 std::string MetricsText(const config::Config& config, const PointStore& store,
                         const control::GatewayInfo& info, Now now) {
   std::string text;
-  AppendOne(Family::build_info, fmt::format("version=\"{}\"", Escaped(info.version)), 1, text);
+  AppendOne(Family::build_info, fmt::format("version=\"{}\"", EscapedLabel(info.version)), 1, text);
   Store(config, store, now).AppendTo(text);
-  AppendModbus(info.traffic != nullptr ? info.traffic->Traffic() : modbus::TrafficStatus{}, text);
-  if (info.dds) {
-    AppendOne(Family::dds_samples, "", static_cast<double>(info.dds().written), text);
-  }
+  if (info.outputs != nullptr) AppendOutputs(*info.outputs, text);
   AppendOne(Family::log_dropped, "", static_cast<double>(log::Dropped()), text);
   if (info.events != nullptr) {
     const events::EventsState state = info.events->state();

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <iterator>
 
-#include "gateway/base/spelling.h"
+#include "config/model/point.h"
+#include "gateway/base/text.h"
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -116,6 +118,24 @@ std::string_view AccessWord(config::Access access) {
 
 std::string JsonText(std::string_view text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+nlohmann::ordered_json MapJson(const config::Device& device) {
+  using Json = nlohmann::ordered_json;
+  Json registers = Json::array();
+  for (const config::Point& point : device.points) {
+    if (!device.unit || !point.modbus) continue;
+    const bool bit = point.table == config::Table::bits;
+    registers.push_back({{"point", point.name},
+                         {"table", bit ? "coil" : "holding"},
+                         {"address", *point.modbus},
+                         {"count", bit ? 1 : config::RegisterCount(point)},
+                         {"type", config::Name(point.type)},
+                         {"unit", point.unit},
+                         {"access", AccessWord(point.access)}});
+  }
+  return {{"unit", device.unit ? Json(*device.unit) : Json(nullptr)},
+          {"registers", std::move(registers)}};
 }
 
 }  // namespace baudgate::web

@@ -1,4 +1,5 @@
-// The points of the store as JSON: what they are, and how they stand.
+// The points of the store as JSON: what they are, and how they stand. MapJson tells where the
+// points stand on Modbus.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/device.h"
 #include "gateway/bus/points/point_store.h"
 
 namespace baudgate::web {
@@ -43,5 +45,11 @@ std::string_view AccessWord(config::Access access);
 
 /// The text in quotation marks.
 std::string JsonText(std::string_view text);
+
+// Where the points of a device stand on Modbus.
+
+/// {"unit":1,"registers":[{"point":"current_l1","table":"holding","address":0,"count":2,…}]}. The
+/// unit is null where the device is not on Modbus.
+nlohmann::ordered_json MapJson(const config::Device& device);
 
 }  // namespace baudgate::web

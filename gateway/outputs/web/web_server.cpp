@@ -4,9 +4,9 @@
 #include <asio/post.hpp>
 #include <utility>
 
+#include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/assets.h"
-#include "gateway/outputs/web/token_file.h"
-#include "transports/run_on.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate::web {
 namespace {

@@ -9,9 +9,8 @@
 #include <string>
 
 #include "gateway/outputs/web/access.h"
+#include "gateway/outputs/web/api.h"
 #include "gateway/outputs/web/http_server.h"
-#include "gateway/outputs/web/live_api.h"
-#include "gateway/outputs/web/past_api.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate::web {

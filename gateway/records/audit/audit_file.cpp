@@ -1,9 +1,233 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audit_file.h"
 
+#include <algorithm>
+#include <numeric>
+#include <string>
 #include <utility>
 
 namespace baudgate::audit {
+
+namespace {
+
+constexpr const char* kInsert =
+    "INSERT INTO writes (kind, time, last, client, line, device, point, old, first, new, outcome, "
+    "reason, took, count, settled, request_client, request_seq, request) "
+    "VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)";
+constexpr const char* kUpdate =
+    "UPDATE writes SET last=?, first=?, new=?, outcome=?, reason=?, took=?, count=?, settled=? "
+    "WHERE seq=?";
+constexpr const char* kOrphans =
+    "SELECT seq, line, device, kind='point' AND outcome IS NULL FROM writes WHERE settled IS NULL "
+    "ORDER BY seq";
+constexpr const char* kSettle =
+    "UPDATE writes SET settled=?, outcome=coalesce(outcome, 'unknown'), reason=CASE WHEN outcome "
+    "IS NULL THEN 'the gateway was stopped before it had ended' ELSE reason END WHERE seq=?";
+constexpr const char* kPointsOf =
+    "SELECT line, device, point, count(*), count(settled) FROM writes WHERE kind=? "
+    "GROUP BY line, device, point ORDER BY min(seq)";
+constexpr const char* kOldestOf =
+    "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
+    "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
+/// Room is made in one go for so many rows, of a hundred that are kept.
+constexpr std::int64_t kSlack = 100;
+
+/// A point, and its records.
+struct Share {
+  std::array<std::string, 3> place;  // line, device, point
+  std::int64_t rows = 0;
+  std::int64_t ended = 0;  // of these; others stay
+
+  std::int64_t Beyond(std::int64_t level) const {
+    return std::min(ended, std::max<std::int64_t>(rows - level, 0));
+  }
+};
+
+std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
+  return std::accumulate(
+      shares.begin(), shares.end(), std::int64_t{0},
+      [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
+}
+
+/// The lowest level beyond which there are no more than `rows` records.
+std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
+  std::int64_t low = 0;
+  std::int64_t high = 0;
+  for (const Share& one : shares) high = std::max(high, one.rows);
+  while (low < high) {
+    const std::int64_t middle = low + (high - low) / 2;
+    if (Beyond(shares, middle) <= rows) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
+
+std::int64_t Whole(const Value& value) {
+  const auto* number = std::get_if<std::int64_t>(&value);
+  return number != nullptr ? *number : 0;
+}
+
+}  // namespace
+
+WriteTable::WriteTable(Database& database, const std::array<Room, kKinds>& rooms)
+    : database_(database), rooms_(rooms), insert_(database, kInsert), update_(database, kUpdate) {}
+
+bool WriteTable::Transaction(bool done) {
+  const bool ok = done && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+bool WriteTable::Count() {
+  rows_ = {};
+  Statement count(database_, "SELECT kind, count(*) FROM writes GROUP BY kind");
+  Statement::Step step = count.Next();
+  for (; step == Statement::Step::row; step = count.Next()) {
+    const auto kind = KindNamed(count.Text(0));
+    if (kind) rows_[static_cast<std::size_t>(*kind)] = count.Number(1);
+  }
+  return step == Statement::Step::done;
+}
+
+bool WriteTable::SettleOrphans() {
+  settled_ = Whole(database_.First("SELECT max(settled) FROM writes"));
+  std::vector<std::int64_t> orphans;
+  Statement find(database_, kOrphans);
+  Statement::Step step = find.Next();
+  for (; step == Statement::Step::row; step = find.Next()) {
+    orphans.push_back(find.Number(0));
+    if (find.Number(3) != 0) unsettled_.emplace(find.Text(1), find.Text(2));
+  }
+  if (step == Statement::Step::failed) return false;
+  find.Reset();
+  if (!orphans.empty() && !database_.Execute("BEGIN IMMEDIATE")) return false;
+  bool ok = true;
+  Statement settle(database_, kSettle);
+  for (const std::int64_t seq : orphans) {
+    settle.Bind(1, ++settled_);
+    settle.Bind(2, seq);
+    ok = ok && settle.Run();
+  }
+  return (orphans.empty() || Transaction(ok)) && Count();
+}
+
+bool WriteTable::Write(std::vector<Draft>& drafts) {
+  if (drafts.empty()) return true;
+  const std::int64_t settled = settled_;
+  const auto rows = rows_;
+  bool ok = database_.Execute("BEGIN IMMEDIATE");
+  for (Draft& draft : drafts) {
+    if (!ok) break;
+    if (draft.ended) draft.record.settled = ++settled_;
+    ok = draft.record.seq == 0 ? Insert(draft) : Update(draft);
+  }
+  if (Transaction(ok)) return true;
+  settled_ = settled;
+  rows_ = rows;
+  return false;
+}
+
+bool WriteTable::Insert(Draft& draft) {
+  const WriteRecord& record = draft.record;
+  insert_.Bind(1, Name(record.kind));
+  insert_.Bind(2, record.time);
+  insert_.Bind(3, record.last);
+  insert_.Bind(4, record.client);
+  insert_.Bind(5, record.line);
+  insert_.Bind(6, record.device);
+  insert_.Bind(7, record.point);
+  insert_.Bind(8, record.before);
+  insert_.Bind(9, record.first);
+  insert_.Bind(10, record.value);
+  if (record.end) insert_.Bind(11, Name(*record.end));
+  insert_.Bind(12, record.reason);
+  insert_.Bind(13, record.took / 1us);
+  insert_.Bind(14, static_cast<std::int64_t>(record.count));
+  if (record.settled) insert_.Bind(15, *record.settled);
+  if (record.request) {
+    insert_.Bind(16, record.request->client);
+    insert_.Bind(17, Value(record.request->seq));
+    insert_.Bind(18, record.request->content);
+  }
+  if (!insert_.Run()) return false;
+  draft.record.seq = Whole(database_.First("SELECT last_insert_rowid()"));
+  ++rows_[static_cast<std::size_t>(record.kind)];
+  return draft.record.seq > 0;
+}
+
+bool WriteTable::Update(const Draft& draft) {
+  const WriteRecord& record = draft.record;
+  update_.Bind(1, record.last);
+  update_.Bind(2, record.first);
+  update_.Bind(3, record.value);
+  if (record.end) update_.Bind(4, Name(*record.end));
+  update_.Bind(5, record.reason);
+  update_.Bind(6, record.took / 1us);
+  update_.Bind(7, static_cast<std::int64_t>(record.count));
+  if (record.settled) update_.Bind(8, *record.settled);
+  update_.Bind(9, record.seq);
+  return update_.Run();
+}
+
+bool WriteTable::MakeRoom() {
+  for (std::size_t kind = 0; kind < kKinds; ++kind) {
+    const std::int64_t most = rooms_[kind].rows;
+    if (rows_[kind] <= most + most / kSlack) continue;
+    if (!database_.Execute("BEGIN IMMEDIATE")) return false;
+    if (!Transaction(TakeOut(kind, rows_[kind] - most)) || !Count()) return false;
+  }
+  return true;
+}
+
+/// All points above one level come down to it. The rest is fewer than one record of each: the
+/// points that have been written for longest give it.
+bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
+  const std::string_view name = Name(static_cast<Kind>(kind));
+  std::vector<Share> shares;
+  Statement find(database_, kPointsOf);
+  find.Bind(1, name);
+  Statement::Step step = find.Next();
+  for (; step == Statement::Step::row; step = find.Next()) {
+    shares.push_back(
+        {{std::string(find.Text(0)), std::string(find.Text(1)), std::string(find.Text(2))},
+         find.Number(3),
+         find.Number(4)});
+  }
+  if (step == Statement::Step::failed) return false;
+  find.Reset();
+  const std::int64_t level = LevelFor(shares, rows);
+  std::int64_t rest = rows - Beyond(shares, level);
+  Statement oldest(database_, kOldestOf);
+  for (const Share& one : shares) {
+    std::int64_t gone = one.Beyond(level);
+    if (rest > 0 && one.Beyond(level - 1) > gone) {
+      ++gone;
+      --rest;
+    }
+    if (gone == 0) continue;
+    oldest.Bind(1, name);
+    for (std::size_t i = 0; i < 3; ++i) oldest.Bind(static_cast<int>(2 + i), one.place[i]);
+    oldest.Bind(5, gone);
+    if (!oldest.Run()) return false;
+  }
+  return true;
+}
+
+bool WriteTable::DropOld(WallTime now) {
+  if (!database_.Execute("BEGIN IMMEDIATE")) return false;
+  bool ok = true;
+  for (std::size_t kind = 0; kind < kKinds && ok; ++kind) {
+    Statement old(database_, "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
+    old.Bind(1, Name(static_cast<Kind>(kind)));
+    old.Bind(2, now - rooms_[kind].age);
+    ok = old.Run();
+  }
+  return Transaction(ok) && Count();
+}
+
 namespace {
 
 /// A clock that was wrong at the start has been set by then, and drops nothing.

@@ -1,6 +1,6 @@
 // The audit while the gateway runs: records come from any thread, the thread of events.db writes
 // them to the file, and all that come while the disk is busy share the next commit. While the disk
-// fails they wait in memory, as many as audit_book.h holds, and it is tried again every second.
+// fails they wait in memory, as many as write_log.h holds, and it is tried again every second.
 //
 //   WriteLog   the interface for writers of records   AuditSource    for readers of its state
 //   AuditLog   this: the thread and the lock          AuditedWrites  the sink before the lines
@@ -9,19 +9,73 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <condition_variable>
 #include <functional>
+#include <map>
+#include <string>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
 #include "gateway/records/audit/audit_file.h"
 #include "gateway/records/audit/audit_source.h"
-#include "gateway/records/audit/repeats.h"
 #include "gateway/records/audit/write_log.h"
-#include "gateway/records/disk/disk_condition.h"
-#include "gateway/records/disk/file_watch.h"
+#include "gateway/records/disk/disk.h"
 
 namespace baudgate::audit {
+
+// Equal writes, folded into one record: writes of one client (its address, with any port) to one
+// register, with one outcome and one reason. The first is recorded at once; those within a minute
+// after it change its count, its last value and time. Bounded: the
+// registers of one client beyond a limit share one record; clients beyond a limit share one record
+// of each kind. No thread, no clock.
+class Repeats {
+ public:
+  /// After this time a record takes no more repeats.
+  static constexpr Duration kWindow = 1min;
+  /// The most open records of a kind, and of these of one client address, apart from those that the
+  /// rest share.
+  static constexpr std::size_t kMost = 1024;
+  static constexpr std::size_t kMostOfClient = 64;
+  /// What stands for the rest.
+  static constexpr const char* kManyPoints = "many points";
+  static constexpr const char* kManyClients = "many others";
+
+  explicit Repeats(AuditBook& book) : book_(book) {}
+
+  /// `record.end` is known. The first one is put into the book at once.
+  void Add(WriteRecord record, Instant now);
+  /// Hands changed records to the book, and closes those that were open for long enough. Call it
+  /// about once a second.
+  void Tick(Instant now);
+  /// The program ends: closes all.
+  void Close();
+
+  bool empty() const { return open_.empty(); }
+
+ private:
+  struct Open {
+    WriteRecord record;
+    Ticket ticket = 0;
+    Instant until;
+    bool changed = false;
+    bool shared = false;  // by the rest
+  };
+  using Key = std::string;
+
+  /// With what cannot have a record of its own taken out.
+  WriteRecord Shared(WriteRecord record) const;
+  void Count(const Open& open, bool more);
+
+  AuditBook& book_;
+  std::map<Key, Open> open_;
+  // For records that are not shared.
+  std::array<std::size_t, kKinds> of_kind_{};
+  std::map<Key, std::size_t> of_client_;  // by kind and address
+};
+
+/// "192.0.2.5" of "192.0.2.5:40312"; a client that is no address stays as it is.
+std::string AddressOf(const std::string& client);
 
 class AuditLog final : public WriteLog, public AuditSource {
  public:

@@ -1,11 +1,138 @@
 // The interface for records of writes: gateway/records/audit/audit_log.h saves them, tests only
-// remember. From any thread; only WaitFor waits.
+// remember. From any thread; only WaitFor waits. WriteRecord is one record, and AuditBook keeps
+// records that are not in the file yet.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "gateway/records/audit/audit_book.h"
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
+#include "gateway/base/value.h"
+#include "gateway/bus/writes/request_book.h"
 
 namespace baudgate::audit {
+
+// One write as the audit keeps it: its client, what it wanted, and the result. Values are in
+// engineering units, as users see them, never bytes of a line. docs/audit.md has the fields for
+// users.
+
+/// Each kind has its own room in the file, so that a flood of one displaces no other.
+enum class Kind : std::uint8_t {
+  point,   ///< to a point: recorded before it is sent
+  route,   ///< passed on as it was: recorded after its exchange
+  denied,  ///< refused by the gateway
+  loan,    ///< of a port over the network: its beginning, and its end
+};
+inline constexpr std::size_t kKinds = 4;
+
+std::string_view Name(Kind kind);  ///< "point"
+
+struct WriteRecord {
+  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
+  Kind kind = Kind::point;
+  WallTime time{};                      ///< when it was asked for; of repeats the first
+  WallTime last{};                      ///< of repeats the last; else as `time`
+  std::string client;                   ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;                     ///< or the server elsewhere: "10.0.0.9:502"
+  std::string device;                   ///< its bare name; of a route "unit 20"
+  std::string point;                    ///< of a route its function and address: "06 holding 100"
+  Value before;                         ///< what the point showed before; empty: not known
+  Value first;                          ///< of repeats the first value; else empty
+  Value value;                          ///< the value to write; of repeats the last
+  std::optional<WriteEnd> end;          ///< empty: it is under way
+  std::string reason;                   ///< one sentence; empty when ok
+  Duration took{};                      ///< from when it was asked for to its end
+  std::uint64_t count = 1;              ///< of repeats, this one included
+  std::optional<RequestId> request{};   ///< of repeats the first; empty if there was no number
+  std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
+};
+
+/// Longer texts are cut.
+inline constexpr std::size_t kLongestText = 240;
+std::string Clipped(std::string text);
+
+/// The name of its outcome, in the file and for programs: "ok", "unknown", …; "pending" while under
+/// way.
+std::string_view OutcomeOf(const WriteRecord& record);
+std::optional<WriteEnd> EndNamed(std::string_view name);
+std::optional<Kind> KindNamed(std::string_view name);
+
+// Records that are not in the file yet, or have changed since: the writing thread takes them from
+// here, and they wait here while the disk fails. Bounded. No thread, no lock, no disk: audit_log.h
+// has them.
+//
+//   Begin(r)      → 7            a ticket
+//   Due()         → {7, r}       to be inserted
+//   OnWritten({7, seq 1})        it is on the disk
+//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is forgotten here
+
+using Ticket = std::uint64_t;  ///< from 1 on, in the order of Begin
+
+struct Ending {
+  WriteEnd end = WriteEnd::unknown;
+  std::string reason{};
+  Duration took{};
+};
+
+/// A record as it must be in the file.
+struct Draft {
+  Ticket ticket = 0;
+  std::uint64_t version = 0;
+  bool ended = false;  ///< no change follows
+  WriteRecord record;  ///< seq 0: it is not in the file yet
+};
+
+class AuditBook {
+ public:
+  /// The most of each kind: writes to points wait here for their end, all for a disk that fails.
+  static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
+
+  /// Empty: there is no room, and the record is lost.
+  std::optional<Ticket> Begin(WriteRecord record);
+  /// Its last change. An unknown ticket is ignored.
+  void End(Ticket ticket, const Ending& ending);
+  /// Replaces the record, except seq; `last`: no change follows.
+  void Change(Ticket ticket, const WriteRecord& record, bool last);
+
+  bool due() const { return due_ > 0; }
+  /// The records to write, in the order of their tickets.
+  std::vector<Draft> Due() const;
+  /// These are on the disk; each has its seq now.
+  void OnWritten(const std::vector<Draft>& drafts);
+  /// The file is a new one: none of these records is in it.
+  void NewFile();
+
+  /// All records up to this ticket have been in the file.
+  Ticket newest_written() const { return newest_written_; }
+  /// Records that are not in the file yet.
+  std::size_t unwritten() const { return unwritten_; }
+  std::uint64_t lost() const { return lost_; }
+
+ private:
+  struct Entry {
+    WriteRecord record;
+    std::uint64_t version = 1;
+    std::uint64_t written_version = 0;  // 0: it is not in the file
+    bool ended = false;
+  };
+
+  void Changed(Entry& entry);
+
+  std::map<Ticket, Entry> entries_;
+  std::array<std::size_t, kKinds> held_{};
+  Ticket next_ = 1;
+  Ticket newest_written_ = 0;
+  std::size_t due_ = 0;
+  std::size_t unwritten_ = 0;
+  std::uint64_t lost_ = 0;
+};
 
 class WriteLog {
  public:

@@ -9,9 +9,10 @@
 #include <utility>
 
 #include "gateway/base/system_trouble.h"
-#include "gateway/records/disk/file_health.h"
+#include "gateway/records/disk/database_file.h"
 
 namespace baudgate {
+
 namespace {
 
 /// A reader of this machine, such as the program sqlite3, may hold up a commit so long.

@@ -1,13 +1,16 @@
 // SQLite as the state folder uses it: a connection and a prepared statement, without exceptions.
-// Every text that goes in is copied; every text that comes out lives until the next step.
+// Every text that goes in is copied; every text that comes out lives until the next step. ReadOnce
+// reads a file in a connection that ends with the read.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
@@ -117,5 +120,21 @@ class Statement {
   Database* database_ = nullptr;
   std::unique_ptr<sqlite3_stmt, Closer> handle_;
 };
+
+/// One read, in a connection that ends with it; all of it is of the same moment. `damaged`, where
+/// it is given: set if SQLite has found that the file is.
+template <typename Read>
+auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
+    -> decltype(read(std::declval<Database&>())) {
+  Database database(file.string(), Database::Mode::read);
+  const auto failed = [&](const std::string& why) {
+    if (damaged != nullptr) *damaged = database.damaged();
+    return Error{file.string() + ": " + why};
+  };
+  if (!database.is_open() || !database.Execute("BEGIN")) return failed(database.error());
+  auto read_back = read(database);
+  if (!read_back) return failed(read_back.error());
+  return read_back;
+}
 
 }  // namespace baudgate

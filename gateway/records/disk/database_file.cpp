@@ -2,14 +2,363 @@
 #include "gateway/records/disk/database_file.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <optional>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
-#include "gateway/records/disk/file_health.h"
+#include "gateway/base/system_trouble.h"
 
 namespace baudgate {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kFileMagic{"SQLite format 3\0", 16};
+
+bool IsPageSize(std::uint32_t size) {
+  return size >= 512 && size <= 65536 && (size & (size - 1)) == 0;
+}
+
+std::uint32_t Big(const std::uint8_t* at) {
+  return std::uint32_t{at[0]} << 24U | std::uint32_t{at[1]} << 16U | std::uint32_t{at[2]} << 8U |
+         at[3];
+}
+
+std::uint32_t Little(const std::uint8_t* at) {
+  return std::uint32_t{at[3]} << 24U | std::uint32_t{at[2]} << 16U | std::uint32_t{at[1]} << 8U |
+         at[0];
+}
+
+/// Reads up to `bytes.size()`; how many there were.
+std::size_t ReadSome(std::istream& in, Bytes& bytes) {
+  in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  return static_cast<std::size_t>(in.gcount());
+}
+
+/// How a write-ahead log begins.
+constexpr std::uint32_t kLogMagic =
+    0x377F0682;  // and that plus 1: the words of sums are big-endian
+constexpr std::size_t kLogHead = 32;
+constexpr std::size_t kFrameHead = 24;
+
+/// The running sum of a log: two words, over pairs of words.
+class LogSum {
+ public:
+  explicit LogSum(bool big) : big_(big) {}
+  void Add(const std::uint8_t* bytes, std::size_t count) {
+    for (std::size_t i = 0; i + 8 <= count; i += 8) {
+      first_ += Word(bytes + i) + second_;
+      second_ += Word(bytes + i + 4) + first_;
+    }
+  }
+  /// As it stands in the file, where words are always big-endian.
+  bool Is(const std::uint8_t* at) const { return Big(at) == first_ && Big(at + 4) == second_; }
+
+ private:
+  std::uint32_t Word(const std::uint8_t* at) const { return big_ ? Big(at) : Little(at); }
+
+  bool big_;
+  std::uint32_t first_ = 0;
+  std::uint32_t second_ = 0;
+};
+
+}  // namespace
+
+std::optional<std::string> WhyNoFile(const fs::path& file) {
+  for (const char* part : {"", "-wal", "-shm"}) {
+    std::error_code none;
+    const std::string path = file.string() + part;
+    const auto type = fs::status(path, none).type();
+    if (none || type == fs::file_type::not_found || type == fs::file_type::regular) continue;
+    return fmt::format("{} is {}, and no regular file: remove it", path,
+                       type == fs::file_type::fifo        ? "a FIFO"
+                       : type == fs::file_type::directory ? "a folder"
+                                                          : "a device or a socket");
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> WhyNoAccess(const fs::path& file) {
+  struct stat found {};
+  for (const char* part : {"", "-wal", "-shm"}) {
+    const std::string path = file.string() + part;
+    if (::access(path.c_str(), R_OK) == 0 || errno != EACCES) continue;
+    if (::stat(path.c_str(), &found) != 0) {
+      return fmt::format("permission denied: user {} may not enter its folder",
+                         NameOfUser(::geteuid()));
+    }
+    const std::string user = NameOfUser(::geteuid());
+    return fmt::format(
+        "permission denied: {} belongs to user {} and has mode {:04o}: sudo chown {} {} && sudo "
+        "chmod u+rw {}",
+        path, NameOfUser(found.st_uid), found.st_mode & 07777U, user, path, path);
+  }
+  return std::nullopt;
+}
+
+std::string WhyReadOnly(const fs::path& file) {
+  struct stat found {};
+  if (::stat(file.c_str(), &found) != 0 || ::access(file.c_str(), W_OK) == 0) {
+    return "it cannot be written";
+  }
+  if (errno == EROFS) return "its file system is mounted read-only";
+  return fmt::format("it belongs to user {} and cannot be written by user {}: sudo chown {} {}",
+                     NameOfUser(found.st_uid), NameOfUser(::geteuid()), NameOfUser(::geteuid()),
+                     file.string());
+}
+
+std::optional<std::string> HeadDamage(View head) {
+  const auto damage = [](const char* what) {
+    return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
+  };
+  if (head.size() < kDatabaseHead) return damage("it ends there");
+  if (AsText(head.first(kFileMagic.size())) != kFileMagic) {
+    return damage("it is no SQLite database");
+  }
+  const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
+  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1: 65536
+  for (const std::size_t at : {18U, 19U}) {
+    if (head[at] != 1 && head[at] != 2) return damage("the version of its format");
+  }
+  if (head[21] != 64 || head[22] != 32 || head[23] != 32) return damage("its payload fractions");
+  if (Big(&head[44]) > 4) return damage("the format of its schema");
+  if (Big(&head[56]) > 3) return damage("its text encoding");
+  return std::nullopt;
+}
+
+namespace {
+
+/// Committed changes of the log that SQLite does not reach, because a frame before them is broken.
+/// `in` stands behind the head.
+std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
+  Bytes frame(kFrameHead + page);
+  const auto same_salts = [&] {
+    return std::equal(frame.begin() + 8, frame.begin() + 16, head.begin() + 16);
+  };
+  bool broken = false;
+  std::size_t commits = 0;
+  bool behind_a_commit = false;  // the last of these commits has a frame behind it
+  while (ReadSome(in, frame) == frame.size()) {
+    if (!broken) {
+      sum.Add(frame.data(), 8);
+      sum.Add(&frame[kFrameHead], page);
+      broken = !same_salts() || !sum.Is(&frame[16]);
+    }
+    // Other salts: a frame of the log's last round, which a checkpoint has left behind.
+    if (!broken || !same_salts()) continue;
+    behind_a_commit = behind_a_commit || commits > 0;
+    commits += Big(&frame[4]) != 0 ? 1 : 0;
+  }
+  // The one transaction that was being written when the power failed may be torn.
+  return commits == 1 && !behind_a_commit ? 0 : commits;
+}
+
+}  // namespace
+
+std::optional<std::string> LogDamage(const fs::path& file) {
+  std::ifstream in(file.string() + "-wal", std::ios::binary);
+  Bytes head(kLogHead);
+  if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;  // none, or it was never used
+  const std::uint32_t magic = Big(head.data());
+  const std::uint32_t page = Big(&head[8]);
+  LogSum sum(magic == kLogMagic + 1);
+  sum.Add(head.data(), 24);
+  const bool head_good =
+      (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
+  if (!head_good) {
+    // SQLite writes and syncs the head before the first frame.
+    Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
+    const bool any = ReadSome(in, frame) == frame.size();
+    return any ? std::optional<std::string>(
+                     "the head of its log is damaged: all changes in the "
+                     "log are lost")
+               : std::nullopt;
+  }
+  const std::size_t commits = LostCommits(in, head, page, sum);
+  if (commits == 0) return std::nullopt;
+  // Another connection may have begun a new round meanwhile.
+  Bytes now(kLogHead);
+  in.clear();
+  in.seekg(0);
+  if (ReadSome(in, now) != kLogHead || now != head) return std::nullopt;
+  return fmt::format("its log is damaged: {} committed changes behind the damage are lost",
+                     commits);
+}
+
+namespace {
+
+constexpr const char* kLog = "-wal";
+constexpr const char* kIndex = "-shm";
+constexpr std::string_view kAdvice = "stop the gateway before you touch its files";
+
+std::uint32_t Big(const Bytes& bytes, std::size_t at) {
+  return ByteReader(bytes).U32Be(at).value_or(0);
+}
+
+/// What all connections know of the log: https://www.sqlite.org/walformat.html, 2.
+struct LogIndex {
+  static constexpr std::size_t kSize = 100;
+  static constexpr std::size_t kHead = 48;  // it is there twice
+  // The layout of the log.
+  static constexpr std::size_t kLogHead = 32;
+  static constexpr std::size_t kFrameHead = 24;
+  static constexpr std::uint32_t kMagic = 0x377F0683;  // its last bit is the order of its words
+
+  explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
+
+  /// A log is in use, and nobody changes it just now.
+  bool valid() const {
+    return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
+           std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);
+  }
+  std::uint32_t Word(std::size_t at) const {  // in the order of this machine
+    std::uint32_t word = 0;
+    std::memcpy(&word, &bytes[at], sizeof(word));
+    return word;
+  }
+  std::uint32_t page() const {
+    std::uint16_t size = 0;
+    std::memcpy(&size, &bytes[14], sizeof(size));
+    return size == 1 ? 65536 : size;
+  }
+  std::uint32_t frames() const { return Word(16); }
+  std::uint32_t in_the_file() const { return Word(96); }  // of the frames
+  View salt() const { return View(bytes).subspan(32, 8); }
+
+  Bytes bytes;
+};
+
+bool Has(const Bytes& bytes, std::size_t at, View part) {
+  return bytes.size() >= at + part.size() &&
+         std::equal(part.begin(), part.end(), bytes.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+}  // namespace
+
+OpenFile::OpenFile(std::filesystem::path path, const std::string& vfs, Database& database)
+    : path_(std::move(path)) {
+  if (!vfs.empty()) return;
+  id_ = IdOf();
+  longest_ = database.SizeOf(Database::Part::file).value_or(0);
+  head_ = database.Read(Database::Part::file, 0, kDatabaseHead).value_or(Bytes());
+  const Value application = database.First("PRAGMA application_id");
+  if (const auto* number = std::get_if<std::int64_t>(&application)) application_ = *number;
+}
+
+OpenFile::Id OpenFile::IdOf(const char* part) const {
+  struct stat found {};
+  if (::stat((path_.string() + part).c_str(), &found) != 0) return {};
+  return {found.st_dev, found.st_ino};
+}
+
+void OpenFile::RemoveOwn(const char* part, const Id& id) const {
+  if (id.inode != 0 && IdOf(part) == id) ::unlink((path_.string() + part).c_str());
+}
+
+OpenFile::Look OpenFile::LookAt(Database& database) {
+  if (id_.inode == 0) return {};
+  const Id id = IdOf();
+  // The folder cannot be looked into: nobody knows. The open files still work.
+  if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
+  if (id != id_) {
+    // The log of the old file would be played over the new one.
+    database.Abandon();
+    RemoveOwn(kLog, log_);
+    RemoveOwn(kIndex, index_);
+    return {Found::gone, id.inode == 0 ? "it was removed, and all that was in it"
+                                       : "another file is in its place"};
+  }
+  if (std::string trouble = HeadTrouble(database); !trouble.empty()) {
+    database.Abandon();
+    return {Found::damaged, std::move(trouble)};
+  }
+  const Id log = IdOf(kLog);
+  if (log_.inode == 0) log_ = log;
+  if (index_.inode == 0) index_ = IdOf(kIndex);
+  if (log == log_) return LookAtLog(database);
+  // The open log has no name, and still holds what was committed. One that took its name is
+  // another database's. While somebody reads it is tried again.
+  if (!database.EmptyLog()) return {};
+  RemoveOwn(kLog, log);
+  return {Found::stale,
+          fmt::format("its write-ahead log (-wal) was removed or replaced while it was in use; "
+                      "nothing is lost: what the log held was written to the file; {}",
+                      kAdvice)};
+}
+
+/// Some of it never changes, and some is 0 before the log has come to the file first.
+std::string OpenFile::HeadTrouble(const Database& database) {
+  constexpr std::size_t kFixed = 24;
+  constexpr std::size_t kPages = 28;
+  constexpr std::size_t kApplication = 68;
+  const auto read = database.Read(Database::Part::file, 0, kDatabaseHead);
+  const auto size = database.SizeOf(Database::Part::file);
+  if (!read || !size || head_.size() < kDatabaseHead) return {};
+  const Bytes& head = *read;
+  if (auto damage = HeadDamage(head)) return *std::move(damage);
+  const std::int64_t application = Big(head, kApplication);
+  const bool foreign = application != 0 && application != application_;
+  if (foreign || !std::equal(head.begin(), head.begin() + kFixed, head_.begin())) {
+    return "its head is damaged: it is not what it was when it was opened";
+  }
+  const std::uint64_t page = Big(head, 14) & 0xFFFFU;
+  const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
+  // A checkpoint that a reader holds up leaves pages out: the newest may still be in the log alone,
+  // while the head counts them already. Nothing but damage makes the file shorter.
+  longest_ = std::max(longest_, *size);
+  if (*size >= whole || *size >= longest_) return {};
+  return fmt::format("it was shortened while it was in use: {} of {} bytes are there", *size,
+                     whole);
+}
+
+OpenFile::Look OpenFile::LookAtLog(Database& database) const {
+  const LogIndex index(database.ReadIndex(LogIndex::kSize));
+  const auto size = database.SizeOf(Database::Part::log);
+  const auto head = database.Read(Database::Part::log, 0, LogIndex::kLogHead);
+  if (!index.valid() || !size || !head) return {};
+  const std::uint32_t frames = index.frames();
+  const std::uint64_t each = LogIndex::kFrameHead + index.page();
+  std::uint64_t good = std::min<std::uint64_t>(frames, (*size - head->size()) / each);
+  if (good == frames) {
+    const auto last = database.Read(Database::Part::log, LogIndex::kLogHead + (frames - 1) * each,
+                                    LogIndex::kFrameHead);
+    if (!last) return {};
+    if (!Has(*last, 8, index.salt()) || Big(*last, 16) != index.Word(24)) good = 0;
+  }
+  const bool sound = Has(*head, 16, index.salt()) && Big(*head, 8) == index.page() &&
+                     (Big(*head, 0) | 1U) == LogIndex::kMagic;
+  if (good == frames && sound) return {};
+  if (good == frames || index.in_the_file() == frames) {
+    if (!database.EmptyLog()) return {};
+    return {Found::stale,
+            fmt::format("its write-ahead log (-wal) was shortened or damaged while it was in use; "
+                        "nothing is lost: the file has what the log held; {}",
+                        kAdvice)};
+  }
+  // A checkpoint would bring what is left of it to the file, and leave a mixture. One that a reader
+  // has held up in the middle has done so.
+  database.Abandon();
+  if (index.in_the_file() > 0) {
+    return {Found::damaged,
+            "a part of its write-ahead log (-wal) is lost, and another one is in the file already"};
+  }
+  return {Found::lost,
+          fmt::format("its write-ahead log (-wal) was shortened or damaged while it was in use: "
+                      "what was recorded last is lost, up to {} of its pages; {}",
+                      frames - good, kAdvice)};
+}
+
 namespace {
 
 namespace fs = std::filesystem;

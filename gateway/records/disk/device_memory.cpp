@@ -10,7 +10,7 @@
 
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/whole_file.h"
-#include "gateway/records/disk/versions.h"
+#include "gateway/records/disk/state_folder.h"
 
 namespace baudgate {
 namespace {

@@ -10,4 +10,29 @@ std::string_view Name(Disk disk) {
   return kNames[static_cast<std::size_t>(disk)];
 }
 
+DiskCalls::DiskCalls(std::string name, Duration patience)
+    : patience_(patience), worker_(std::move(name), [this](bool) {
+        while (const auto call = calls_.Take()) {
+          (*call)();
+          --pending_;
+        }
+        return kWhenWoken;
+      }) {
+  worker_.Start();
+}
+
+bool DiskCalls::Offer(std::function<void()> call) {
+  return pending_ == 0 && Begin(std::move(call));
+}
+
+bool DiskCalls::Begin(Call call) {
+  ++pending_;
+  if (worker_.stopping() || !calls_.Put(std::move(call))) {
+    --pending_;
+    return false;
+  }
+  worker_.Wake();
+  return true;
+}
+
 }  // namespace baudgate

@@ -1,9 +1,23 @@
-// How the disk of a file of the state folder does.
+// How the disk of a file of the state folder does. DiskCondition keeps what is wrong and since
+// when, FileWatch says when to look at a file, and DiskCalls makes calls that a disk may hold for
+// ever.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 
 namespace baudgate {
 
@@ -14,5 +28,149 @@ enum class Disk : std::uint8_t {
   failing,
 };
 std::string_view Name(Disk disk);
+
+// What is wrong with the disk of a log, and since when. No lock, no clock: the logs have them.
+//
+//   Set(fine)                       nothing new
+//   Set(stalled, "does not answer") begun
+//   Set(failing, "it is full")      nothing new: the trouble goes on
+//   Set(fine)                       ended: "it is full"
+//
+class DiskCondition {
+ public:
+  explicit DiskCondition(WallTime since) : since_(since) {}
+
+  /// A trouble that has ended.
+  struct Past {
+    std::string trouble;
+    WallTime since{};
+  };
+  /// What the log is told.
+  struct News {
+    bool begun = false;
+    std::optional<Past> ended{};
+  };
+  /// `trouble`: empty: none.
+  News Set(Disk disk, std::string trouble, WallTime now) {
+    const WallTime since = since_;
+    if (std::exchange(disk_, disk) != disk) since_ = now;
+    std::string was = std::exchange(trouble_, std::move(trouble));
+    if (was.empty()) return {.begun = !trouble_.empty()};
+    if (!trouble_.empty()) return {};
+    return {.ended = Past{std::move(was), since}};
+  }
+
+  bool is_fine() const { return disk_ == Disk::fine; }
+  bool is_opening() const { return disk_ == Disk::opening; }
+  bool is_stalled() const { return disk_ == Disk::stalled; }
+  bool is_failing() const { return disk_ == Disk::failing; }
+  /// It keeps what waits from being written.
+  bool holds_up() const { return is_stalled() || is_failing(); }
+  const std::string& trouble() const { return trouble_; }
+
+  /// Damaged files that are still there, by name.
+  void SetPutAside(std::vector<std::string> files) { put_aside_ = std::move(files); }
+  const std::vector<std::string>& put_aside() const { return put_aside_; }
+
+  /// `State`: what others are told of a log.
+  template <typename State>
+  void Fill(State& state) const {
+    state.disk = disk_;
+    state.trouble = trouble_;
+    state.since = since_;
+  }
+
+ private:
+  Disk disk_ = Disk::opening;
+  std::string trouble_;
+  WallTime since_;  // of `disk_`
+  std::vector<std::string> put_aside_;
+};
+
+// When the file of a log is looked at although nothing is written to it, and when its disk does not
+// answer in time. No thread, no lock, no clock: whoever has them asks once a second.
+class FileWatch {
+ public:
+  /// A disk for which something waits at more ticks in a row does not answer in time.
+  static constexpr int kMostTicks = 3;
+  static constexpr int kLookEvery = 10;  ///< ticks
+
+  /// `waits`: something is to be written, and nothing is known to be wrong. True: for too long.
+  bool Tick(bool waits) {
+    ++ticks_;
+    look_ = look_ || ticks_ % kLookEvery == 0;
+    waited_ = waits || writing_ ? waited_ + 1 : 0;
+    return waited_ > kMostTicks;
+  }
+  bool look_due() const { return look_; }
+
+  struct Look {
+    bool due = false;
+    bool whole = false;  ///< all of the file is read
+  };
+  Look TakeLook() {
+    const Look look{look_, look_ && doubt_};
+    if (look.whole) doubt_ = false;
+    look_ = false;
+    return look;
+  }
+  /// A reader has found that the file is damaged.
+  void Doubt() { doubt_ = true; }
+
+  /// The thread that writes may hang in between.
+  void Begin() { writing_ = true; }
+  void End() {
+    writing_ = false;
+    waited_ = 0;
+  }
+
+ private:
+  int ticks_ = 0;
+  int waited_ = 0;
+  bool look_ = false;
+  bool doubt_ = false;
+  bool writing_ = false;
+};
+
+// Calls that a disk may hold for ever. They run in order on a thread of their own, so that whoever
+// needs their result waits for a limited time:
+//
+//   DiskCalls calls_{"configurations", 5s};
+//   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // empty: not in time
+//
+class DiskCalls {
+ public:
+  /// `name`: of the thread.
+  DiskCalls(std::string name, Duration patience);
+
+  /// The result of `call`. Empty: it has not come within the patience. The call runs to its end
+  /// anyway, so it owns what it uses.
+  template <typename Call>
+  auto Wait(Call call) -> std::optional<decltype(call())> {
+    auto promise = std::make_shared<std::promise<decltype(call())>>();
+    auto result = promise->get_future();
+    const bool begun =
+        Begin([promise, call = std::move(call)]() mutable { promise->set_value(call()); });
+    if (!begun || result.wait_for(patience_) != std::future_status::ready) return std::nullopt;
+    return result.get();
+  }
+  /// Runs `call` and does not wait for it. False: another call is under way, and this one is
+  /// dropped.
+  bool Offer(std::function<void()> call);
+
+  /// Returns when all calls have ended. Idempotent; calls that come later are dropped.
+  void Stop() { worker_.Stop(); }
+
+ private:
+  using Call = std::function<void()>;
+  static constexpr std::size_t kMostWaiting = 16;
+
+  bool Begin(Call call);
+
+  const Duration patience_;
+  std::atomic<int> pending_ = 0;  // calls that wait or run
+  WorkQueue<Call> calls_{kMostWaiting};
+  Worker worker_;
+};
 
 }  // namespace baudgate

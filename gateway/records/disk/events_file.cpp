@@ -2,8 +2,10 @@
 #include "gateway/records/disk/events_file.h"
 
 #include <array>
+#include <utility>
 
 namespace baudgate {
+
 namespace {
 
 constexpr std::array<const char*, kEventsVersion> kMigrations = {R"sql(
@@ -133,6 +135,95 @@ constexpr DatabaseKind kEvents = {kEventsApplication, kMigrations,
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs,
                         const std::string& damage) {
   return OpenDatabase(file, kEvents, vfs, damage);
+}
+
+EventsConnection::EventsConnection(std::filesystem::path path, std::string vfs,
+                                   std::shared_ptr<EventsWriter> writer)
+    : path_(std::move(path)),
+      vfs_(std::move(vfs)),
+      writer_(writer ? std::move(writer) : std::make_shared<EventsWriter>()) {}
+
+void EventsConnection::Close() {
+  if (!database_) return;
+  database_.reset();
+  --writer_->open;
+}
+
+/// A connection is kept over errors of the disk: what a failed commit has left in the log is
+/// written over by the next one. Another connection might take it for done, and it would be
+/// doubled.
+EventsConnection::Opened EventsConnection::Open() {
+  if (writer_->ready) {
+    if (Status status = writer_->ready(); !status) return {.error = status.error()};
+  }
+  if (writer_->closing && writer_->open > 0) {
+    return {.error = path_.string() + ": " + writer_->closing->why};
+  }
+  writer_->closing.reset();
+  // Another connection may have put it aside meanwhile: what is there now is a new one.
+  std::string damage = std::exchange(damage_, {});
+  const bool was_damaged = !damage.empty();
+  if (times_put_aside_ != writer_->times_put_aside) damage.clear();
+  OpenedEvents events = OpenEvents(path_, vfs_, damage);
+  Opened opened{false, std::move(events.error), std::move(events.put_aside), std::move(events.lost),
+                false};
+  const bool aside = !damage.empty() || !opened.put_aside.empty();
+  if (aside && events.database) ++writer_->times_put_aside;
+  opened.new_file = was_damaged || std::exchange(gone_, false) || aside;
+  if (!events.database) {
+    damage_ = std::move(damage);
+    return opened;
+  }
+  times_put_aside_ = writer_->times_put_aside;
+  database_ = std::move(events.database);
+  ++writer_->open;
+  open_ = OpenFile(path_, vfs_, *database_);
+  opened.ok = true;
+  return opened;
+}
+
+Error EventsConnection::Failed() {
+  Error error{path_.string() + ": " + database_->error()};
+  if (!database_->damaged()) return error;
+  damage_ = database_->error();
+  Close();
+  return error;
+}
+
+Status EventsConnection::Leave(std::string why, bool lost) {
+  gone_ = gone_ || lost;
+  Close();
+  return Error{path_.string() + ": " + std::move(why)};
+}
+
+Status EventsConnection::Check(bool whole) {
+  using Found = OpenFile::Found;
+  if (const auto closing = writer_->closing) {
+    if (closing->lost) database_->Abandon();
+    return Leave(closing->why, closing->lost);
+  }
+  auto [found, why] = open_.LookAt(*database_);
+  if (found == Found::whole && whole) {
+    if (auto damage = database_->Damage()) {
+      found = Found::damaged;
+      why = *std::move(damage);
+    }
+  }
+  switch (found) {
+    case Found::whole:
+      return {};
+    case Found::stale:
+    case Found::lost:
+      writer_->closing = {why, found == Found::lost};
+      return Leave(std::move(why), found == Found::lost);
+    case Found::gone:
+      if (times_put_aside_ != writer_->times_put_aside) why = "it was damaged, and put aside";
+      return Leave(std::move(why), true);
+    case Found::damaged:
+      damage_ = why;
+      return Leave(std::move(why), true);
+  }
+  return {};
 }
 
 }  // namespace baudgate

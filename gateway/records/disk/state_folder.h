@@ -1,8 +1,9 @@
 // The folder of what has to outlive the program: one for each gateway.name, locked while a gateway
-// runs (docs/state.md).
+// runs (docs/state.md). NewerStateIn finds files that a newer baudgate has written.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -14,6 +15,20 @@
 #include "gateway/base/guarded.h"
 
 namespace baudgate {
+
+// Which files of the state folder a newer baudgate has written: they are not for this one, which
+// would read them wrong, or take for damaged what it does not know.
+
+/// The version of devices.json and clocks.json; a file that has none is the first.
+inline constexpr std::int64_t kDevicesVersion = 1;
+
+/// The latest version of the tables that this baudgate knows, by the file's application_id; 0: it
+/// is no file of ours.
+std::int64_t KnownVersion(std::int64_t application);
+
+/// A sentence that names the first file of a newer one; empty: there is none. Nothing is written,
+/// whatever is there.
+std::string NewerStateIn(const std::filesystem::path& folder);
 
 /// Something can be written: a point of a device, behind a route that a listener permits, or by
 /// hand.

@@ -8,27 +8,77 @@
 //   Kept()    → {"bay-1", "feeder-2"}    it may be asked for more
 //
 // Bounded: a source is not asked again before its batch is kept, so at most one of each waits. The
-// gateway's own events have no source that could be made to wait: they are limited by their shares
-// (gateway/records/events/shares.h), and by a limit for all.
+// gateway's own events have no source that could be made to wait: they are limited by their shares,
+// and by a limit for all.
 //
 // Alarms are kept in three states: `alarms_` are on the disk, `after_.alarms` are changed by the
 // transaction that is being written, `expected_` by that and by all that waits. For outputs there
-// is gateway/records/events/alarm_board.h.
+// is gateway/records/events/alarm.h.
+//
+// Shares limits events of one kind, and SourceNumbers keeps the names of sources.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "gateway/base/time.h"
 #include "gateway/records/events/event_record.h"
-#include "gateway/records/events/shares.h"
 
 namespace baudgate::events {
+
+// How many events of one kind are kept: a kind is one code of one device, port or point. One that
+// flaps must not crowd out the others. Twenty at once, then one a minute. The rest is left out,
+// except the last one, so that the log ends with the present state: it is kept in its minute, or as
+// soon as the state has settled, which takes two seconds, and twice as long each time.
+//
+//   61 x tripped, reset within seconds     20 of them
+//   2 s later                              "40 events like the next left out", and the last
+class Shares {
+ public:
+  static constexpr int kAtOnce = 20;
+  static constexpr Duration kEach = std::chrono::minutes(1);
+  static constexpr Duration kSettles = std::chrono::seconds(2);
+
+  /// False: it is left out. `room`: whether there is room at all.
+  bool Take(const EventRecord& record, bool room, Instant now);
+  /// One that was taken is on the disk: the number of each kind that may wait is limited.
+  void OnKept(const EventRecord& record);
+  /// Returns what may be kept by now of those that were left out: their number, then the last of
+  /// them. `all`: at the end of the program.
+  std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
+  /// When there may be some; empty: none was left out.
+  std::optional<Instant> NextAt() const;
+
+  std::uint64_t left_out() const { return left_out_; }  ///< since the start
+
+ private:
+  using Key = std::tuple<std::string, std::string, std::uint32_t, std::string>;
+  struct Share {
+    int left = kAtOnce;
+    Instant filled{};  ///< when `left` last became more
+    int waiting = 0;   ///< for the disk
+    std::uint64_t left_out = 0;
+    WallTime since{};  ///< of the first of them
+    EventRecord last{};
+    Instant last_at{};
+    Duration settles = kSettles;
+
+    Instant SettledAt() const { return last_at + settles; }
+  };
+  static Key KeyOf(const EventRecord& record);
+  static void Fill(Share& share, Instant now);
+
+  std::map<Key, Share> shares_;  // bounded by the configuration
+  std::uint64_t left_out_ = 0;
+};
 
 using Source = std::uint32_t;  ///< a device, as in the point store
 inline constexpr Source kGateway = ~Source{0};
@@ -126,6 +176,31 @@ class EventBook {
   bool opened_ = false;
   After after_;
   std::map<AlarmKey, Alarm> expected_;  // that will have changed
+};
+
+// The names of sources by their numbers, which a reload changes.
+
+/// By number. A number whose source is gone has empty names.
+using SourceNames = std::vector<SourceName>;
+
+class SourceNumbers {
+ public:
+  explicit SourceNumbers(SourceNames names) : names_(std::move(names)) {}
+
+  void Renew(SourceNames names) { names_ = std::move(names); }
+  /// Empty names: no source has this number.
+  SourceName NameOf(Source source) const {
+    return source < names_.size() ? names_[source] : SourceName();
+  }
+  /// Empty: it is not configured any more.
+  std::optional<Source> Find(const SourceName& name) const {
+    const auto found = std::ranges::find(names_, name);
+    if (found == names_.end()) return std::nullopt;
+    return static_cast<Source>(found - names_.begin());
+  }
+
+ private:
+  SourceNames names_;
 };
 
 }  // namespace baudgate::events

@@ -1,9 +1,277 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/event_file.h"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
+#include "gateway/records/events/event_record.h"
+#include "gateway/records/events/event_source.h"
+#include "gateway/records/events/own_records.h"
+
 namespace baudgate::events {
+
+namespace {
+
+/// What stands in the file may be anything: an alarm too many is better than one too few.
+AlarmState AlarmStateNamed(std::string_view name) {
+  for (const AlarmState state : {AlarmState::acknowledged, AlarmState::returned}) {
+    if (Name(state) == name) return state;
+  }
+  return AlarmState::active;
+}
+
+config::AlarmPriority PriorityNamed(std::string_view name) {
+  for (const auto priority : {config::AlarmPriority::low, config::AlarmPriority::high}) {
+    if (Name(priority) == name) return priority;
+  }
+  return config::AlarmPriority::medium;
+}
+
+}  // namespace
+
+AlarmTable::AlarmTable(Database& database)
+    : database_(database),
+      write_(database,
+             "INSERT OR REPLACE INTO alarms (line, device, name, point, state, priority, seq, "
+             "raised, changed, text, acknowledged_by) VALUES (?,?,?,?,?,?,?,?,?,?,?)"),
+      remove_(database, "DELETE FROM alarms WHERE line=? AND device=? AND name=?") {}
+
+bool AlarmTable::Read(std::vector<Alarm>& alarms) {
+  Statement rows(database_,
+                 "SELECT line, device, name, point, state, priority, seq, raised, changed, text, "
+                 "acknowledged_by FROM alarms");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    Alarm& alarm = alarms.emplace_back();
+    alarm.line = std::string(rows.Text(0));
+    alarm.device = std::string(rows.Text(1));
+    alarm.name = std::string(rows.Text(2));
+    alarm.point = std::string(rows.Text(3));
+    alarm.state = AlarmStateNamed(rows.Text(4));
+    alarm.priority = PriorityNamed(rows.Text(5));
+    alarm.seq = rows.Number(6);
+    alarm.raised = rows.Time(7);
+    alarm.changed = rows.Time(8);
+    alarm.text = std::string(rows.Text(9));
+    Shorten(alarm.text);
+    alarm.by = std::string(rows.Text(10));
+  }
+  return step == Statement::Step::done;
+}
+
+bool AlarmTable::Write(const Alarm& alarm) {
+  if (alarm.state == AlarmState::normal) {
+    remove_.Bind(1, alarm.line);
+    remove_.Bind(2, alarm.device);
+    remove_.Bind(3, alarm.name);
+    return remove_.Run();
+  }
+  write_.Bind(1, alarm.line);
+  write_.Bind(2, alarm.device);
+  write_.Bind(3, alarm.name);
+  write_.Bind(4, alarm.point);
+  write_.Bind(5, Name(alarm.state));
+  write_.Bind(6, Name(alarm.priority));
+  write_.Bind(7, alarm.seq);
+  write_.Bind(8, alarm.raised);
+  write_.Bind(9, alarm.changed);
+  write_.Bind(10, alarm.text);
+  write_.Bind(11, alarm.by);
+  return write_.Run();
+}
+
+namespace {
+
+constexpr const char* kInsertEvent =
+    "INSERT INTO events (seq, receive_time, device_time, clock_quality, line, device, channel, "
+    "code, state, text) VALUES (?,?,?,?,?,?,?,?,?,?)";
+constexpr const char* kSaid =
+    "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
+    "UPDATE SET said=excluded.said";
+/// A file with many more than its room, of before, comes to it little by little.
+constexpr const char* kDropEvents =
+    "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
+constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
+constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
+/// One look at the index for each device, however many events there are.
+constexpr const char* kOlder =
+    "WITH RECURSIVE its(device) AS (SELECT min(device) FROM events UNION ALL SELECT (SELECT "
+    "min(device) FROM events WHERE device>its.device) FROM its WHERE its.device IS NOT NULL) "
+    "SELECT device, (SELECT max(seq) FROM events WHERE device=its.device AND seq<=?) FROM its "
+    "WHERE device IS NOT NULL";
+
+}  // namespace
+
+EventTable::EventTable(Database& database, std::int64_t most)
+    : database_(database),
+      most_(most),
+      insert_(database, kInsertEvent),
+      said_(database, kSaid),
+      drop_(database, kDropEvents),
+      cursor_(database, kCursor),
+      alarms_(database),
+      records_(database),
+      past_(database) {}
+
+EventTable::Contents EventTable::Read(FeedLimits limits) {
+  Contents contents;
+  const Value last = database_.First("SELECT coalesce(max(seq), 0) FROM events");
+  if (!std::holds_alternative<std::int64_t>(last)) return contents;
+  contents.last = std::get<std::int64_t>(last);
+  if (!ReadRun(contents) || !alarms_.Read(contents.alarms) || !ReadCursors(contents.cursors) ||
+      !records_.ReadOwed(contents.owed) || !FindOldest()) {
+    return contents;
+  }
+  Statement rows(database_, "SELECT line, device, said FROM event_sources");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    contents.said[{std::string(rows.Text(0)), std::string(rows.Text(1))}] = rows.Text(2);
+  }
+  contents.image.newest = contents.last;
+  contents.image.alarms = contents.alarms;
+  contents.ok = step == Statement::Step::done && ReadImage(limits, contents.image);
+  return contents;
+}
+
+bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
+  const std::int64_t gone =
+      std::max<std::int64_t>(0, image.newest - static_cast<std::int64_t>(limits.events));
+  const std::int64_t older =
+      std::max<std::int64_t>(0, gone - static_cast<std::int64_t>(limits.remembered));
+  for (std::int64_t after = gone;;) {
+    auto events = ReadBehind(after);
+    if (!events) return false;
+    if (events->empty()) break;
+    after = events->back().seq;
+    std::ranges::move(*events, std::back_inserter(image.events));
+  }
+  Statement rows(database_, kGone);
+  rows.Bind(1, older);
+  rows.Bind(2, gone);
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    image.gone.push_back({rows.Number(0), std::string(rows.Text(1))});
+  }
+  if (step == Statement::Step::failed) return false;
+  Statement newest(database_, kOlder);
+  newest.Bind(1, older);
+  for (step = newest.Next(); step == Statement::Step::row; step = newest.Next()) {
+    if (!newest.IsNull(1)) image.older[std::string(newest.Text(0))] = newest.Number(1);
+  }
+  return step == Statement::Step::done;
+}
+
+bool EventTable::ReadRun(Contents& contents) {
+  Statement run(database_,
+                "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
+                "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
+  run.Bind(1, std::int64_t{CodeOf(OwnCode::started)});
+  run.Bind(2, std::int64_t{CodeOf(OwnCode::stops)});
+  const Statement::Step step = run.Next();
+  if (step == Statement::Step::row) {
+    const bool ended = run.Number(0) == std::int64_t{CodeOf(OwnCode::stops)};
+    contents.last_run = {ended ? LastRun::End::in_order : LastRun::End::broken_off, run.Time(1)};
+  }
+  return step != Statement::Step::failed;
+}
+
+bool EventTable::ReadCursors(Cursors& cursors) {
+  Statement rows(database_, "SELECT name, seq, sure FROM event_cursors");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    cursors[std::string(rows.Text(0))] = {rows.Number(1), rows.Number(2) != 0};
+  }
+  return step == Statement::Step::done;
+}
+
+bool EventTable::WriteCursors(const Cursors& cursors) {
+  bool ok = database_.Execute("DELETE FROM event_cursors");
+  for (const auto& [name, cursor] : cursors) {
+    cursor_.Bind(1, name);
+    cursor_.Bind(2, cursor.seq);
+    cursor_.Bind(3, std::int64_t{cursor.sure ? 1 : 0});
+    ok = ok && cursor_.Run();
+  }
+  return ok;
+}
+
+Result<std::vector<EventRecord>> EventTable::ReadBehind(std::int64_t after) {
+  auto page = ReadPage(database_, {.after = after});
+  if (!page) return Error{page.error()};
+  return std::move(page->records);
+}
+
+bool EventTable::Write(const std::vector<Batch>& batches, const Cursors* cursors,
+                       const std::vector<KeptRecord>& records) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE");
+  for (const Batch& batch : batches) ok = ok && Insert(batch);
+  for (const KeptRecord& record : records) ok = ok && records_.Insert(record);
+  ok = ok && (cursors == nullptr || WriteCursors(*cursors));
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
+  bool ok = database_.Execute("BEGIN IMMEDIATE; DELETE FROM alarms;");
+  for (const Alarm& alarm : alarms) ok = ok && alarms_.Write(alarm);
+  ok = ok && database_.Execute("COMMIT");
+  if (!ok) database_.Rollback();
+  return ok;
+}
+
+/// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
+bool EventTable::Insert(const Batch& batch) {
+  for (const EventRecord& event : batch.events) {
+    insert_.Bind(1, event.seq);
+    insert_.Bind(2, event.received);
+    insert_.Bind(3, event.device_time);
+    insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
+    insert_.Bind(5, event.line);
+    insert_.Bind(6, event.device);
+    insert_.Bind(7, std::int64_t{event.channel});
+    insert_.Bind(8, std::int64_t{event.code});
+    insert_.Bind(9, Name(event.state));
+    insert_.Bind(10, event.text);
+    if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
+    if (!InsertRecord(event)) return false;
+  }
+  if (batch.events.empty() && batch.past.empty()) return true;
+  if (batch.source != kGateway) {
+    said_.Bind(1, batch.line);
+    said_.Bind(2, batch.device);
+    said_.Bind(3, batch.said);
+    if (!said_.Run() || !past_.Insert(batch.line, batch.device, batch.past)) return false;
+  }
+  return batch.events.empty() || Drop(batch.events.back().seq);
+}
+
+bool EventTable::InsertRecord(const EventRecord& event) {
+  if (event.record.empty()) return true;
+  if (!event.kept) {
+    return records_.Owe(
+        {event.seq, event.line, event.device, event.record, event.device_time, event.clock});
+  }
+  KeptRecord record = *event.kept;
+  record.kind = kEventRecord;
+  record.event = event.seq;
+  return records_.Insert(record);
+}
+
+bool EventTable::Drop(std::int64_t newest) {
+  const std::int64_t beyond = newest - most_;
+  if (oldest_ > 0 && beyond < oldest_) return true;
+  drop_.Bind(1, beyond);
+  return drop_.Run() && records_.Drop(beyond) && FindOldest();
+}
+
+bool EventTable::FindOldest() {
+  const Value oldest = database_.First("SELECT coalesce(min(seq), 0) FROM events");
+  if (!std::holds_alternative<std::int64_t>(oldest)) return false;
+  oldest_ = std::get<std::int64_t>(oldest);
+  return true;
+}
 
 EventFile::EventFile(std::filesystem::path path, std::string vfs,
                      std::shared_ptr<EventsWriter> writer)

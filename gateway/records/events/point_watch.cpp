@@ -12,7 +12,7 @@
 #include "config/model/fields.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/records/events/own_codes.h"
+#include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
 namespace {

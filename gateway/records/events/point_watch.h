@@ -19,7 +19,6 @@
 #include <vector>
 
 #include "config/model/device.h"
-#include "gateway/base/quality.h"
 #include "gateway/base/value.h"
 #include "gateway/records/events/event_record.h"
 

@@ -1,6 +1,6 @@
 // Reads the records that events owe: the values that a relay has recorded of a trip, once, after
 // the event. They are read as a person reads points (WriteCommand::reads) and kept as one record
-// (gateway/records/events/kept_record.h).
+// (gateway/records/events/event_record.h).
 //
 //   event 412 is on the disk, owes "trip"   waits until the relay has no more events, at most 5 s
 //   L: nothing                              its points are asked for
@@ -28,7 +28,7 @@
 #include "gateway/base/guarded.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
-#include "gateway/records/events/kept_record.h"
+#include "gateway/records/events/event_record.h"
 
 namespace baudgate {
 

@@ -1,4 +1,6 @@
 // The files of a history folder as a whole: how large they are, and which of them have to go.
+// SureTime says by which time files are too old, and EstimateOf how many bytes a configuration will
+// keep.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "gateway/records/history/entry.h"
+#include "config/model/config.h"
+#include "gateway/base/time.h"
+#include "gateway/records/history/batch.h"
 
 namespace baudgate::history {
 
@@ -55,5 +59,42 @@ std::string Largest(const FolderFiles& folder_files);
 
 /// A file with all that belongs to it.
 void RemoveFile(const std::filesystem::path& folder, const std::string& file);
+
+// By which time files are judged too old. The clock of a machine may be wrong by years for a few
+// seconds, or from the start on; what is deleted by it does not come back when it is set.
+//
+//   start, newest file of 20 Nov, clock says 2099    → for a day nothing; then 21 Nov + uptime
+//   clock set by more than a minute                  → for a day nothing
+class SureTime {
+ public:
+  /// A clock must have gone on so long, by itself.
+  static constexpr Duration kSettled = kDay * 1ms;
+  /// One that goes faster or slower than this between two looks was set. Less is no harm.
+  static constexpr Duration kStep = 1min;
+
+  /// `newest`: begin of the newest day of which there are files; empty: there are none.
+  void Begin(Now now, std::optional<Millis> newest);
+  /// Often. Empty: the clock is not to be trusted yet; else it is not after `now`.
+  std::optional<Millis> Look(Now now);
+
+ private:
+  Instant began_;
+  Millis latest_ = 0;  // that it could have been when it began
+  Now last_{};
+  Instant settles_;
+};
+
+// How many bytes a configuration will keep, before it runs: for `baudgate check`.
+struct Estimate {
+  std::uint64_t least = 0;    ///< bytes a day when nothing changes
+  std::uint64_t most = 0;     ///< bytes a day when every reading is another one
+  std::uint64_t minutes = 0;  ///< bytes of trends.db, once it has all minutes that it keeps
+
+  /// Until the limit is reached, with so many bytes a day.
+  std::uint64_t Days(std::uint64_t limit, std::uint64_t bytes_a_day) const;
+};
+
+/// By what was measured (docs/performance.md).
+Estimate EstimateOf(const config::Config& config);
 
 }  // namespace baudgate::history

@@ -2,10 +2,215 @@
 #include "gateway/records/history/history_files.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
 
 #include "gateway/records/history/folder_files.h"
 
 namespace baudgate::history {
+
+namespace {
+
+constexpr std::array<const char*, 1> kTrendMigrations = {R"sql(
+CREATE TABLE points (
+  point INTEGER PRIMARY KEY,
+  name  TEXT NOT NULL UNIQUE
+);
+CREATE TABLE runs (
+  run   INTEGER PRIMARY KEY,
+  began INTEGER NOT NULL,
+  until INTEGER NOT NULL,
+  why   TEXT NOT NULL
+);
+CREATE TABLE minutes (
+  point INTEGER NOT NULL,
+  begin INTEGER NOT NULL,
+  run   INTEGER NOT NULL,
+  mean  REAL NOT NULL,
+  min   REAL NOT NULL,
+  max   REAL NOT NULL,
+  first REAL NOT NULL,
+  last  REAL NOT NULL,
+  count INTEGER NOT NULL,
+  good  INTEGER NOT NULL,
+  PRIMARY KEY (point, begin, run)
+) WITHOUT ROWID;
+CREATE TABLE hours (
+  point INTEGER NOT NULL,
+  begin INTEGER NOT NULL,
+  run   INTEGER NOT NULL,
+  mean  REAL NOT NULL,
+  min   REAL NOT NULL,
+  max   REAL NOT NULL,
+  first REAL NOT NULL,
+  last  REAL NOT NULL,
+  count INTEGER NOT NULL,
+  good  INTEGER NOT NULL,
+  PRIMARY KEY (point, begin, run)
+) WITHOUT ROWID;
+)sql"};
+constexpr DatabaseKind kTrends = {kTrendsApplication, kTrendMigrations,
+                                  "PRAGMA synchronous=NORMAL; PRAGMA journal_size_limit=1048576; "
+                                  "PRAGMA wal_autocheckpoint=256;"};
+
+}  // namespace
+
+TrendFile::TrendFile(std::filesystem::path path, const std::vector<PointName>& names,
+                     std::string vfs)
+    : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
+
+TrendFile::Opened TrendFile::Open(const std::string& damage) {
+  Opened opened;
+  OpenedDatabase file = OpenDatabase(path_, kTrends, vfs_, damage);
+  opened.put_aside = std::move(file.put_aside);
+  opened.lost = std::move(file.lost);
+  error_ = std::move(file.error);
+  if (!file.database) return opened;
+  damaged_ = false;
+  database_ = std::move(file.database);
+  open_ = OpenFile(path_, vfs_, *database_);
+  minute_ = Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
+  hour_ = Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
+  drop_minutes_ = Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");
+  drop_hours_ = Statement(*database_, "DELETE FROM hours WHERE point=? AND begin<?");
+  run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
+  opened.ok = ReadPoints() && MendHours();
+  const Value last = database_->First("SELECT coalesce(max(run), 0) FROM runs");
+  if (const auto* number = std::get_if<std::int64_t>(&last)) opened.last_run = *number;
+  return opened;
+}
+
+bool TrendFile::Fail() {
+  error_ = path_.string() + ": " + database_->error();
+  damaged_ = database_->damaged();
+  database_->Rollback();
+  return false;
+}
+
+bool TrendFile::ReadPoints() {
+  std::map<std::string, std::size_t, std::less<>> places;
+  for (std::size_t i = 0; i < names_.size(); ++i) places[names_[i].name] = i;
+  Statement rows(*database_, "SELECT point, name FROM points");
+  Statement::Step step = rows.Next();
+  for (; step == Statement::Step::row; step = rows.Next()) {
+    const auto found = places.find(rows.Text(1));
+    if (found != places.end()) ids_[found->second] = rows.Number(0);
+  }
+  return step == Statement::Step::done || Fail();
+}
+
+/// A gateway that was killed has left the minutes of an hour, and not the hour.
+bool TrendFile::MendHours() {
+  Run run;
+  {
+    Statement last(*database_, "SELECT run, began, until FROM runs ORDER BY run DESC LIMIT 1");
+    const Statement::Step step = last.Next();
+    if (step == Statement::Step::failed) return Fail();
+    if (step == Statement::Step::done) return true;
+    run = {last.Number(0), last.Number(1), last.Number(2), RunBegin::started};
+  }
+  std::vector<std::int64_t> points;
+  {
+    Statement rows(*database_, "SELECT point FROM points");
+    while (rows.Next() == Statement::Step::row) points.push_back(rows.Number(0));
+  }
+  if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
+  for (const std::int64_t point : points) {
+    if (!MendHours(point, run)) return Fail();
+  }
+  return database_->Execute("COMMIT") || Fail();
+}
+
+/// The last two of the run: of those before the hours are there.
+bool TrendFile::MendHours(std::int64_t point, const Run& run) {
+  std::map<Millis, Trend> hours;
+  {
+    Statement rows(*database_,
+                   "SELECT begin, mean, min, max, first, last, count, good FROM minutes AS m WHERE "
+                   "point=?1 AND begin>=?2 AND run=?3 AND good>0 AND NOT EXISTS (SELECT 1 FROM "
+                   "hours WHERE point=?1 AND begin=m.begin-m.begin%3600000 AND run=?3) ORDER BY "
+                   "begin");
+    rows.Bind(1, point);
+    rows.Bind(2, FloorTo(std::max(run.began, run.until - kHour), kHour));
+    rows.Bind(3, run.number);
+    Statement::Step step = rows.Next();
+    for (; step == Statement::Step::row; step = rows.Next()) {
+      const Trend minute{rows.Number(0), rows.Real(1), rows.Real(2),   rows.Real(3),
+                         rows.Real(4),   rows.Real(5), rows.Number(6), rows.Number(7)};
+      const Millis begin = FloorTo(minute.begin, kHour);
+      const auto [hour, is_new] = hours.try_emplace(begin, minute);
+      if (!is_new) Merge(hour->second, minute);
+      hour->second.begin = begin;
+    }
+    if (step != Statement::Step::done) return false;
+  }
+  return std::ranges::all_of(
+      hours, [&](const auto& hour) { return InsertSpan(hour_, point, run.number, hour.second); });
+}
+
+bool TrendFile::InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
+                           const Trend& trend) {
+  insert.Bind(1, point);
+  insert.Bind(2, trend.begin);
+  insert.Bind(3, run);
+  insert.Bind(4, Value(trend.mean));
+  insert.Bind(5, Value(trend.min));
+  insert.Bind(6, Value(trend.max));
+  insert.Bind(7, Value(trend.first));
+  insert.Bind(8, Value(trend.last));
+  insert.Bind(9, trend.count);
+  insert.Bind(10, trend.good);
+  return insert.Run();
+}
+
+std::int64_t TrendFile::IdOf(PointNumber point) {
+  Statement insert(*database_, "INSERT INTO points (name) VALUES (?) RETURNING point");
+  insert.Bind(1, names_[point].name);
+  if (insert.Next() != Statement::Step::row) return 0;
+  const std::int64_t id = insert.Number(0);
+  return insert.Next() == Statement::Step::done ? id : 0;
+}
+
+bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
+  const bool hour = row.width == kHour;
+  const std::int64_t id = ids_[row.point];
+  if (!InsertSpan(hour ? hour_ : minute_, id, row.run, row.trend)) return false;
+  if (!hour || !sure) return true;
+  const Millis now = std::min(row.trend.begin, *sure);
+  drop_minutes_.Bind(1, id);
+  drop_minutes_.Bind(2, now - kKeepMinutes);
+  drop_hours_.Bind(1, id);
+  drop_hours_.Bind(2, now - kKeepHours);
+  return drop_minutes_.Run() && drop_hours_.Run();
+}
+
+bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
+                      std::optional<Millis> sure) {
+  if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
+  std::vector<PointNumber> fresh;  // not before they are committed
+  bool ok = true;
+  for (const TrendRow& row : trends) {
+    if (ids_[row.point] == 0) {
+      fresh.push_back(row.point);
+      ids_[row.point] = IdOf(row.point);
+      ok = ids_[row.point] != 0;
+    }
+    ok = ok && Insert(row, sure);
+    if (!ok) break;
+  }
+  for (const Run& run : runs) {
+    run_.Bind(1, run.number);
+    run_.Bind(2, run.began);
+    run_.Bind(3, run.until);
+    run_.Bind(4, Name(run.why));
+    ok = ok && run_.Run();
+  }
+  if (ok && database_->Execute("COMMIT")) return true;
+  for (const PointNumber point : fresh) ids_[point] = 0;
+  return Fail();
+}
+
 namespace {
 
 /// A reading may come so late that it belongs to the hour before.

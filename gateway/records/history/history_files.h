@@ -1,8 +1,11 @@
 // The files of the history that are open, and the damage that was found while they were: a damaged
-// file is closed, and put aside when it is opened next.
+// file is closed, and put aside when it is opened next. TrendFile is trends.db, with the minutes
+// and hours of each point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -12,12 +15,82 @@
 #include <utility>
 #include <vector>
 
+#include "config/model/config.h"
 #include "gateway/base/result.h"
+#include "gateway/records/disk/database_file.h"
+#include "gateway/records/history/batch.h"
 #include "gateway/records/history/day_file.h"
-#include "gateway/records/history/store_limits.h"
-#include "gateway/records/history/trend_file.h"
 
 namespace baudgate::history {
+
+struct StoreLimits {
+  std::uint64_t bytes = 1000 * config::kMegabyte;
+  Millis keep = 365 * kDay;
+  /// Rows of a day's file that become chunks before the hour is over.
+  std::size_t open_rows = 1'500'000;
+  std::size_t pack_each = 40'000;  ///< entries that are packed at a time
+};
+
+// trends.db: minutes and hours of each point. docs/history.md has the tables.
+
+/// "BGtr".
+inline constexpr std::int64_t kTrendsApplication = 0x42477472;
+inline constexpr const char* kTrendsFile = "trends.db";
+
+/// Minutes older than this go, 60 for each hour that comes; and hours.
+inline constexpr Millis kKeepMinutes = 14 * kDay;
+inline constexpr Millis kKeepHours = 3660 * kDay;
+
+/// One thread. After a call that failed error() has words.
+class TrendFile {
+ public:
+  /// `names` outlives it.
+  TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {});
+
+  struct Opened {
+    bool ok = false;
+    std::string put_aside{};
+    std::optional<std::string> lost{};
+    std::int64_t last_run = 0;
+  };
+  /// `damage`: was found while it was in use.
+  Opened Open(const std::string& damage = {});
+  /// All or none. The same once more changes nothing. `sure`: see SureTime; spans are too old for
+  /// it, and for those that come.
+  bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
+             std::optional<Millis> sure);
+
+  const std::string& error() const { return error_; }
+  bool damaged() const { return damaged_; }
+  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  /// What a reader has found is looked for: all of it is read.
+  std::optional<std::string> Damage() { return database_->Damage(); }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  bool Fail();
+  bool ReadPoints();
+  bool MendHours();
+  bool MendHours(std::int64_t point, const Run& run);
+  bool Insert(const TrendRow& row, std::optional<Millis> sure);
+  static bool InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
+                         const Trend& trend);
+  std::int64_t IdOf(PointNumber point);
+
+  const std::filesystem::path path_;
+  const std::vector<PointName>& names_;
+  const std::string vfs_;
+  std::unique_ptr<Database> database_;
+  OpenFile open_;
+  Statement minute_;
+  Statement hour_;
+  Statement drop_minutes_;
+  Statement drop_hours_;
+  Statement run_;
+  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
+  bool damaged_ = false;
+  std::string error_;
+};
 
 /// One line for the log.
 struct News {

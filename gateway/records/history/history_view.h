@@ -1,5 +1,6 @@
 // The history as outputs see it: its health and its values. A read that hangs in a disk keeps the
-// view alive, also after a reload that has ended the log.
+// view alive, also after a reload that has ended the log. HistorySource is the interface for
+// outputs, and ReadChart reduces a history to what a chart can show.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,12 +8,41 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "gateway/base/guarded.h"
-#include "gateway/records/history/history_source.h"
-#include "gateway/records/history/unread_files.h"
+#include "gateway/records/disk/disk.h"
+#include "gateway/records/history/history_page.h"
+#include "gateway/records/history/recorder.h"
 
 namespace baudgate::history {
+
+// What others may ask of the history: gateway/outputs/status and gateway/outputs/control. From any
+// thread.
+struct HistoryState {
+  Disk disk = Disk::opening;
+  std::string trouble;               ///< why it fails; empty: it does not
+  WallTime since{};                  ///< of `disk`
+  std::size_t points = 0;            ///< whose values are kept
+  RecorderCounters counters{};       ///< since the start
+  std::uint64_t trends_dropped = 0;  ///< spans, since the start
+  std::size_t waiting = 0;           ///< entries that are not on the disk yet
+  std::uint64_t bytes = 0;           ///< of all files, when they were last looked at
+  std::uint64_t limit = 0;
+  WallTime oldest{};  ///< begin of the oldest day that is kept; the epoch: none is
+  std::string folder;
+  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
+  std::vector<std::string> unread{};     ///< files that nobody can read, or not whole, and why
+};
+
+class HistorySource {
+ public:
+  virtual ~HistorySource() = default;
+  virtual HistoryState state() const = 0;
+  /// Nothing while the files are being opened.
+  virtual Result<Page> Read(const PageQuery& query) const = 0;
+  virtual Result<TrendPage> ReadTrends(const TrendQuery& query) const = 0;
+};
 
 class HistoryView final : public HistorySource {
  public:
@@ -49,5 +79,25 @@ class HistoryView final : public HistorySource {
   mutable UnreadFiles unread_ BAUDGATE_GUARDED_BY(mutex_);
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
+
+// The history of a point reduced to what a chart of so many pixels can show: minimum, mean and
+// maximum of each step. Short times from every kept value, long ones from minutes and hours.
+
+inline constexpr std::int64_t kMostPixels = 4096;
+
+struct ChartQuery {
+  std::string point{};  ///< LINE.DEVICE.POINT
+  Millis since = 0;
+  Millis until = 0;  ///< not in it any more; at most now
+  std::int64_t pixels = 1200;
+};
+
+struct Chart {
+  Millis step = 0;
+  std::vector<Trend> rows{};  ///< by time; of steps without a good value none
+  bool known = false;         ///< some file has the point
+};
+
+Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query);
 
 }  // namespace baudgate::history

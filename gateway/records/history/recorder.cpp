@@ -7,6 +7,29 @@
 #include "gateway/records/history/chunk.h"
 
 namespace baudgate::history {
+
+namespace {
+
+bool HasMoved(const Decimal& deadband, const Value& from, const Value& to) {
+  if (from == to) return false;
+  if (deadband == 0) return true;
+  const auto before = Decimal::Of(from);
+  const auto now = Decimal::Of(to);
+  return !before || !now || Abs(*now - *before) > deadband;
+}
+
+}  // namespace
+
+LogRule LogRule::Of(const config::HistoryPoint& point) {
+  return {point.every, point.deadband, point.max_gap / std::chrono::milliseconds(1)};
+}
+
+bool IsKept(const LogRule& rule, const Entry* last, const Entry& now) {
+  if (last == nullptr || rule.every || now.quality != last->quality) return true;
+  if (now.time - last->time >= rule.max_gap) return true;
+  return HasMoved(rule.deadband, last->value, now.value);
+}
+
 namespace {
 
 /// As it is kept: under a bad quality there is none, and what is no number is none either.
@@ -244,6 +267,21 @@ void Recorder::Roll(Each each, Batch& out) {
 void Recorder::Emit(PointNumber number, Millis width, Batch& out) {
   for (const Trend& trend : ended_) out.trends.push_back({number, run_.number, width, trend});
   ended_.clear();
+}
+
+ChangeRecorder::ChangeRecorder(const config::History& history, PointStore& store, Now now)
+    : store_(store), feed_(store.Subscribe()), recorder_(history, store, now) {}
+
+Batch ChangeRecorder::Take(Now now, std::size_t room, bool anew, bool last) {
+  Batch batch;
+  recorder_.Take(changes_, now, room, batch);
+  if (anew) recorder_.BeginAnew(now, room, batch);
+  if (now.instant >= tick_) {
+    recorder_.Tick(now, room, batch);
+    tick_ = now.instant + kTick;
+  }
+  if (last) recorder_.End(now, batch);
+  return batch;
 }
 
 }  // namespace baudgate::history

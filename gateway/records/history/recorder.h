@@ -1,18 +1,35 @@
 // Out of what changes in the point store: what is kept, and what it comes to by minutes and hours.
 // No thread, no clock, no disk: gateway/records/history/history_log.h has the first two,
-// value_store.h the third.
+// history_log.h the third. LogRule decides about each reading, and ChangeRecorder drives Recorder
+// from the change feed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "config/model/config.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/records/history/batch.h"
-#include "gateway/records/history/log_rule.h"
 
 namespace baudgate::history {
+
+// Is this reading kept? The one decision about each reading, without clock and disk.
+//
+//   deadband 0.5, kept 10.0 good     10.4 good: no      10.6 good: yes      10.0 uncertain: yes
+//   max_gap 10min, kept at 12:00     the same at 12:09: no      at 12:10: yes
+struct LogRule {
+  bool every = false;
+  Decimal deadband = 0;  ///< a change by just so much is not kept; 0: every change is
+  Millis max_gap = 10 * kMinute;
+
+  static LogRule Of(const config::HistoryPoint& point);
+};
+
+/// `last`: the value kept last; null: none, or what happened since is not known.
+bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 /// Since the start.
 struct RecorderCounters {
@@ -89,6 +106,35 @@ class Recorder {
   std::vector<Seen> seen_;
   std::vector<Trend> ended_;
   RecorderCounters counters_;
+};
+
+// The recorder at the change feed of the point store: waits for what changes, and ticks once a
+// second. On one thread, but for Wake.
+class ChangeRecorder {
+ public:
+  /// `store` outlives it.
+  ChangeRecorder(const config::History& history, PointStore& store, Now now);
+  ~ChangeRecorder() { store_.Unsubscribe(feed_); }
+  ChangeRecorder(const ChangeRecorder&) = delete;
+  ChangeRecorder& operator=(const ChangeRecorder&) = delete;
+
+  /// Returns when something has changed, or at the next tick; with `last` at once.
+  void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
+  /// Ends a Wait. From any thread.
+  void Wake() { feed_->Wake(); }
+  /// After Wait: what is to be kept. `room`: see Recorder. `anew`: what was kept of this run is
+  /// lost.
+  Batch Take(Now now, std::size_t room, bool anew, bool last);
+  const RecorderCounters& counters() const { return recorder_.counters(); }
+
+ private:
+  static constexpr Duration kTick = 1s;
+
+  PointStore& store_;
+  const std::shared_ptr<ChangeFeed> feed_;
+  Recorder recorder_;
+  Changes changes_;
+  Instant tick_{};
 };
 
 }  // namespace baudgate::history

@@ -1,20 +1,23 @@
 // The flight recorder of one line and the source of its live traces: keeps the last exchanges as
 // they were on the wire, without secrets, and says when they are worth a file. Fed by
 // gateway/bus/poller/poller.h and gateway/lines/line_runner.h, read by gateway/outputs/control and
-// gateway/records/trace/recordings.h. Sans-I/O: time is an argument.
+// Recordings. Sans-I/O: time is an argument. Recordings writes the files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "config/model/config.h"
 #include "config/model/line.h"
 #include "gateway/base/guarded.h"
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/base/worker.h"
+#include "gateway/bus/exchange/line.h"
 #include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
@@ -122,6 +125,47 @@ class LineRecorder final : public Tap {
   std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when one was last sent
   std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // when it last gave a recording
   std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+// Writes what flight recorders hold into files that `baudgate decode` reads. Recordings come from
+// LineRecorder on the lines' threads; one thread here does the writing.
+class Recordings {
+ public:
+  static constexpr std::size_t kFilesPerLine = 20;
+  /// Recordings that wait for a slow disk; further ones are dropped.
+  static constexpr std::size_t kMostWaiting = 16;
+
+  /// config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty: nowhere.
+  static std::filesystem::path FolderOf(const config::Config& config);
+
+  /// A failed write is tried again after this time.
+  static constexpr Duration kAgain = 10s;
+
+  /// `trouble` gets why nothing can be written by now, or an empty text; from the writing thread.
+  /// Its end waits until all that waits is written.
+  Recordings(std::filesystem::path folder, std::string version,
+             std::function<void(const std::string&)> trouble);
+
+  /// From any thread; returns at once.
+  void Save(Recording recording);
+
+ private:
+  /// As it will be in the folder.
+  struct File {
+    std::string line;
+    std::string name;
+    std::string contents;
+  };
+  void WriteAll();
+  void Write(const File& file);
+  void DropOldest(const std::string& line) const;
+
+  const std::filesystem::path folder_;
+  const std::string version_;
+  const std::function<void(const std::string&)> trouble_;
+  std::optional<File> failed_;  // the latest that could not be written; of the writing thread
+  WorkQueue<Recording> waiting_{kMostWaiting};
+  Worker worker_;
 };
 
 }  // namespace baudgate

@@ -1,17 +1,19 @@
 // The bytes of a line as users see them: records with direction and microseconds, secrets masked,
 // one line of text each that `baudgate decode` reads back. Made by
 // gateway/records/trace/line_recorder.h, read by gateway/outputs/control and the files of the
-// flight recorder.
+// flight recorder. TraceHead describes the line on top of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "config/model/line.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
@@ -58,5 +60,24 @@ class TraceQueue {
   std::deque<TraceRecord> records_ BAUDGATE_GUARDED_BY(mutex_);
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
+
+// What `decode` has to know of a line to say what its bytes mean: comments on top of a trace and of
+// a recording. Written by the gateway, read back by gateway/tools/cli/offline.
+//
+//   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
+//   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off
+
+/// What `decode` is told of one device.
+struct TracedDevice {
+  std::string name{};
+  std::string protocol{};
+  std::string profile{};           ///< empty: none
+  std::vector<std::string> set{};  ///< options that were given, "key=value"; never a secret
+  bool operator==(const TracedDevice&) const = default;
+};
+
+std::vector<std::string> TraceHead(const config::Line& line);
+/// Nothing where the line is no such comment.
+std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
 }  // namespace baudgate

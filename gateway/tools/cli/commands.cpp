@@ -9,9 +9,11 @@
 #include <iostream>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <vector>
 
 #include "gateway/base/exit_code.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 #include "gateway/tools/cli/client_commands.h"
 #include "gateway/tools/cli/device_commands.h"
 #include "gateway/tools/cli/live/demo.h"
@@ -20,17 +22,95 @@
 #include "gateway/tools/cli/offline/check.h"
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/map.h"
-#include "gateway/tools/cli/offline/protocols.h"
+#include "gateway/tools/cli/offline/profiles.h"
+#include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/live_table.h"
-#include "gateway/tools/terminal/output.h"
 #include "gateway/tools/terminal/words.h"
-#ifdef BAUDGATE_WITH_DDS
-#include "gateway/base/exit_code.h"
-#include "gateway/tools/cli/live/discovery_server.h"
-#include "gateway/tools/cli/live/watch.h"
-#endif
 
 namespace baudgate {
+
+namespace {
+
+bool IsNumber(std::string_view word) {
+  return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// "8E1"
+bool IsFormat(std::string_view word) {
+  constexpr std::string_view kParities = "NEOneo";
+  return word.size() == 3 && word[0] >= '5' && word[0] <= '8' &&
+         kParities.find(word[1]) != std::string_view::npos && (word[2] == '1' || word[2] == '2');
+}
+
+/// "baudgate certs dds": the last command that was understood.
+struct Command {
+  const CLI::App* app;
+  std::string name;
+};
+Command LastOf(const CLI::App& app) {
+  Command command{&app, app.get_name()};
+  for (auto inner = app.get_subcommands(); !inner.empty(); inner = command.app->get_subcommands()) {
+    command = {inner.front(), command.name + " " + inner.front()->get_name()};
+  }
+  return command;
+}
+
+std::vector<std::string> OptionsOf(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> CommandsOf(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+std::string MeantBy(const std::string& word, const Command& command) {
+  const std::vector<std::string> options = OptionsOf(*command.app);
+  const bool is_option = word.starts_with('-');
+  const bool takes_file = std::ranges::find(options, "--config") != options.end();
+  if (takes_file && (word.ends_with(".yaml") || word.ends_with(".yml"))) {
+    return "give the file with -c: " + command.name + " -c " + word;
+  }
+  const std::vector<std::string> names = is_option ? options : CommandsOf(*command.app);
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  const std::string_view meant = config::Nearest(word.substr(0, word.find('=')), known);
+  return meant.empty() ? std::string()
+                       : command.name + ": did you mean " + std::string(meant) + "?";
+}
+
+}  // namespace
+
+std::optional<std::string> UnquotedSerial(std::span<char* const> words) {
+  for (std::size_t i = 0; i + 2 < words.size(); ++i) {
+    const std::string_view option = words[i];
+    const bool split = (option == "--serial" || option == "--baud") && IsNumber(words[i + 1]) &&
+                       IsFormat(words[i + 2]);
+    if (!split) continue;
+    return std::string(option) + ": bit rate and format are one word; write " +
+           std::string(option) + " \"" + words[i + 1] + " " + words[i + 2] + "\"";
+  }
+  return std::nullopt;
+}
+
+void TellMeant(const CLI::App& app, std::ostream& err) {
+  const Command command = LastOf(app);
+  for (const std::string& word : app.remaining(true)) {
+    const std::string meant = MeantBy(word, command);
+    if (!meant.empty()) err << meant << '\n';
+  }
+}
+
+}  // namespace baudgate
+
+#include "gateway/tools/cli/live/dds_programs.h"
+
+namespace baudgate {
+
 namespace {
 
 void AddConfig(CLI::App& command, std::string& file) {
@@ -109,8 +189,7 @@ void AddMap(CLI::App& app, Action& action) {
   });
 }
 
-void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
-#ifdef BAUDGATE_WITH_DDS
+void AddWatch(CLI::App& app, Action& action) {
   // Its words are those of baudgate-dds, which reads them.
   auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
   command->set_help_flag();
@@ -120,11 +199,9 @@ void AddWatch([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
       return RunWatch(words, catalog, std::cerr);
     };
   });
-#endif
 }
 
-void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action& action) {
-#ifdef BAUDGATE_WITH_DDS
+void AddDiscoveryServer(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("discovery-server",
                                      "Introduce gateways and DDS subscribers to each other");
   auto listen = std::make_shared<std::string>("127.0.0.1:11811");
@@ -133,7 +210,6 @@ void AddDiscoveryServer([[maybe_unused]] CLI::App& app, [[maybe_unused]] Action&
   command->callback([listen, &action] {
     action = [listen](const auto&) { return RunDiscoveryServer(*listen, std::cerr); };
   });
-#endif
 }
 
 void AddDecode(CLI::App& app, Action& action) {

@@ -8,8 +8,8 @@
 #include "gateway/base/shown.h"
 #include "gateway/diagnosis/decode/frame_lines.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/offline/traced_decoder.h"
-#include "gateway/tools/terminal/stop_signals.h"
+#include "gateway/tools/cli/offline/decode.h"
+#include "gateway/tools/terminal/command_end.h"
 
 namespace baudgate {
 namespace {

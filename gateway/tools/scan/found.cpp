@@ -5,7 +5,7 @@
 #include <cctype>
 #include <tuple>
 
-#include "config/model/modbus_addresses.h"
+#include "config/model/modbus.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::scan {

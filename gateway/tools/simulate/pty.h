@@ -1,13 +1,26 @@
 // A pseudo terminal that plays the far end of a serial cable, for twins, the demo and tests: what
-// the twin writes into the master, a reader of the linked path receives.
+// the twin writes into the master, a reader of the linked path receives. ServerOf finds the program
+// that serves a pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "gateway/base/result.h"
 
 namespace baudgate {
+
+// Which program serves the pty that a symbolic link leads to, so that no other takes the link of a
+// running twin.
+//
+//   link -> /dev/pts/7, no /dev/pts/7                 nobody: its program has ended
+//   link -> /dev/pts/7, which was made after the link nobody: the number has been given away again
+//   link -> /dev/pts/7, which was made before         served
+
+/// "socat (pid 4711)", "another program" where it may not be known; empty: it is not served.
+/// `target`: what `link` says, "/dev/pts/7".
+std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
  public:

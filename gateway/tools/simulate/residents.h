@@ -1,5 +1,6 @@
 // The twins of one protocol on a bus, and their faults: whole requests go in, what is said and when
 // comes out. Sans-I/O; gateway/tools/simulate/twin_port.h carries it over a pty or a connection.
+// SimulatedValues is what the devices measure, and TwinEvents raises events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,16 +9,68 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "config/model/device.h"
-#include "gateway/tools/simulate/simulated_values.h"
-#include "gateway/tools/simulate/twin_events.h"
+#include "config/model/point.h"
+#include "gateway/base/result.h"
+#include "gateway/base/time.h"
 #include "gateway/tools/simulate/twin_faults.h"
 #include "protocols/protocol.h"
+#include "protocols/twin.h"
 
 namespace baudgate {
+
+// What the twins of simulated devices measure.
+
+/// What a twin measures: each point follows its `simulate:` entry, a slow wave or a fixed value.
+class SimulatedValues final : public TwinValues {
+ public:
+  /// `points` outlives the values; `seed` shifts the waves of one twin against those of another.
+  SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
+  Value Get(std::size_t point, Instant now) const override;
+  void Set(std::size_t point, const Value& value) override;
+
+ private:
+  const std::vector<config::Point>& points_;
+  std::uint32_t seed_;
+  std::vector<Value> written_;
+};
+
+// Events that a twin raises by itself, as the user writes them: "every:5s", "every:1s,count=3".
+// They are those of its profile's table that go on and off, one after the other. Sans-I/O, as
+// twin_faults.h.
+struct EventSchedule {
+  Duration every{};
+  std::size_t count = 1;  ///< at a time
+  /// Each says its number, from 1 on, so that a test can tell which are missing.
+  bool numbered = false;
+};
+
+/// An error says what may stand there.
+Result<EventSchedule> ParseEventSchedule(std::string_view text);
+
+class TwinEvents {
+ public:
+  TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
+
+  /// Raises what has become due: before each request that the twin answers. `device`: the twin's.
+  void CatchUp(Twin& twin, const config::Device& device, Now now);
+
+  std::uint64_t raised() const { return raised_; }
+  std::uint64_t refused() const { return refused_; }  ///< there was no room in its register
+
+ private:
+  DeviceEvent Next(const config::Device& device) const;
+
+  const EventSchedule schedule_;
+  const Now start_;
+  std::uint64_t rounds_ = 0;
+  std::uint64_t raised_ = 0;
+  std::uint64_t refused_ = 0;
+};
 
 /// The lowest number that is an address of this protocol and none of `devices`'. Devices 1 and
 /// 2: 3. Nothing where addresses are no numbers.

@@ -1,6 +1,6 @@
 // Twins on a pty, or behind a TCP server: requests that come from the master's side are answered as
 // the real devices would, at a real bit rate if one is given. For `baudgate simulate`, the demo,
-// system tests and benchmarks.
+// system tests and benchmarks. SimulateLine makes the twins of a whole line of a configuration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,11 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "config/catalog/catalog.h"
 #include "config/model/device.h"
+#include "config/model/line.h"
 #include "config/model/network.h"
 #include "gateway/base/result.h"
 #include "gateway/tools/simulate/residents.h"
-#include "gateway/tools/simulate/twin_events.h"
 #include "gateway/tools/simulate/twin_faults.h"
 #include "protocols/protocol.h"
 
@@ -76,5 +77,14 @@ class Simulator {
   explicit Simulator(std::shared_ptr<Impl> impl);
   std::shared_ptr<Impl> impl_;
 };
+
+// The twins of a whole line of a configuration: devices of several protocols, and settings of their
+// own. For `baudgate simulate -c` and the demo.
+
+/// `options` say where, and how they misbehave; the line says at which pace, and which settings a
+/// reader has to make.
+Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
+                                                const config::Catalog& catalog,
+                                                SimulatorOptions options);
 
 }  // namespace baudgate

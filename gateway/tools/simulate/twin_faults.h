@@ -1,7 +1,6 @@
 // Faults that a twin shows on demand: what it says to one request becomes timed pieces of bytes,
 // lost, damaged, torn, late or foreign. Sans-I/O: gateway/tools/simulate/simulator.h puts the
-// pieces on a pty, tests on a virtual line. Text forms: gateway/tools/simulate/fault_text.h;
-// docs/faults.md.
+// pieces on a pty, tests on a virtual line. Text forms: ParseFault; docs/faults.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,6 +13,7 @@
 
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
@@ -139,5 +139,11 @@ class TwinFaults {
   std::vector<Held> held_;
   Instant said_until_{};  // the twin's own last character
 };
+
+// Faults of a twin as the user writes them: "bits:rate=0.1,count=2,every=60s,for=20s".
+// Read from `simulate --fault`; docs/faults.md lists kinds and keys.
+
+/// An error names the fault and the key, and says what may stand there.
+Result<Fault> ParseFault(std::string_view text);
 
 }  // namespace baudgate

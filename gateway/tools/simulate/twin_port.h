@@ -1,5 +1,6 @@
 // One way to the twins of a bus: a pty, or a connection. Bytes become requests, and what the twins
-// say goes out when its last character would have come over the wire.
+// say goes out when its last character would have come over the wire. ReceiveAs gives what a UART
+// makes of characters with other settings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +15,26 @@
 #include <optional>
 #include <vector>
 
+#include "config/model/serial.h"
+#include "gateway/base/bytes.h"
 #include "gateway/tools/simulate/residents.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {
+
+// What a UART makes of characters that another one has sent with other settings: the bits of the
+// wire, sampled at the receiver's own rate and read in its own format. Pure.
+struct Received {
+  Bytes bytes;              ///< a damaged character is 0, as a tty hands it over
+  std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
+};
+
+/// `sent`: characters without a pause between them, on a wire that is idle before and after.
+Received ReceiveAs(const config::SerialSettings& receiver, View sent,
+                   const config::SerialSettings& sender);
+
+/// Whether every character arrives as it was sent.
+bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
 /// The twins of one bus, of one protocol after the other, and what is counted of them.
 struct TwinBus {

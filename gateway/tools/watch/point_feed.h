@@ -1,21 +1,127 @@
 // The subscriber of `watch`: points, starts and ends of gateways on their way from the library's
-// threads to the one that shows them.
+// threads to the one that shows them. Mailbox holds what comes, and Listening keeps a subscriber
+// that hears.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/eventfd.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/outputs/dds/domain.h"
+#include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
-#include "gateway/outputs/dds/participant_options.h"
-#include "gateway/tools/watch/mailbox.h"
 #include "gateway/tools/watch/watch_lines.h"
 
 namespace baudgate {
+
+// What comes on the DDS library's threads, for the one that prints. While that one is stuck (a
+// pager) Put waits, and the library keeps only the latest of each instance: memory stays bounded.
+template <typename Item>
+class Mailbox {
+ public:
+  Mailbox() = default;
+  ~Mailbox() {
+    if (wake_ >= 0) ::close(wake_);
+  }
+  Mailbox(const Mailbox&) = delete;
+  Mailbox& operator=(const Mailbox&) = delete;
+
+  void Put(Item item) {
+    {
+      MutexLock lock(mutex_);
+      while (!closed_ && items_.size() >= kMost) lock.Wait(room_);
+      if (closed_) return;
+      items_.push_back(std::move(item));
+      if (items_.size() > 1) return;  // the reader has been woken already
+    }
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_, &one, sizeof one);
+  }
+  std::vector<Item> TakeAll() {
+    const MutexLock lock(mutex_);
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(wake_, &count, sizeof count);
+    room_.notify_all();
+    return std::exchange(items_, {});
+  }
+  /// Nothing waits in Put from now on, and what is put is dropped.
+  void Close() {
+    const MutexLock lock(mutex_);
+    closed_ = true;
+    room_.notify_all();
+  }
+  void Reopen() {
+    const MutexLock lock(mutex_);
+    closed_ = false;
+  }
+  /// Readable when something is in it.
+  int descriptor() const { return wake_; }
+
+ private:
+  static constexpr std::size_t kMost = 10'000;
+
+  const int wake_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  Mutex mutex_;
+  std::condition_variable room_;
+  std::vector<Item> items_ BAUDGATE_GUARDED_BY(mutex_);
+  bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
+};
+
+// Keeps a subscriber that hears. An interface that was deleted and made again leaves the library
+// deaf, so the subscriber is then made again, as the gateway does with its own participant.
+class Listening {
+ public:
+  using Open = std::function<Status()>;
+  using Find = std::function<dds::OwnAddresses()>;
+
+  /// `open` ends the subscriber, if there is one, and makes it again. `interfaces`: those of its
+  /// participant.
+  Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
+
+  /// The first time.
+  Status Start();
+  /// Looks once a second. Returns what people are to know: that it was started again, or why it
+  /// cannot be. Then it is tried again each second.
+  std::optional<std::string> Look(Instant now);
+  Instant next_look() const { return next_look_; }
+  /// Why there is no subscriber now.
+  const std::optional<std::string>& failure() const { return failure_; }
+
+ private:
+  const std::vector<std::string> interfaces_;
+  const Open open_;
+  const Find find_;
+  std::optional<dds::InterfaceWatch> watched_;
+  std::optional<std::string> failure_;
+  Instant next_look_{};
+};
+
+/// For `open`. The mailbox is closed meanwhile: a thread of the old subscriber may wait there for
+/// room, and nothing is taken out.
+template <typename Subscriber, typename Item, typename Make>
+Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
+  mailbox.Close();
+  subscriber.reset();
+  mailbox.Reopen();
+  auto made = make();
+  if (!made) return Error{made.error()};
+  subscriber = std::move(*made);
+  return {};
+}
 
 struct GatewayStart {
   dds::GatewaySample sample;

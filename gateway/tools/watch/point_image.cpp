@@ -1,9 +1,90 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/point_image.h"
 
+#include <algorithm>
+#include <limits>
+#include <sstream>
 #include <utility>
 
 namespace baudgate {
+
+namespace {
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// Takes a run of digits, without zeros in front, or one other character.
+std::string_view TakeToken(std::string_view& text) {
+  std::size_t end = 1;
+  if (IsDigit(text.front())) {
+    end = std::min(text.find_first_not_of("0123456789"), text.size());
+  }
+  std::string_view token = text.substr(0, end);
+  text.remove_prefix(end);
+  while (token.size() > 1 && token.front() == '0') token.remove_prefix(1);
+  return token;
+}
+
+}  // namespace
+
+bool ComesBefore(std::string_view a, std::string_view b) {
+  std::string_view left = a;
+  std::string_view right = b;
+  while (!left.empty() && !right.empty()) {
+    const std::string_view one = TakeToken(left);
+    const std::string_view other = TakeToken(right);
+    if (one == other) continue;
+    const bool numbers = IsDigit(one.front()) && IsDigit(other.front());
+    if (numbers && one.size() != other.size()) return one.size() < other.size();
+    return one < other;
+  }
+  if (left.empty() != right.empty()) return left.empty();
+  return a < b;
+}
+
+PointOrder::PointOrder(std::istream& profiles) {
+  std::set<std::string> readable;
+  for (std::string line; std::getline(profiles, line);) {
+    Places& places = profiles_.emplace_back();
+    std::istringstream names(line);
+    for (std::string name; names >> name;) {
+      const bool write_only = name.front() == '-';
+      if (write_only) name.erase(0, 1);
+      places.emplace(name, places.size());
+      (write_only ? write_only_ : readable).insert(name);
+    }
+  }
+  for (const std::string& name : readable) write_only_.erase(name);
+}
+
+const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
+  const Places* best = nullptr;
+  std::pair<std::size_t, std::size_t> most{0, 0};  // points that it has, and others that it lacks
+  for (const Places& places : profiles_) {
+    const auto has = static_cast<std::size_t>(std::ranges::count_if(
+        points, [&](const std::string& point) { return places.contains(point); }));
+    const std::pair fit{has, std::numeric_limits<std::size_t>::max() - places.size()};
+    if (has == 0 || (best != nullptr && fit <= most)) continue;
+    best = &places;
+    most = fit;
+  }
+  return best;
+}
+
+void PointOrder::Sort(std::vector<std::string>& points) const {
+  static const Places kNone;
+  const Places* profile = ProfileOf(points);
+  const Places& places = profile == nullptr ? kNone : *profile;
+  const auto place = [&](const std::string& point) {
+    const auto found = places.find(point);
+    return found == places.end() ? places.size() : found->second;
+  };
+  std::ranges::sort(points, [&](const std::string& a, const std::string& b) {
+    const std::size_t first = place(a);
+    const std::size_t second = place(b);
+    return first != second ? first < second : ComesBefore(a, b);
+  });
+}
+
 namespace {
 
 News Compare(const PointEvent& before, const PointEvent& now) {

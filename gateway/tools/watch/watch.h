@@ -1,8 +1,10 @@
 // `baudgate watch`: shows what gateways publish on DDS, as a live table, plain lines or JSON lines.
-// Samples come from gateway/outputs/dds/fast/subscriber.h; the text goes to a stream.
+// Samples come from gateway/outputs/dds/fast/subscriber.h; the text goes to a stream. AddWatch adds
+// the words of the command.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -33,7 +35,7 @@ struct WatchOptions {
   std::string gateway;              ///< only of this name; empty = all
   std::string device;
   std::string point;
-  std::string point_order;  ///< a file, see point_order.h; empty: by name
+  std::string point_order;  ///< a file, see point_image.h; empty: by name
   /// A live table for this terminal instead of plain lines; see TerminalView.
   std::optional<TableView> terminal;
   Duration first_sample_timeout = 10s;  ///< of `once`
@@ -44,5 +46,10 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 
 /// Ends at SIGINT and SIGTERM as well. Returns the exit code: 0, or 4 when nothing was heard.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
+
+// The words of `baudgate watch`. Read by baudgate-dds; the gateway's binary passes them on.
+
+/// Adds the subcommand; `options` outlive the parsing.
+CLI::App* AddWatch(CLI::App& app, WatchOptions& options);
 
 }  // namespace baudgate

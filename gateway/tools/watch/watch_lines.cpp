@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "gateway/base/shown.h"
-#include "gateway/tools/watch/sample_json.h"
 
 namespace baudgate {
+
 namespace {
 
 std::string_view GoneText(dds::Gone gone) {

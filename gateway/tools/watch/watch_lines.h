@@ -1,15 +1,75 @@
-// What `watch` prints of a point, as plain text or as JSON: samples in, one line out.
+// What `watch` prints of a point, as plain text or as JSON: samples in, one line out. JsonOf makes
+// JSON of any sample.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
-#include "gateway/base/quality.h"
 #include "gateway/base/time.h"
+#include "gateway/base/value.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate {
+
+// A sample as JSON: the fields of the contract (gateway/outputs/dds/published_types.h) under their
+// names, in their order. Used by the modes of `watch` that know the types.
+//
+//   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"; null: 0
+//   value NaN                             "value":null
+
+using Json = nlohmann::ordered_json;
+
+inline std::string Dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+template <typename Value>
+void PutField(std::string_view name, const Value& value, Json& to) {
+  constexpr std::string_view kTime = "_time_ns";
+  constexpr std::string_view kUnit = "_ns";
+  if constexpr (std::same_as<Value, std::int64_t>) {
+    if (name.ends_with(kTime)) {
+      Json& made = to[std::string(name.substr(0, name.size() - kUnit.size()))];
+      if (value > 0) made = FormatWallTime(WallTime(Duration(value)));
+      return;
+    }
+  }
+  Json& made = to[std::string(name)];
+  if constexpr (std::same_as<Value, double>) {
+    if (!std::isfinite(value)) return;
+  }
+  made = value;
+}
+
+/// `special`: called with the name of each field; true: it has put the field itself.
+template <typename Sample, typename Special>
+Json JsonOf(const Sample& sample, const Special& special) {
+  Json json;
+  dds::ForEachField<Sample>([&](const auto& field) {
+    if (!special(field.name, json)) PutField(field.name, sample.*field.member, json);
+  });
+  return json;
+}
+template <typename Sample>
+Json JsonOf(const Sample& sample) {
+  return JsonOf(sample, [](std::string_view, Json&) { return false; });
+}
+
+template <typename Sample>
+Json KeyOf(const Sample& sample) {
+  Json json;
+  dds::ForEachField<Sample>([&](const auto& field) {
+    if (field.key) PutField(field.name, sample.*field.member, json);
+  });
+  return json;
+}
 
 /// A sample, or the end of a point: then only its key is meant.
 struct PointEvent {

@@ -4,8 +4,8 @@
 
 #include "config/catalog/option_values.h"
 #include "config/checks/device_checks.h"
+#include "config/checks/modbus_checks.h"
 #include "config/checks/point_checks.h"
-#include "config/checks/route_checks.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

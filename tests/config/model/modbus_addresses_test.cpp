@@ -1,8 +1,8 @@
 // The ends of the areas of values.
 // SPDX-License-Identifier: Apache-2.0
-#include "config/model/modbus_addresses.h"
-
 #include <gtest/gtest.h>
+
+#include "config/model/modbus.h"
 
 namespace baudgate::config {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

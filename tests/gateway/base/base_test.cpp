@@ -7,8 +7,6 @@
 #include <random>
 
 #include "gateway/base/bytes.h"
-#include "gateway/base/checksum.h"
-#include "gateway/base/csv.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/deadline.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/base/time.h"
 
 namespace baudgate {
 namespace {

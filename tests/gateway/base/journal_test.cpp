@@ -1,7 +1,5 @@
 // What journald gets of a text: a datagram with its line, device and outcome as fields.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/journal.h"
-
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <spdlog/spdlog.h>
@@ -10,7 +8,7 @@
 
 #include <cstdlib>
 
-#include "gateway/base/log_folder.h"
+#include "gateway/base/log_outlet.h"
 #include "tests/support/journald.h"
 
 namespace baudgate::log {

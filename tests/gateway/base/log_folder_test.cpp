@@ -1,9 +1,9 @@
 // Folding of log texts that come again: what is held back, and when and in which order it is told.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/log_folder.h"
-
 #include <fmt/chrono.h>
 #include <gtest/gtest.h>
+
+#include "gateway/base/log_outlet.h"
 
 namespace baudgate::log {
 namespace {

@@ -1,7 +1,5 @@
 // Which programs have a port open, read from the real /proc of this machine.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/port_holders.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -10,6 +8,8 @@
 #include <csignal>
 #include <cstdlib>
 #include <string>
+
+#include "gateway/base/system_trouble.h"
 
 namespace baudgate {
 namespace {

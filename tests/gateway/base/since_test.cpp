@@ -1,10 +1,9 @@
 // Times as users ask for what has been.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/since.h"
-
 #include <gtest/gtest.h>
 
-#include "gateway/base/write_result.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
 
 namespace baudgate {
 namespace {

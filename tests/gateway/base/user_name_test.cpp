@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/user_name.h"
-
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+
+#include "gateway/base/system_trouble.h"
 
 namespace baudgate {
 namespace {

@@ -1,8 +1,8 @@
 // What lines, routes and disks tell, as alarms.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/alarm_service.h"
-
 #include <gmock/gmock.h>
+
+#include "gateway/daemon/event_path.h"
 
 namespace baudgate {
 namespace {

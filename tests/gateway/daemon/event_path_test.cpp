@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "gateway/records/events/own_codes.h"
+#include "gateway/records/events/own_records.h"
 #include "tests/support/journald.h"
 
 namespace baudgate {

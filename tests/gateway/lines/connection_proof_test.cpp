@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/connection_proof.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/lines/server_connection.h"
 
 namespace baudgate {
 namespace {

@@ -1,9 +1,8 @@
 // What becomes of a write that its line cannot take, and how it is counted.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/line_dispatcher.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/lines/lines.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/lines/line_parts.h"
+#include "gateway/lines/line_runner.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/bus/exchange/tap.h"
+#include "gateway/bus/exchange/line.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 

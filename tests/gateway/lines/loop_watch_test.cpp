@@ -1,8 +1,8 @@
 // Which loops still run, by looks that the test makes and loops that answer when it lets them.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/loop_watch.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/lines/lines.h"
 
 namespace baudgate {
 namespace {

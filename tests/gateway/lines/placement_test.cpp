@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/placement.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
+
+#include "gateway/lines/lines.h"
 
 namespace baudgate {
 namespace {

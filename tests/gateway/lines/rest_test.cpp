@@ -1,9 +1,8 @@
 // When an end of the connection is no outage, and for how long it is remembered.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/rest.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/lines/server_connection.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,11 +1,10 @@
 // What waits for the end of a write.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/write_grace.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "gateway/lines/line_port.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/common/civil_zone.h"
-
 #include <gtest/gtest.h>
+
+#include "protocols/common/clock.h"
 
 namespace baudgate {
 namespace {

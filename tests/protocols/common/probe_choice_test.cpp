@@ -1,12 +1,12 @@
 // Which probe is due, shown as a row of steps: "own" or the number of a read, '!' where it is
 // answered.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/common/probe_choice.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
+
+#include "protocols/common/identification.h"
 
 namespace baudgate {
 namespace {

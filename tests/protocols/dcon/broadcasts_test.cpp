@@ -1,7 +1,6 @@
 // Synchronised samples and the host watchdog: what is told to all modules of a line.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/broadcasts.h"
-
+#include "protocols/dcon/conversation.h"
 #include "tests/protocols/dcon/support.h"
 
 namespace baudgate::protocols::dcon {

@@ -1,7 +1,7 @@
 // Modules whose inputs have type codes of their own: what is asked, and what becomes of an input
 // that measures something else than its point says. Bytes: dcon reference, chapters 5 and 7.3.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/type_codes.h"
+#include "protocols/dcon/identification.h"
 #include "tests/protocols/dcon/support.h"
 
 namespace baudgate::protocols::dcon {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {

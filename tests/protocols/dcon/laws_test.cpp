@@ -1,7 +1,7 @@
 // The laws of frame rules, for DCON requests and replies with every checksum variant.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/codec.h"
-#include "protocols/dcon/frame_rule.h"
+#include "protocols/dcon/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 
 namespace baudgate {

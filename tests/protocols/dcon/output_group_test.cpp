@@ -1,7 +1,6 @@
 // Several digital outputs of one module in one exchange.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/dcon/output_group.h"
-
+#include "protocols/dcon/places.h"
 #include "tests/protocols/dcon/support.h"
 
 namespace baudgate::protocols::dcon {

@@ -10,8 +10,8 @@
 #include "protocols/assembler.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
-#include "protocols/dcon/expect.h"
 #include "protocols/dcon/protocol.h"
+#include "protocols/dcon/rules.h"
 #include "protocols/dcon/twin.h"
 #include "tests/support/talk.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/example/codec.h"
-#include "protocols/example/frame_rule.h"
+#include "protocols/example/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 
 namespace baudgate {

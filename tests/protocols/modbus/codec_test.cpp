@@ -1,7 +1,7 @@
 // Frames of Modbus RTU and ASCII: every frame of the reference installation, check values, and what
 // is no frame.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/rtu_frame_rule.h"
+#include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
 
 namespace baudgate::protocols::modbus {

@@ -1,8 +1,7 @@
 // The laws of frame rules for Modbus RTU, ASCII and TCP, requests and replies, and what they owe
 // beyond.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/ascii_frame_rule.h"
-#include "protocols/modbus/rtu_frame_rule.h"
+#include "protocols/modbus/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/modbus/support.h"
 

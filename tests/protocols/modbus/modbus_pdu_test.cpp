@@ -1,7 +1,7 @@
 // Rules of Modbus PDUs against the messages of the reference installation (an inverter as slave 20)
 // and the examples of the MODBUS Application Protocol V1.1b3.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/pdu/modbus_pdu.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <random>
 
-#include "protocols/modbus/rtu_frame_rule.h"
+#include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
 
 namespace baudgate::protocols::modbus {

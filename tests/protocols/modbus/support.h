@@ -12,9 +12,8 @@
 #include "protocols/assembler.h"
 #include "protocols/modbus/codec.h"
 #include "protocols/modbus/conversation.h"
-#include "protocols/modbus/expect.h"
-#include "protocols/modbus/pdu.h"
 #include "protocols/modbus/protocol.h"
+#include "protocols/modbus/rules.h"
 #include "protocols/modbus/twin.h"
 #include "tests/support/talk.h"
 

@@ -1,7 +1,7 @@
 // Modbus TCP: its messages, what is believed of a connection, and its servers as devices. Golden
 // bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging Implementation Guide V1.0b, 3.1.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/modbus/tcp_frame_rule.h"
+#include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
 
 namespace baudgate {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "config/catalog/option_values.h"
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/assembler.h"
 #include "tests/config/shipped.h"

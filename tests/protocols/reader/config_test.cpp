@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "config/loader.h"
-#include "gateway/bus/points/ageing.h"
+#include "gateway/bus/points/point_store.h"
 #include "tests/protocols/reader/support.h"
 #include "tests/support/toy_protocol.h"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 #include "protocols/reader/codec.h"
-#include "protocols/reader/expect.h"
-#include "protocols/reader/frame_rule.h"
 #include "protocols/reader/protocol.h"
+#include "protocols/reader/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 
 namespace baudgate {

@@ -6,7 +6,6 @@
 
 #include "protocols/reader/codec.h"
 #include "protocols/reader/twin.h"
-#include "protocols/reader/values.h"
 #include "tests/protocols/reader/support.h"
 #include "tests/support/fixed_values.h"
 

@@ -1,12 +1,11 @@
 // What messages are that cannot be read, and what is said of them.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/reader/recognise.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "gateway/base/text.h"
+#include "protocols/reader/rules.h"
 #include "tests/protocols/reader/support.h"
 
 namespace baudgate::protocols::reader {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "gateway/bus/points/ageing.h"
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/modbus/codec.h"
 #include "tests/protocols/runs/lag_line.h"

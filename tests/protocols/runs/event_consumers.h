@@ -10,9 +10,8 @@
 #include <optional>
 #include <random>
 
-#include "gateway/daemon/event_samples.h"
-#include "gateway/outputs/dds/event_sender.h"
-#include "gateway/records/events/cursors.h"
+#include "gateway/outputs/dds/notice_sender.h"
+#include "gateway/outputs/dds/output/event_samples.h"
 #include "gateway/records/events/event_feed.h"
 #include "tests/protocols/runs/event_keeper.h"
 

@@ -7,7 +7,6 @@
 #include <map>
 
 #include "gateway/base/bytes.h"
-#include "gateway/base/checksum.h"
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
 

@@ -13,8 +13,8 @@
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/records/events/event_feed.h"
 #include "gateway/records/events/event_file.h"
-#include "gateway/records/events/event_page.h"
-#include "gateway/records/events/record_page.h"
+#include "gateway/records/events/event_source.h"
+#include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 
 namespace baudgate {

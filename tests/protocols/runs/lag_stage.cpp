@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/bus/points/ageing.h"
+#include "gateway/bus/points/point_store.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {

@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "gateway/tools/simulate/fault_text.h"
 #include "gateway/tools/simulate/simulator.h"
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/protocols/runs/rig.h"

@@ -11,7 +11,7 @@
 #include <random>
 #include <regex>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "gateway/diagnosis/causes/diagnose.h"
 #include "tests/protocols/runs/rig.h"

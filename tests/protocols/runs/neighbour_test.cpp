@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
 

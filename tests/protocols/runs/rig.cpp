@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "config/loader.h"
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/assembler.h"
 #include "protocols/dcon/protocol.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "gateway/bus/points/ageing.h"
+#include "gateway/bus/points/point_store.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/protocol.h"
 #include "protocols/set4tm/protocol.h"

@@ -1,7 +1,7 @@
 // Billing readings over outages, replies that come to the wrong request, midnights, batches that
 // are not kept and restarts: each day and month once, with what the meter had.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/billing_session.h"
+#include "protocols/set4tm/archive/billing_session.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 #include <random>
 
 #include "gateway/base/text.h"
-#include "protocols/set4tm/civil_bcd.h"
-#include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/twin_billing.h"
+#include "protocols/set4tm/meter/clock.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

@@ -1,13 +1,12 @@
 // The drift of a meter's clock, and its correction: golden bytes, and a whole line.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/clock_drift.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
 
 #include "gateway/bus/poller/poller.h"
-#include "protocols/common/clock_care.h"
+#include "protocols/common/clock.h"
+#include "protocols/set4tm/meter/clock.h"
 #include "tests/protocols/set4tm/support.h"
 #include "tests/support/virtual_line.h"
 

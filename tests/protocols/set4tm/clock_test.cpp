@@ -5,8 +5,8 @@
 #include <string>
 
 #include "gateway/base/text.h"
-#include "protocols/set4tm/points.h"
-#include "protocols/set4tm/values.h"
+#include "protocols/set4tm/meter/points.h"
+#include "protocols/set4tm/meter/values.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

@@ -1,8 +1,8 @@
 // SET-4TM addresses, passwords, checksum and lengths, against the reference's worked examples.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/meter/codec.h"
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

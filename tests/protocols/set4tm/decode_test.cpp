@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

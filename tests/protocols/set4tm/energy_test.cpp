@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

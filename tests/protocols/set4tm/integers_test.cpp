@@ -1,7 +1,6 @@
 // Integers in place of floats, for meters that have none.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/integers.h"
-
+#include "protocols/set4tm/meter/plan.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -1,8 +1,6 @@
 // Journals that are read while they grow and wrap, over replies that come to the wrong request,
 // batches that are not kept, and restarts: each record is told once and in order.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/journal_session.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -12,8 +10,9 @@
 #include <set>
 
 #include "gateway/base/text.h"
-#include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/twin_journals.h"
+#include "protocols/set4tm/archive/journals.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/journal.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "protocols/set4tm/archive/journals.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/frame_rule.h"
-#include "protocols/set4tm/recognise.h"
+#include "protocols/set4tm/rules.h"
 #include "protocols/set4tm/session.h"
 #include "tests/protocols/set4tm/support.h"
 

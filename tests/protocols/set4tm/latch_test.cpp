@@ -1,7 +1,7 @@
 // The broadcast latch: when it is sent, how a meter is known to have heard it, and two meters on a
 // whole line.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/latch.h"
+#include "protocols/set4tm/meter/latch.h"
 
 #include <gtest/gtest.h>
 

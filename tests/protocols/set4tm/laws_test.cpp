@@ -1,8 +1,8 @@
 // The frame rule laws, for SET-4TM requests and for replies of every shape and address form.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/base/checksum.h"
-#include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/frame_rule.h"
+#include "gateway/base/bytes.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/set4tm/support.h"
 

@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "protocols/set4tm/twin_load.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
 #include "tests/support/virtual_line.h"
 

@@ -1,12 +1,11 @@
 // The bytes of load profiles: golden ones of the manufacturer's description, seasons, powers.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/load_profile.h"
+#include "protocols/set4tm/archive/load_profile.h"
 
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "protocols/set4tm/load_reader.h"
-#include "protocols/set4tm/twin_load.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

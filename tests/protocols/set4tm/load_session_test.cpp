@@ -1,7 +1,7 @@
 // Load profiles that are read while they grow and wrap, with outages of the gateway and the meter,
 // batches that are not kept, restarts and other meters: each record once, and what the twin had.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/load_session.h"
+#include "protocols/set4tm/archive/load_session.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <random>
 
 #include "gateway/base/text.h"
-#include "protocols/set4tm/codec.h"
-#include "protocols/set4tm/twin_load.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

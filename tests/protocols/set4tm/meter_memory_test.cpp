@@ -1,8 +1,8 @@
 // Serial numbers and refused passwords over restarts.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/meter_memory.h"
-
 #include <gtest/gtest.h>
+
+#include "protocols/set4tm/session.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {

@@ -1,12 +1,11 @@
 // The `read` grammar and the decoders of SET-4TM, with the values of the reference's examples.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/points.h"
+#include "protocols/set4tm/meter/points.h"
 
 #include <cmath>
 
-#include "protocols/set4tm/cp1251.h"
-#include "protocols/set4tm/snapshot.h"
-#include "protocols/set4tm/values.h"
+#include "protocols/set4tm/meter/plan.h"
+#include "protocols/set4tm/meter/values.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

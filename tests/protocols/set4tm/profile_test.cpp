@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "config/loader.h"
-#include "protocols/set4tm/snapshot.h"
+#include "protocols/set4tm/meter/plan.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -6,7 +6,7 @@
 #include <bit>
 
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/values.h"
+#include "protocols/set4tm/meter/values.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

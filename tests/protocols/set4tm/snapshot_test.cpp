@@ -1,10 +1,9 @@
 // Floats of one moment: the snapshot read of a SET-4TM meter.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/snapshot.h"
-
 #include <gmock/gmock.h>
 
 #include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/meter/plan.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -1,9 +1,10 @@
 // What becomes of a request that a SET-4TM meter answers with a status code.
 // SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/meter/status.h"
+
 #include <gmock/gmock.h>
 
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/conversation_steps.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -9,11 +9,11 @@
 
 #include "gateway/base/text.h"
 #include "protocols/assembler.h"
-#include "protocols/set4tm/codec.h"
 #include "protocols/set4tm/conversation.h"
-#include "protocols/set4tm/expect.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/protocol.h"
-#include "protocols/set4tm/twin.h"
+#include "protocols/set4tm/rules.h"
+#include "protocols/set4tm/twin/twin.h"
 #include "tests/support/talk.h"
 
 namespace baudgate::protocols::set4tm {

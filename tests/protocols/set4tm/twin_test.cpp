@@ -1,10 +1,10 @@
 // The simulated SET-4TM: answers what a meter answers, and is silent where a meter is silent.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/twin.h"
+#include "protocols/set4tm/twin/twin.h"
 
 #include <memory>
 
-#include "protocols/set4tm/codec.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {

@@ -1,10 +1,9 @@
 // The text of T and D, and when they are due. Source of the texts: spa-bus reference, 5 and 13.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/clock_messages.h"
-
 #include <cstdlib>
 #include <ctime>
 
+#include "protocols/spabus/clock.h"
 #include "protocols/spabus/codec.h"
 #include "tests/protocols/spabus/support.h"
 

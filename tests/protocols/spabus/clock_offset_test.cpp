@@ -1,7 +1,6 @@
 // How far a relay's clock is: the middle of what is known, and how sure that is.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/clock_offset.h"
-
+#include "protocols/spabus/clock.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/codec.h"
 
-#include "protocols/spabus/frame_rule.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/rules.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
-#include "protocols/spabus/expect.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/rules.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

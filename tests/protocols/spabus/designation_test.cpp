@@ -1,8 +1,7 @@
 // A relay that calls itself what another profile is for serves no good value; clones and variants
 // with names of their own do. Source of the texts: SPA reference, F of SPCJ 4D29 and SPAU 130 C.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/common/designation.h"
-
+#include "protocols/common/identification.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

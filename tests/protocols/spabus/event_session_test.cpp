@@ -1,8 +1,8 @@
 // The steps of taking events out of a relay, where it refuses or is not understood.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/event_session.h"
-
 #include <gmock/gmock.h>
+
+#include "protocols/spabus/events.h"
 
 namespace baudgate::protocols::spabus {
 namespace {

@@ -1,7 +1,7 @@
 // The laws of frame rules, for replies under every reading of the checksum and for requests.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/frame_rule.h"
 #include "protocols/spabus/reply.h"
+#include "protocols/spabus/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/spabus/support.h"
 

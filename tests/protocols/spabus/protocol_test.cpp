@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
-#include "protocols/spabus/clock_offset.h"
+#include "protocols/spabus/clock.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

@@ -6,11 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/assembler.h"
-#include "protocols/spabus/expect.h"
 #include "protocols/spabus/protocol.h"
+#include "protocols/spabus/rules.h"
 #include "tests/support/talk.h"
 
 namespace baudgate::protocols::spabus {

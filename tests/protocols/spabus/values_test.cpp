@@ -1,13 +1,12 @@
 // What values look like on the SPA Bus, and what is never taken for a value.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/values.h"
-
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <random>
 
 #include "gateway/base/text.h"
+#include "protocols/spabus/points.h"
 #include "tests/protocols/spabus/support.h"
 
 namespace baudgate::protocols::spabus {

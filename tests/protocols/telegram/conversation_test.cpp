@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "protocols/telegram/description.h"
-#include "protocols/telegram/expect.h"
+#include "protocols/telegram/rules.h"
 #include "tests/protocols/telegram/support.h"
 
 namespace baudgate::protocols::telegram {

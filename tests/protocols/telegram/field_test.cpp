@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "gateway/base/text.h"
-#include "protocols/telegram/checksum.h"
+#include "protocols/telegram/matching.h"
 
 namespace baudgate::protocols::telegram {
 namespace {

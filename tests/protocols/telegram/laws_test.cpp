@@ -2,8 +2,7 @@
 // what those do not: sizes in the telegram, bytes, check values in binary.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/description.h"
-#include "protocols/telegram/expect.h"
-#include "protocols/telegram/frame_rule.h"
+#include "protocols/telegram/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/telegram/support.h"
 

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "protocols/dcon/protocol.h"
 #include "tests/protocols/telegram/support.h"
 

@@ -1,6 +1,6 @@
 // The discovery server's decisions: participants that announce themselves to it are introduced to
 // each other, and speak with each other from then on. Pure: datagrams and time in, datagrams out;
-// memory is bounded. gateway/outputs/dds/discovery/relay_socket.h has the socket.
+// memory is bounded. RelaySocket has the socket.
 //
 //   A announces itself to the server     → nobody is there yet
 //   B announces itself to the server     → B gets A's announcement, A gets B's
@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "config/model/network.h"
+#include "gateway/base/result.h"
 #include "gateway/outputs/dds/rtps/announcement.h"
 
 namespace baudgate::dds {
@@ -97,6 +99,27 @@ class AnnouncementRelay {
   std::vector<Address> addresses_;
   std::vector<Introduction> introductions_;
   Purse sent_;
+};
+
+// The discovery server's socket: datagrams go to AnnouncementRelay, and what it answers goes out.
+class RelaySocket {
+ public:
+  /// `at` is IPv4. The error names the address, and what is wrong with it.
+  static Result<RelaySocket> Open(const config::HostPort& at);
+  ~RelaySocket();
+  RelaySocket(RelaySocket&& other) noexcept;
+  RelaySocket& operator=(RelaySocket&&) = delete;
+
+  /// Has something to read when a datagram has come.
+  int descriptor() const { return descriptor_; }
+  /// Takes what has come, a bounded number of datagrams. What is refused goes to the log, folded.
+  void Take(AnnouncementRelay& relay);
+
+ private:
+  explicit RelaySocket(int descriptor) : descriptor_(descriptor) {}
+  void Send(const Introduction& introduction) const;
+
+  int descriptor_ = -1;
 };
 
 }  // namespace baudgate::dds

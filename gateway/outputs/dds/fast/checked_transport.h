@@ -1,5 +1,5 @@
-// A transport of Fast DDS that hands on only what gateway/outputs/dds/fast/datagram_gate.h lets in.
-// What is sent goes through untouched, one datagram at a time. Decides at which address a
+// A transport of Fast DDS that hands on only what gateway/outputs/dds/fast/datagram_check.h lets
+// in. What is sent goes through untouched, one datagram at a time. Decides at which address a
 // participant of this machine is reached.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -10,7 +10,7 @@
 #include <memory>
 #include <mutex>
 
-#include "gateway/outputs/dds/fast/datagram_gate.h"
+#include "gateway/outputs/dds/fast/datagram_check.h"
 
 namespace baudgate::dds {
 

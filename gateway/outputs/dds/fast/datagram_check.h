@@ -7,20 +7,24 @@
 //
 // A right peer is never refused: what the standard tells receivers to skip passes when its length
 // fits (8.3.4.1).
+//
+// DatagramGate lets datagrams in, and counts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
+#include <functional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "gateway/base/bytes.h"
+#include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/fast/endpoint_table.h"
-#include "gateway/outputs/dds/fast/participant_table.h"
+#include "gateway/outputs/dds/domain.h"
+#include "gateway/outputs/dds/fast/domain_tables.h"
 #include "gateway/outputs/dds/fast/secured_check.h"
-#include "gateway/outputs/dds/fast/sequence_window.h"
-#include "gateway/outputs/dds/refusal.h"
-#include "gateway/outputs/dds/rtps/udp_address.h"
+#include "gateway/outputs/dds/rtps/announcement.h"
 
 namespace baudgate::dds {
 
@@ -98,6 +102,36 @@ class DatagramCheck {
   SequenceWindow window_;
   EndpointTable endpoints_;
   HandshakeBudget handshakes_;
+};
+
+// Lets datagrams in or not, counts and tells: DatagramCheck for the several threads on which the
+// DDS library receives. Used by gateway/outputs/dds/fast/checked_transport.h.
+class DatagramGate {
+ public:
+  /// A line for people, once in 10 s at most: what was refused, from whom, how often before.
+  using Tell = std::function<void(const std::string& line)>;
+
+  DatagramGate(const CheckOptions& options, Tell tell);
+
+  /// The bytes that may be passed on, some of them changed in place; none: it is refused.
+  std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
+
+  DatagramCounters counters() const;
+  struct Known {
+    std::vector<UdpAddress> reached;
+    std::vector<UdpAddress> unanswered;
+  };
+  Known known(Instant now) const;
+
+ private:
+  void Fold(Refusal reason, Sender sender, Instant now) BAUDGATE_REQUIRES(mutex_);
+
+  const Tell tell_;
+  mutable Mutex mutex_;
+  DatagramCheck check_ BAUDGATE_GUARDED_BY(mutex_);
+  DatagramCounters counters_ BAUDGATE_GUARDED_BY(mutex_);
+  Instant silent_until_ BAUDGATE_GUARDED_BY(mutex_){};
+  std::uint64_t folded_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace baudgate::dds

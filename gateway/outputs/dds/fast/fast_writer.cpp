@@ -15,14 +15,12 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/outputs/dds/fast/dds_time.h"
 #include "gateway/outputs/dds/fast/discovery_listener.h"
-#include "gateway/outputs/dds/fast/own_addresses.h"
-#include "gateway/outputs/dds/fast/own_sockets.h"
+#include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/outputs/dds/fast/types.h"
 #include "gateway/outputs/dds/fast/write_topics.h"
-#include "gateway/outputs/dds/point_slots.h"
+#include "gateway/outputs/dds/point_samples.h"
 
 namespace baudgate::dds {
 namespace {

@@ -7,7 +7,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/outputs/dds/participant_options.h"
+#include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/sample_writer.h"
 
 namespace baudgate::dds {

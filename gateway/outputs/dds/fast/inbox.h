@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "gateway/base/guarded.h"
+#include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
-#include "gateway/outputs/dds/writer_id.h"
 
 namespace baudgate::dds {
 

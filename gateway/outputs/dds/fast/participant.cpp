@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/fast/participant.h"
 
+#include <fastdds/rtps/attributes/PropertyPolicy.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -11,21 +13,120 @@
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/fast/checked_transport.h"
-#include "gateway/outputs/dds/fast/dds_time.h"
-#include "gateway/outputs/dds/fast/own_addresses.h"
-#include "gateway/outputs/dds/fast/own_sockets.h"
-#include "gateway/outputs/dds/fast/participant_security.h"
-#include "gateway/outputs/dds/fast/peers.h"
-#include "gateway/outputs/dds/fast/unanswered.h"
+#include "gateway/outputs/dds/fast/own_network.h"
+#include "gateway/outputs/dds/fast/types.h"
+#include "gateway/outputs/pki/security_check.h"
 
 namespace baudgate::dds {
+
+namespace {
+
+using eprosima::fastrtps::rtps::BuiltinAttributes;
+using eprosima::fastrtps::rtps::IPLocator;
+using eprosima::fastrtps::rtps::Locator_t;
+
+constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
+
+/// Port 0: the domain's ports.
+Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
+  Locator_t locator;
+  IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
+  return locator;
+}
+
+/// Where addresses are named, the library does not add the multicast group.
+void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
+  for (const std::string& address : options.interfaces) {
+    builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
+  }
+  if (options.interfaces.empty()) {
+    builtin.metatrafficUnicastLocatorList.push_back(LocatorOf("0.0.0.0"));
+  }
+}
+
+}  // namespace
+
+void AskPeers(const ParticipantOptions& options,
+              eprosima::fastdds::dds::DomainParticipantQos& qos) {
+  auto& builtin = qos.wire_protocol().builtin;
+  if (!options.multicast) HearUnicastOnly(options, builtin);
+  if (options.peers.empty() && options.discovery_servers.empty() && options.reached.empty()) return;
+  auto& asked = builtin.initialPeersList;
+  // Without the group, neighbours would not be heard any more.
+  if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
+  for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
+  for (const auto* places : {&options.discovery_servers, &options.reached}) {
+    for (const auto& at : *places) asked.push_back(LocatorOf(at.host, at.port));
+  }
+}
+
+Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
+                            eprosima::fastrtps::rtps::PropertyPolicy& properties) {
+  if (!security.on()) return Secured::off;
+  const pki::SecurityReport report = pki::CheckSecurity(security, now);
+  if (const std::string error = report.FirstError(); !error.empty()) {
+    return Error{"dds: security: " + error};
+  }
+  const auto add = [&properties](const std::string& name, const std::string& value) {
+    properties.properties().emplace_back("dds.sec." + name, value);
+  };
+  const auto file = [](const std::string& path) { return "file://" + path; };
+  add("auth.plugin", "builtin.PKI-DH");
+  add("auth.builtin.PKI-DH.identity_ca", file(security.ca));
+  add("auth.builtin.PKI-DH.identity_certificate", file(security.identity));
+  add("auth.builtin.PKI-DH.private_key", file(security.key));
+  if (!report.password.empty()) add("auth.builtin.PKI-DH.password", report.password);
+  add("access.plugin", "builtin.Access-Permissions");
+  add("access.builtin.Access-Permissions.permissions_ca", file(security.signer()));
+  add("access.builtin.Access-Permissions.governance", file(security.governance));
+  add("access.builtin.Access-Permissions.permissions", file(security.permissions));
+  add("crypto.plugin", "builtin.AES-GCM-GMAC");
+  return report.messages_protected ? Secured::demanded : Secured::allowed;
+}
+
+namespace {
+
+constexpr char kLoopback[] = "127.0.0.1";
+
+/// Which of the addresses that a participant of this machine may use are not ours yet.
+std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
+  const auto lacks = [&](const std::string& address) {
+    return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
+  };
+  std::string missing;
+  if (lacks(kLoopback)) missing = kLoopback;
+  if (host != kLoopback && lacks(host)) missing += (missing.empty() ? "" : " and ") + host;
+  return missing;
+}
+
+std::string Cure(const std::string& host, bool on_this_machine,
+                 const std::vector<std::string>& interfaces) {
+  if (!on_this_machine) {
+    return "name the address of this machine in its network in dds.interfaces";
+  }
+  const std::string missing = Missing(host, interfaces);
+  if (!missing.empty()) {
+    return "it is on this machine, so name " + missing + " in dds.interfaces as well";
+  }
+  return "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
+}
+
+}  // namespace
+
+std::string UnansweredRemark(const std::string& host, bool on_this_machine,
+                             const std::vector<std::string>& interfaces) {
+  return host + " was heard and cannot be answered: " + Cure(host, on_this_machine, interfaces);
+}
+
 namespace {
 
 namespace fast = eprosima::fastdds::dds;

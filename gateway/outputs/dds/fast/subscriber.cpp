@@ -1,18 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/fast/subscriber.h"
 
+#include <algorithm>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
+#include <utility>
 
 #include "gateway/outputs/dds/fast/inbox.h"
 #include "gateway/outputs/dds/fast/participant.h"
-#include "gateway/outputs/dds/fast/taking_thread.h"
 #include "gateway/outputs/dds/fast/types.h"
 
 namespace baudgate::dds {
+
+Duration RestAfter(Duration round) { return std::clamp<Duration>(9 * round, 0ns, 50ms); }
+
+TakingThread::TakingThread(std::function<Duration()> round)
+    : round_(std::move(round)),
+      worker_("dds take", [this](bool last) { return last ? kWhenWoken : Take(); }) {
+  worker_.Start();
+}
+
+/// A wake-up during its rest is served after the rest.
+void TakingThread::Wake() {
+  if (!work_.exchange(true)) worker_.Wake();
+}
+
+Instant TakingThread::Take() {
+  if (!work_) return kWhenWoken;
+  if (ReadClocks().instant < rests_until_) return rests_until_;
+  work_ = false;
+  const Duration busy = round_();
+  rests_until_ = ReadClocks().instant + RestAfter(busy);
+  return kWhenWoken;
+}
+
 namespace {
 
 namespace fast = eprosima::fastdds::dds;

@@ -1,7 +1,35 @@
 // Fast DDS type support for the samples: the adapter between Fast DDS payloads and
-// gateway/outputs/dds/cdr.h.
+// gateway/outputs/dds/published_types.h. HashKey computes key hashes, and DescribeType announces
+// the types.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+
+#include <fastdds/rtps/common/Time_t.h>
+
+#include <array>
+#include <cstdint>
+
+#include "gateway/base/time.h"
+#include "gateway/outputs/dds/published_types.h"
+
+namespace baudgate::dds {
+
+// Durations as Fast DDS counts them.
+
+inline eprosima::fastrtps::Duration_t DdsTime(Duration duration) {
+  return {static_cast<std::int32_t>(duration / 1s),
+          static_cast<std::uint32_t>((duration % 1s) / 1ns)};
+}
+
+// The key hashes of samples, as every DDS vendor computes them from baudgate.idl.
+
+/// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
+using KeyHash = std::array<std::uint8_t, 16>;
+/// For the samples in gateway/outputs/dds/published_types.h.
+template <typename Sample>
+KeyHash HashKey(const Sample& sample);
+
+}  // namespace baudgate::dds
 
 namespace eprosima::fastdds::dds {
 class TopicDataType;
@@ -20,5 +48,12 @@ eprosima::fastdds::dds::TopicDataType* NewEventType();
 eprosima::fastdds::dds::TopicDataType* NewAlarmType();
 eprosima::fastdds::dds::TopicDataType* NewRequestType();
 eprosima::fastdds::dds::TopicDataType* NewReplyType();
+
+// Announces the published types in discovery, as XTypes TypeObjects of version 1: what generic
+// tools on Fast DDS 2 decode samples with. Never as TypeInformation: Fast DDS 2.9 writes that in a
+// form for which Cyclone DDS drops the endpoint.
+
+/// Before the type is registered with a participant that is to announce it. Once is enough.
+void DescribeType(const TypeDescription& type);
 
 }  // namespace baudgate::dds

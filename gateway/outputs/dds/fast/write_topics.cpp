@@ -10,7 +10,6 @@
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
-#include "gateway/outputs/dds/fast/dds_time.h"
 #include "gateway/outputs/dds/fast/types.h"
 
 namespace baudgate::dds {

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "gateway/base/guarded.h"
-#include "gateway/outputs/dds/fast/volatile_writers.h"
+#include "gateway/outputs/dds/fast/discovery_listener.h"
 #include "gateway/outputs/dds/sample_writer.h"
 
 namespace baudgate::dds {

@@ -1,11 +1,14 @@
 // Starts baudgate-dds beside us, with its end of the link as descriptor 3, and sees it end.
+// BoundedLines makes log lines of what the process prints.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gateway/base/result.h"
@@ -13,6 +16,26 @@
 #include "gateway/outputs/dds/link/packet_socket.h"
 
 namespace baudgate::dds {
+
+// Text of another process as whole lines that may go into our log: printable, cut, and not more
+// than a log can bear. Bytes come from its standard error.
+class BoundedLines {
+ public:
+  static constexpr std::size_t kLongest = 500;  ///< bytes; the rest of a longer line is left out
+  static constexpr std::size_t kMost = 20;  ///< lines in kPeriod; of the others the number is told
+  static constexpr Duration kPeriod = 10s;
+
+  /// The lines that are complete now.
+  std::vector<std::string> Add(std::string_view bytes, Instant now);
+
+ private:
+  void Finish(Instant now, std::vector<std::string>& lines);
+
+  std::string line_;
+  Instant period_end_{};
+  std::size_t told_ = 0;
+  std::size_t left_out_ = 0;
+};
 
 /// Which descriptor of the child is its end of the link.
 inline constexpr int kLinkDescriptor = 3;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/base/shown.h"
-#include "gateway/outputs/dds/cdr.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,10 +1,10 @@
 // The messages between the daemon and the DDS process (baudgate-dds), one in each packet of a
-// SOCK_SEQPACKET socket: pure encoding and checked decoding. gateway/outputs/dds/link/link_writer.h
-// and link_server.h carry them.
+// SOCK_SEQPACKET socket: pure encoding and checked decoding.
+// gateway/outputs/dds/link/process_link.h and link_server.h carry them.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 7, 92 bytes follow | the sample as in gateway/outputs/dds/cdr.h
+//   kind point, version 7, 92 bytes follow | the sample as in gateway/outputs/dds/published_types.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -15,10 +15,7 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
-#include "gateway/outputs/dds/datagram_counters.h"
-#include "gateway/outputs/dds/neighbours.h"
-#include "gateway/outputs/dds/participant_options.h"
-#include "gateway/outputs/dds/request_intake.h"
+#include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/sample_writer.h"
 #include "gateway/outputs/dds/samples.h"
 

@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "gateway/base/quality.h"
-#include "gateway/outputs/dds/cdr.h"
+#include "gateway/base/value.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

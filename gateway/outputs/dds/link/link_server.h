@@ -13,7 +13,6 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/link/link_message.h"
-#include "gateway/outputs/dds/pacer.h"
 #include "gateway/outputs/dds/sample_writer.h"
 
 namespace baudgate::dds {

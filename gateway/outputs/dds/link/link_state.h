@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/datagram_counters.h"
-#include "gateway/outputs/dds/neighbours.h"
+#include "gateway/outputs/dds/domain.h"
 
 namespace baudgate::dds {
 

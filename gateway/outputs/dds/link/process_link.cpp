@@ -12,8 +12,225 @@
 #include <utility>
 
 #include "gateway/base/time.h"
+#include "gateway/outputs/dds/link/packet_socket.h"
 
 namespace baudgate::dds {
+
+namespace {
+
+constexpr std::array<Duration, 6> kLadder{100ms, 500ms, 1s, 2s, 5s, 10s};
+constexpr Duration kLongLife = 1min;
+
+}  // namespace
+
+LinkKeeper::Wish LinkKeeper::Look(Instant now) {
+  using Phase = LinkState::Phase;
+  if (state_.phase == Phase::waiting) {
+    const bool due = first_ || (state_.next_start && now >= *state_.next_start);
+    return starts_ && due ? Wish::start : Wish::nothing;
+  }
+  if (now - state_.heard >= patience()) return Wish::give_up;
+  if (now - state_.heard >= kSilent) state_.phase = Phase::silent;
+  return Wish::nothing;
+}
+
+Instant LinkKeeper::NextLook() const {
+  using Phase = LinkState::Phase;
+  if (state_.phase == Phase::silent) return state_.heard + patience();
+  if (state_.phase != Phase::waiting) return state_.heard + kSilent;
+  if (!starts_) return Instant::max();
+  return first_ ? Instant() : state_.next_start.value_or(Instant::max());
+}
+
+void LinkKeeper::Started(Instant now) {
+  first_ = state_.opened = false;
+  started_ = now;
+  state_.phase = LinkState::Phase::starting;
+  state_.heard = now;
+  state_.next_start.reset();
+}
+
+void LinkKeeper::Opened(Instant now) {
+  state_.opened = true;
+  state_.phase = LinkState::Phase::up;
+  state_.heard = now;
+}
+
+void LinkKeeper::Counted(const LinkCounts& counts, Instant now) {
+  state_.heard = now;
+  state_.phase = state_.opened ? LinkState::Phase::up : LinkState::Phase::starting;
+  state_.subscribers = counts.subscribers;
+  state_.written = before_.written + counts.written;
+  state_.refused = before_.refused + counts.refused;
+  state_.requests_dropped = before_.dropped + counts.dropped;
+  state_.events_skipped = before_.events_dropped + counts.events_dropped;
+  state_.datagrams = counts.datagrams;
+  state_.datagrams.AddEarlier(before_.datagrams);
+  state_.remarks = counts.neighbours.remarks;
+  reached_ = counts.neighbours.reached;
+  if (now - started_ >= kYoung) return;
+  for (const config::HostPort& at : before_.neighbours.reached) {
+    if (reached_.size() == Neighbours::kMostReached) break;
+    if (std::ranges::find(reached_, at) == reached_.end()) reached_.push_back(at);
+  }
+}
+
+void LinkKeeper::Ended(std::string reason, Instant now) {
+  first_ = false;
+  if (state_.opened) ++state_.times_lost;
+  if (state_.opened && now - started_ >= kLongLife) rung_ = 0;
+  if (starts_) state_.next_start = now + kLadder[rung_];
+  rung_ = std::min(rung_ + 1, kLadder.size() - 1);
+  state_.opened = false;
+  state_.phase = LinkState::Phase::waiting;
+  state_.reason = std::move(reason);
+  state_.subscribers = {};
+  state_.datagrams.participants = 0;
+  state_.remarks.clear();
+  before_ = {.subscribers = {},
+             .written = state_.written,
+             .refused = state_.refused,
+             .dropped = state_.requests_dropped,
+             .events_dropped = state_.events_skipped,
+             .datagrams = state_.datagrams,
+             .neighbours = {.reached = reached_, .remarks = {}}};
+}
+
+namespace {
+
+// The process tells the ends of the points, gives subscribers 100 ms to take them, and deletes its
+// participant and writers.
+constexpr Duration kGoodbye = kEndTime + 350ms;
+constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
+
+}  // namespace
+
+template <typename Sample>
+Sent LinkWriter::Put(LinkKind kind, const Sample& sample) {
+  const MutexLock lock(mutex_);
+  if (socket_ < 0 || reopening_) return Sent::later;
+  const std::size_t size = EncodeSample(kind, sample, packet_);
+  return size == 0 ? Sent::refused : SendHeld(size);
+}
+
+Sent LinkWriter::Write(const PointSample& sample) { return Put(LinkKind::point, sample); }
+Sent LinkWriter::Write(const DeviceSample& sample) { return Put(LinkKind::device, sample); }
+Sent LinkWriter::Write(const GatewaySample& sample) { return Put(LinkKind::gateway, sample); }
+Sent LinkWriter::Write(const EventSample& sample) { return Put(LinkKind::event, sample); }
+Sent LinkWriter::Write(const AlarmSample& sample) { return Put(LinkKind::alarm, sample); }
+Sent LinkWriter::Write(const ReplySample& reply) { return Put(LinkKind::reply, reply); }
+
+Sent LinkWriter::SendHeld(std::size_t size) {
+  switch (SendPacket(socket_, View(packet_).first(size))) {
+    case PacketSent::yes:
+      return Sent::yes;
+    case PacketSent::full:
+    case PacketSent::closed:  // whoever reads the socket sees that, too, and detaches
+      break;
+  }
+  return Sent::later;
+}
+
+bool LinkWriter::WaitAcknowledged(Duration most) {
+  MutexLock lock(mutex_);
+  ending_ = true;
+  if (socket_ < 0) return false;
+  Instant now = std::chrono::steady_clock::now();
+  const Instant until = now + most + kGoodbye;
+  bool told = false;
+  while (socket_ >= 0) {
+    told = told || SendPacket(socket_, EncodeBare(LinkKind::end)) == PacketSent::yes;
+    if (now >= until) return false;
+    lock.WaitUntil(detached_, told ? until : now + kRoomPause);
+    now = std::chrono::steady_clock::now();
+  }
+  return left_;
+}
+
+Sent LinkWriter::Reopen(const Room& room) {
+  const MutexLock lock(mutex_);
+  open_.room = room;
+  if (socket_ < 0 || reopening_) return Sent::later;
+  reopening_ = SendPacket(socket_, EncodeOpen(open_)) == PacketSent::yes;
+  return reopening_ ? Sent::yes : Sent::later;
+}
+
+LinkOpen LinkWriter::open() const {
+  const MutexLock lock(mutex_);
+  return open_;
+}
+
+Subscribers LinkWriter::subscribers() const {
+  const MutexLock lock(mutex_);
+  return subscribers_;
+}
+
+std::uint64_t LinkWriter::session() const {
+  const MutexLock lock(mutex_);
+  return socket_ < 0 ? 0 : sessions_;
+}
+
+void LinkWriter::OnSession(const std::function<void()>& changed) {
+  const MutexLock lock(telling_);
+  on_session_ = changed;
+}
+
+void LinkWriter::OnRequest(TakeRequest take) {
+  const MutexLock lock(telling_);
+  on_request_ = std::move(take);
+}
+
+void LinkWriter::HandOn(WriteArrival arrival) const {
+  const MutexLock lock(telling_);
+  if (on_request_) on_request_(std::move(arrival));
+}
+
+void LinkWriter::Attach(int socket) {
+  {
+    const MutexLock lock(mutex_);
+    socket_ = socket;
+    ++sessions_;
+    left_ = reopening_ = false;
+  }
+  TellSession();
+}
+
+void LinkWriter::Detach() {
+  {
+    const MutexLock lock(mutex_);
+    socket_ = -1;
+    reopening_ = false;
+    subscribers_ = {};
+  }
+  detached_.notify_all();
+  TellSession();
+}
+
+void LinkWriter::SetSubscribers(const Subscribers& subscribers) {
+  bool events_wait = false;
+  {
+    const MutexLock lock(mutex_);
+    events_wait = subscribers_.events == 0 && subscribers.events > 0;
+    subscribers_ = subscribers;
+  }
+  if (events_wait) TellSession();
+}
+
+void LinkWriter::SetLeft() {
+  const MutexLock lock(mutex_);
+  left_ = true;
+}
+
+bool LinkWriter::ending() const {
+  const MutexLock lock(mutex_);
+  return ending_;
+}
+
+void LinkWriter::TellSession() const {
+  const MutexLock lock(telling_);
+  if (on_session_) on_session_();
+}
+
 namespace {
 
 constexpr Duration kReapTime = 300ms;  // between the end of its link and that of the process

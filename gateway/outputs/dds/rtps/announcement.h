@@ -4,18 +4,38 @@
 // and 9.6.2.2.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | 09 01 08 00 time | 15 05 … DATA of 00 01 00 C2
+//
+// UdpAddress is where a datagram comes from or goes to.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/rtps/rtps_fields.h"
-#include "gateway/outputs/dds/rtps/udp_address.h"
 
 namespace baudgate::dds {
+
+// Where a datagram comes from or goes to.
+struct UdpAddress {
+  std::uint32_t address = 0;  ///< IPv4, host order
+  std::uint16_t port = 0;
+
+  bool operator==(const UdpAddress&) const = default;
+};
+
+/// Empty: `host` is no IPv4 address.
+std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
+
+/// "10.0.0.7".
+std::string HostOf(const UdpAddress& at);
+/// "10.0.0.7:7410".
+std::string Text(const UdpAddress& at);
 
 /// What a participant of ours says of itself, as its user data: those of one role have nothing to
 /// say to each other, so that 100 gateways are not introduced 9,900 times.

@@ -7,9 +7,9 @@
 #include <array>
 #include <optional>
 
-#include "gateway/outputs/dds/refusal.h"
+#include "gateway/outputs/dds/domain.h"
+#include "gateway/outputs/dds/rtps/announcement.h"
 #include "gateway/outputs/dds/rtps/rtps_fields.h"
-#include "gateway/outputs/dds/rtps/udp_address.h"
 
 namespace baudgate::dds {
 

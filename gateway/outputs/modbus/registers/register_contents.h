@@ -1,19 +1,35 @@
 // What the registers and bits of a request contain: values, their quality and age, status blocks.
 // Pure. Reads one consistent DeviceRecord of the point store; fills the private copy in
-// responder.h.
+// responder.h. EventBlockOf holds the events of a unit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "gateway/base/time.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/outputs/modbus/registers/register_map.h"
 #include "gateway/outputs/modbus/wire/request.h"
+#include "gateway/records/events/event_feed.h"
 
 namespace baudgate::modbus {
+
+// How numbers stand in the registers of status and event blocks: ABCD, and no larger than they fit.
+template <typename T>
+T Saturated(std::uint64_t number) {
+  constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
+  return static_cast<T>(std::min(number, kMost));
+}
+
+inline void Put32(std::span<std::uint16_t> block, std::size_t at, std::uint32_t number) {
+  block[at] = static_cast<std::uint16_t>(number >> 16);
+  block[at + 1] = static_cast<std::uint16_t>(number);
+}
 
 /// Figures of the gateway itself, as the composition root knows them.
 struct GatewayFigures {
@@ -71,5 +87,34 @@ ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces
 /// The piece of a status block; `piece.count` registers from `piece.index`.
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
+
+// The events of a unit as registers, from 9016. Pure; what is shown comes from
+// gateway/records/events/event_feed.h, asked by gateway/outputs/modbus/service/local_units.cpp.
+//
+//   +0 first to show  +2 newest  +4 oldest kept  +6 lost (u32 each)  +8 how many follow  +9 0
+//   +10 … seven times: +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds
+//                      +5 clock quality  +6 channel  +7 code (u32)  +9 state
+
+inline constexpr std::size_t kShownEvents = 7;
+inline constexpr std::size_t kEventHead = 10;
+inline constexpr std::size_t kEventRecord = 10;
+
+/// Where its values start, closed by its length.
+inline constexpr std::array<std::uint16_t, 56> kEventBlockLayout = [] {
+  std::array<std::uint16_t, 56> layout{0, 2, 4, 6, 8, 9};
+  std::size_t at = 6;
+  for (std::size_t event = 0; event < kShownEvents; ++event) {
+    for (const std::size_t place : {0U, 2U, 4U, 5U, 6U, 7U, 9U}) {
+      layout[at++] = static_cast<std::uint16_t>(kEventHead + event * kEventRecord + place);
+    }
+  }
+  layout[at] = static_cast<std::uint16_t>(kEventHead + kShownEvents * kEventRecord);
+  return layout;
+}();
+static_assert(kEventBlockLayout.back() == 80);
+using EventBlock = std::array<std::uint16_t, kEventBlockLayout.back()>;
+
+/// `first`: as the client has written it. Numbers of more than 32 bits show their low ones.
+EventBlock EventBlockOf(const events::EventFeed::Shown& shown, std::uint32_t first);
 
 }  // namespace baudgate::modbus

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <span>
 
-#include "gateway/outputs/modbus/registers/event_block.h"
 #include "gateway/outputs/modbus/registers/register_contents.h"
 
 namespace baudgate::modbus {

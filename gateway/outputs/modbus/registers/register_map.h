@@ -1,6 +1,6 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by gateway/outputs/modbus/service/local_units.cpp and write_request.cpp before anything is
-// read or written. The addresses are a public contract: config/model/modbus_addresses.h.
+// Asked by gateway/outputs/modbus/service/local_units.cpp and value_registers.cpp before anything
+// is read or written. The addresses are a public contract: config/model/modbus.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "config/model/modbus_addresses.h"
+#include "config/model/modbus.h"
 #include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {

@@ -1,16 +1,19 @@
 // How a value looks in 16-bit registers or in a bit, and what stands there when it cannot be
 // trusted. Pure. Values come from the point store (register_contents.cpp) or from a client
-// (write_request.cpp).
+// (ConvertWrites). ConvertWrites gives what a client's registers mean.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "config/model/device.h"
-#include "gateway/base/quality.h"
 #include "gateway/base/value.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/outputs/modbus/registers/register_map.h"
+#include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {
 
@@ -49,5 +52,28 @@ std::optional<bool> EncodeBit(const Value& value);
 /// bool other than 0 and 1, or a wrong register count.
 std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrder order,
                                      std::span<const std::uint16_t> registers);
+
+// What a client's registers mean: values of points, as users see them, or the
+// selection of one. gateway/outputs/modbus/service/local_units.cpp takes them to
+// gateway/bus/writes/write_gate.h. Pure.
+struct ConvertedWrite {
+  ExceptionCode exception = kNoException;
+  std::vector<WriteAsk::Part> parts{};  ///< empty where there is an exception
+};
+
+/// The point that the request selects; empty: it is no selection. Whether it has the key is
+/// IsSelectKey.
+std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
+bool IsSelectKey(const ModbusRequest& request);
+
+/// The request is for where a unit shows its events from (config::kEventBlock), and nothing else.
+bool IsFirstEvent(const ModbusRequest& request);
+/// Empty: it is half of it.
+std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
+
+/// kIllegalAddress: not mapped. kIllegalValue: part of a value, or a number that the
+/// type cannot hold.
+ConvertedWrite ConvertWrites(const UnitMap& unit, const config::Device& device,
+                             const ModbusRequest& request);
 
 }  // namespace baudgate::modbus

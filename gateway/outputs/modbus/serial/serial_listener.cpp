@@ -1,12 +1,155 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/serial/serial_listener.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "gateway/base/log.h"
+#include "gateway/base/time.h"
+#include "gateway/outputs/modbus/wire/client_framing.h"
+#include "gateway/outputs/modbus/wire/request.h"
 #include "transports/serial_port.h"
 
 namespace baudgate::modbus {
+
+void ReplyEcho::OnSent(View reply, Instant until) {
+  filter_.OnExchangeEnd();
+  filter_.OnSent(reply);
+  owed_.assign(reply.begin(), reply.end());
+  until_ = until;
+}
+
+Bytes ReplyEcho::Filter(View received) {
+  if (!strips_) return Bytes(received.begin(), received.end());
+  EchoResult result = filter_.Filter(received);
+  if (result.complete) owed_.clear();
+  return std::move(result.bytes);
+}
+
+bool ReplyEcho::IsEcho(View frame, Instant ended) {
+  const Bytes owed = std::exchange(owed_, {});
+  return !owed.empty() && ended <= until_ && std::ranges::equal(owed, frame);
+}
+
+// Hears a serial master and keeps to the times of its bus.
+
+namespace {
+
+/// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
+/// requests end by their length and do not wait for this.
+constexpr Duration kUsbGap = 20ms;
+/// Between two characters of Modbus ASCII (MODBUS over Serial Line 1.02, 2.5.2.1).
+constexpr Duration kAsciiGap = 1s;
+
+}  // namespace
+
+MasterSession::MasterSession(const config::Listener& listener, ServerShared& shared,
+                             std::size_t port, Owner& owner, const Now& now)
+    : listener_(listener),
+      frames_(shared.frames()),
+      book_(*shared.book()),
+      port_(port),
+      owner_(owner),
+      quiet_(*protocol().timing(listener.serial).quiet),
+      gap_(listener.framing == Framing::ascii ? kAsciiGap : std::max(quiet_, kUsbGap)),
+      requests_(listener, shared, *this, listener.path, listener.priority, now),
+      echo_(listener.echo) {
+  assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
+}
+
+// ---------------------------------------------------------------- requests
+
+void MasterSession::OnBytes(View bytes, const Now& now) {
+  if (now.instant - last_byte_ >= gap_) heard_.clear();
+  last_byte_ = now.instant;
+  Append(heard_, bytes.first(std::min(bytes.size(), kMostLookedAt - heard_.size())));
+  assembler_.Feed(echo_.Filter(bytes));
+  CutFrames(false, now);
+}
+
+void MasterSession::CutFrames(bool silent, const Now& now) {
+  while (const auto frame = assembler_.Next(silent)) OnFrame(*frame, now);
+  if (!heard_.empty()) NameOther();
+  if (assembler_.held() > 0 || assembler_.blame() == Outcome::none) return;
+  book_.HeardDamage(port_);
+  assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
+}
+
+/// What has come since the last request may be one in another framing.
+void MasterSession::NameOther() {
+  const auto other = OtherFraming(heard_, listener_.framing, frames_);
+  if (!other || !book_.HeardOther(port_, *other)) return;
+  log::Warn("modbus: the master on {} is not answered: {}", listener_.path,
+            ExplainOther(*other, listener_.framing));
+}
+
+/// A request for another slave, too, shows that the master no longer waits for us. A master that
+/// sends to all waits for no reply.
+void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
+  if (echo_.IsEcho(frame, last_byte_)) {
+    if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
+    return;
+  }
+  book_.Heard(port_, now.wall);
+  heard_.clear();
+  const auto request = protocol().carrier->unwrap_request(frame);
+  if (!request) return;
+  const auto& [unit, pdu] = *request;
+  reply_.clear();
+  awaited_.reset();
+  requests_.Abandon();
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  const bool another = silent && !requests_.Serves(unit);
+  if (another || (unit == 0 && !IsPlainWrite(pdu[0]))) return;
+  ++transaction_;
+  if (unit != 0) awaited_ = transaction_;
+  requests_.Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
+}
+
+// ---------------------------------------------------------------- replies
+
+void MasterSession::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
+  Bytes frame;
+  if (responder.Append(request, frame)) Answer(frame, now);
+}
+
+void MasterSession::Answer(View frame, Instant) {
+  if (awaited_ != TransactionOf(frame)) return;
+  awaited_.reset();
+  reply_ = protocol().carrier->wrap(UnitOf(frame), PduOf(frame));
+  owner_.Rearm();
+}
+
+/// A reply waits for the quiet before it, and until it is certain that what has come since its
+/// request is no new one.
+std::optional<Instant> MasterSession::Deadline() const {
+  std::optional<Instant> next;
+  if (HoldsBytes()) {
+    next = last_byte_ + gap_;
+  } else if (!reply_.empty()) {
+    next = last_byte_ + quiet_;
+  }
+  return Soonest({next, requests_.Deadline()});
+}
+
+void MasterSession::OnTime(const Now& now) {
+  if (HoldsBytes() && now.instant >= last_byte_ + gap_) {
+    assembler_.Feed(echo_.OnSilence());
+    CutFrames(true, now);
+  }
+  if (!HoldsBytes() && !reply_.empty() && now.instant >= last_byte_ + quiet_) {
+    SendReply(now.instant);
+  }
+  requests_.Sweep(now);
+}
+
+void MasterSession::SendReply(Instant now) {
+  Bytes reply = std::exchange(reply_, {});
+  const auto characters = static_cast<int>(reply.size());
+  const Duration sending = characters * listener_.serial.CharacterTime();
+  echo_.OnSent(reply, now + sending + ReplyEcho::kLatest);
+  owner_.Send(std::move(reply));
+}
 
 SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
                                ServerShared& shared)

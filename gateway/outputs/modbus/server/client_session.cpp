@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/outputs/modbus/server/client_log.h"
-#include "gateway/outputs/modbus/wire/other_framing.h"
+#include "gateway/outputs/modbus/wire/client_framing.h"
 
 namespace baudgate::modbus {
+
 namespace {
 
 /// Frames of one client that are answered before the others have their turn.

@@ -6,16 +6,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "config/model/listener.h"
+#include "config/model/outputs.h"
 #include "gateway/base/bytes.h"
+#include "gateway/base/log.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/server/client_poll.h"
 #include "gateway/outputs/modbus/server/client_socket.h"
 #include "gateway/outputs/modbus/service/client_requests.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
@@ -23,6 +25,16 @@
 #include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {
+
+// The log line about a client that was turned away or closed; called by Listener and ClientSession.
+
+/// "10.0.0.7:40112", "refused", and why. Clients at one address are repeats of each other: their
+/// ports differ every time.
+inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
+  const std::string_view address = peer.substr(0, peer.rfind(':'));
+  log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
+                  peer, what, why);
+}
 
 class ClientSession final : public ClientPoll::Client,
                             public ClientWire,

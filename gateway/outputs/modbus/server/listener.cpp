@@ -2,16 +2,122 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/server/listener.h"
 
+#include <sys/socket.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "gateway/base/log.h"
-#include "gateway/outputs/modbus/server/admission.h"
-#include "gateway/outputs/modbus/server/client_log.h"
+#include "gateway/outputs/modbus/server/client_session.h"
 
 namespace baudgate::modbus {
+
+// Compares a peer with the networks of a listener.
+
+namespace {
+
+constexpr std::size_t kIpv4At = 12;
+constexpr int kIpv4Prefix = 96;
+
+bool SamePrefix(const PeerAddress& a, const PeerAddress& b, int from, int to) {
+  for (int bit = from; bit < to; ++bit) {
+    const auto byte = static_cast<std::size_t>(bit / 8);
+    if ((((a[byte] ^ b[byte]) >> (7 - bit % 8)) & 1) != 0) return false;
+  }
+  return true;
+}
+
+bool IsMapped(const PeerAddress& peer) {
+  constexpr std::array<std::uint8_t, kIpv4At> kMapped = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xFF, 0xFF};
+  return std::equal(kMapped.begin(), kMapped.end(), peer.begin());
+}
+
+/// Written with dots only: the four bytes decide, whatever stands before them.
+bool IsIpv4(const config::Network& network) {
+  return network.prefix >= kIpv4Prefix && network.text.find(':') == std::string::npos;
+}
+
+}  // namespace
+
+bool Contains(const config::Network& network, const PeerAddress& peer) {
+  const int prefix = std::clamp(network.prefix, 0, 128);
+  if (!IsIpv4(network)) return SamePrefix(peer, network.bytes, 0, prefix);
+  return IsMapped(peer) && SamePrefix(peer, network.bytes, kIpv4Prefix, prefix);
+}
+
+bool Allows(std::span<const config::Network> list, const PeerAddress& peer) {
+  if (list.empty()) return true;
+  return std::ranges::any_of(
+      list, [&](const config::Network& network) { return Contains(network, peer); });
+}
+
+config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer) {
+  for (const config::ClientPriority& rule : listener.clients) {
+    if (Contains(rule.from, peer)) return rule.priority;
+  }
+  return listener.priority;
+}
+
+namespace {
+
+using asio::ip::tcp;
+
+std::optional<tcp::endpoint> EndpointOf(int descriptor) {
+  tcp::endpoint endpoint;
+  auto size = static_cast<socklen_t>(endpoint.capacity());
+  if (::getsockname(descriptor, endpoint.data(), &size) != 0) return std::nullopt;
+  const auto family = endpoint.data()->sa_family;
+  if (family != AF_INET && family != AF_INET6) return std::nullopt;
+  endpoint.resize(size);
+  return endpoint;
+}
+
+std::string TextOf(const tcp::endpoint& endpoint) {
+  std::ostringstream text;
+  text << endpoint;
+  return text.str();
+}
+
+}  // namespace
+
+PassedSockets::PassedSockets() {
+  const int count = sd_listen_fds(1);
+  for (int fd = SD_LISTEN_FDS_START; fd < SD_LISTEN_FDS_START + count; ++fd) {
+    const bool listens = sd_is_socket(fd, AF_UNSPEC, SOCK_STREAM, 1) > 0;
+    const auto endpoint = listens ? EndpointOf(fd) : std::nullopt;
+    if (endpoint) {
+      passed_.push_back({fd, *endpoint});
+    } else {
+      log::Warn(
+          "modbus: systemd has passed descriptor {}, which is no listening TCP socket; closed", fd);
+      ::close(fd);
+    }
+  }
+}
+
+PassedSockets::~PassedSockets() {
+  for (const Passed& one : passed_) {
+    log::Warn(
+        "modbus: systemd has passed a socket at {}, which is no address of modbus.listen; closed. "
+        "Give baudgate.socket and modbus.listen the same addresses",
+        TextOf(one.endpoint));
+    ::close(one.descriptor);
+  }
+}
+
+std::optional<int> PassedSockets::Take(const tcp::endpoint& endpoint) {
+  const auto found = std::ranges::find(passed_, endpoint, &Passed::endpoint);
+  if (found == passed_.end()) return std::nullopt;
+  const int descriptor = found->descriptor;
+  passed_.erase(found);
+  return descriptor;
+}
+
 namespace {
 
 using asio::ip::tcp;

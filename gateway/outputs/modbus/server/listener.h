@@ -1,25 +1,64 @@
 // One listening TCP port of the Modbus server: accepts clients that are allowed, and looks after
-// them.
+// them. Allows decides which clients may connect, and PassedSockets takes over sockets that systemd
+// has opened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <asio/ip/tcp.hpp>
 #include <asio/steady_timer.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
-#include "config/model/listener.h"
+#include "config/model/outputs.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/server/client_poll.h"
 #include "gateway/outputs/modbus/server/client_session.h"
-#include "gateway/outputs/modbus/server/passed_sockets.h"
+#include "gateway/outputs/modbus/server/client_socket.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
 #include "transports/listen_socket.h"
 
 namespace baudgate::modbus {
+
+// Which clients may connect, and with which priority: `allow` and `clients` of a listener. Pure.
+
+/// An IPv6 address, or an IPv4 one in its mapped form (::ffff:a.b.c.d).
+using PeerAddress = std::array<std::uint8_t, 16>;
+
+bool Contains(const config::Network& network, const PeerAddress& peer);
+
+/// An empty list allows everybody.
+bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
+
+/// The priority of the first client rule that fits, else the listener's.
+config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
+
+// Listening sockets that systemd has opened for this process (a .socket unit), each for the
+// listener of the same address. https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
+class PassedSockets {
+ public:
+  /// Takes what the environment tells of, and clears it: children get none of it.
+  PassedSockets();
+  /// Closes those that no listener has taken, and names them in the log.
+  ~PassedSockets();
+  PassedSockets(const PassedSockets&) = delete;
+  PassedSockets& operator=(const PassedSockets&) = delete;
+
+  /// The descriptor that listens at exactly this address, which is the caller's from now on.
+  std::optional<int> Take(const asio::ip::tcp::endpoint& endpoint);
+
+ private:
+  struct Passed {
+    int descriptor;
+    asio::ip::tcp::endpoint endpoint;
+  };
+  std::vector<Passed> passed_;
+};
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:

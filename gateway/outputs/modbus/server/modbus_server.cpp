@@ -8,7 +8,6 @@
 #include "gateway/base/log.h"
 #include "gateway/outputs/modbus/serial/serial_listener.h"
 #include "gateway/outputs/modbus/server/listener.h"
-#include "gateway/outputs/modbus/server/passed_sockets.h"
 
 namespace baudgate::modbus {
 

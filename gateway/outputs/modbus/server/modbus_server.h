@@ -1,11 +1,13 @@
 // The Modbus TCP server of the gateway: serves the point store, hands writes to the lines.
 // All belongs to the thread that runs the io_context (or to a time when it does
-// not run), unless it says otherwise. Counters may be asked for from anywhere.
+// not run), unless it says otherwise. Counters may be asked for from anywhere. Renewal says what a
+// reload leaves of listeners and routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,27 +17,57 @@
 #include <vector>
 
 #include "config/model/config.h"
+#include "config/model/outputs.h"
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/outputs/modbus/registers/register_contents.h"
-#include "gateway/outputs/modbus/server/renewal.h"
 #include "gateway/outputs/modbus/service/links.h"
+#include "gateway/outputs/modbus/service/route_table.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
 #include "gateway/outputs/modbus/service/traffic.h"
 
 namespace baudgate::modbus {
 
+// What a reload leaves of the listeners and routes that run: the composition root says so, and
+// ModbusServer acts on it.
+class Listener;
+class SerialListener;
+
+/// What serves one entry of modbus.listen: one of the two. Neither: it could not be made.
+struct ListenerPort {
+  std::shared_ptr<Listener> tcp{};
+  std::shared_ptr<SerialListener> serial{};
+
+  explicit operator bool() const { return tcp || serial; }
+};
+
+/// Where one entry of the new modbus.listen comes from.
+struct ListenerOrigin {
+  std::optional<std::size_t> was;  ///< its place in the list before; empty: it is new
+  bool same = false;               ///< its clients stay
+  ListenerPort opened{};           ///< of a new one: ModbusServer::OpenPort
+
+  /// A serial port is closed and opened again where anything of it differs.
+  bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
+};
+
+struct Renewal {
+  std::vector<ListenerOrigin> listeners;
+  Origins routes;
+  double client_share = 1;  ///< see ModbusLimits
+};
+
 class PassedSockets;
 
-class ModbusServer final : public TrafficSource {
+class ModbusServer {
  public:
   /// Store and sink outlive the server, the configuration does until Listen. `info` is asked when a
   /// client reads the gateway's own block, on the server's thread.
   ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
                const ModbusLinks& links = {});
-  ~ModbusServer() override;
+  ~ModbusServer();
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
@@ -74,7 +106,7 @@ class ModbusServer final : public TrafficSource {
   std::string Summary() const;
   ModbusCounters counters() const { return shared_->counters().Snapshot(); }
   /// From any thread.
-  TrafficStatus Traffic() const override;
+  TrafficStatus Traffic() const;
 
  private:
   static constexpr Duration kTryEvery = 1s;

@@ -1,10 +1,368 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/client_requests.h"
 
-#include "gateway/base/deadline.h"
-#include "gateway/outputs/modbus/service/permission.h"
+#include <algorithm>
+#include <utility>
+
+#include "gateway/base/time.h"
+#include "gateway/outputs/modbus/service/local_units.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::modbus {
+
+namespace {
+
+/// The gateway itself answers so, not a device. A silent listener does not send it.
+bool IsGatewayTrouble(ExceptionCode exception) {
+  return exception == kNoPath || exception == kNoTarget || exception == kBusy;
+}
+
+}  // namespace
+
+ClientReplies::ClientReplies(const config::Listener& listener, ClientWire& wire,
+                             LiveCounters& counters, std::shared_ptr<TrafficBook> book,
+                             const std::string& peer, config::Priority priority, WallTime since)
+    : listener_(listener),
+      wire_(wire),
+      counters_(counters),
+      book_(std::move(book)),
+      record_(book_->Enter(peer, listener, priority, since)),
+      client_{peer, record_->id} {}
+
+void ClientReplies::OnRequest(View frame, Instant now) {
+  LiveCounters::Add(counters_.requests);
+  ClientRecord::Add(record_->requests);
+  ClientRecord::Add(record_->bytes_in, BytesOnWire(frame.size()));
+  record_->last_request.store(now, std::memory_order_relaxed);
+}
+
+void ClientReplies::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(ReplySize(request)));
+  record_->functions->Add(request.function);
+  wire_.Answer(request, responder, now);
+}
+
+void ClientReplies::Answer(View frame, Instant now) {
+  ClientRecord::Add(record_->bytes_out, BytesOnWire(frame.size()));
+  const std::uint8_t function = FunctionOf(frame);
+  const bool refused = (function & kExceptionBit) != 0 && frame.size() > kMbapHeader + 1;
+  record_->functions->Add(function & ~kExceptionBit, refused ? frame[kMbapHeader + 1] : 0);
+  wire_.Answer(frame, now);
+}
+
+void ClientReplies::Refuse(View frame, ExceptionCode exception, Instant now) {
+  const bool silent = listener_.errors == config::Listener::Errors::silent;
+  const bool kept = silent && IsGatewayTrouble(exception);
+  if (kept || !IsAwaited(frame)) return wire_.AnswerNothing(now);
+  CountException();
+  Answer(ExceptionReply(frame, exception), now);
+}
+
+void ClientReplies::CountException() {
+  LiveCounters::Add(counters_.exceptions);
+  ClientRecord::Add(record_->exceptions);
+}
+
+/// On a serial wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits
+/// for no answer, and would take one for the reply to its next request.
+bool ClientReplies::IsAwaited(View request) const {
+  const bool to_all =
+      listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
+  return !to_all;
+}
+
+void ClientReplies::Await(Instant limit) {
+  record_->outstanding.fetch_add(1, std::memory_order_relaxed);
+  wire_.SweepAt(limit);
+}
+
+void ClientReplies::Settle(std::size_t count) {
+  record_->outstanding.fetch_sub(static_cast<std::uint32_t>(count), std::memory_order_relaxed);
+}
+
+void ClientReplies::HeardOther(Framing heard, WallTime at) {
+  book_->HeardOther(listener_.Place(), client_.name, heard, listener_.framing, at);
+}
+
+std::size_t ClientReplies::BytesOnWire(std::size_t frame) const {
+  constexpr std::size_t kRtuFrame = 3;    // address and CRC
+  constexpr std::size_t kAsciiFrame = 3;  // colon, CR and LF; around address, PDU and LRC in hex
+  const std::size_t pdu = frame - kMbapHeader;
+  switch (listener_.framing) {
+    case Framing::tcp:
+      break;
+    case Framing::rtu:
+      return pdu + kRtuFrame;
+    case Framing::ascii:
+      return 2 * (pdu + 2) + kAsciiFrame;
+  }
+  return frame;
+}
+
+std::optional<PendingRequest> PendingRequests::Take(std::uint64_t number) {
+  const auto found = std::ranges::find(requests_, number, &PendingRequest::number);
+  if (found == requests_.end()) return std::nullopt;
+  PendingRequest request = std::move(*found);
+  requests_.erase(found);
+  return request;
+}
+
+void PendingRequests::AbandonAll() {
+  for (PendingRequest& request : requests_) request.abandoned = true;
+}
+
+std::optional<Instant> PendingRequests::Deadline() const {
+  std::optional<Instant> next;
+  for (const PendingRequest& request : requests_) next = Soonest({next, request.Limit()});
+  return next;
+}
+
+std::vector<std::uint64_t> PendingRequests::Overdue(Instant now) const {
+  std::vector<std::uint64_t> overdue;
+  for (const PendingRequest& request : requests_) {
+    if (now >= request.Limit()) overdue.push_back(request.number);
+  }
+  return overdue;
+}
+
+namespace {
+
+constexpr const char* kTooMany = "this client has 32 unanswered requests already";
+static_assert(PendingRequests::kMost == 32);
+
+}  // namespace
+
+LocalRequests::LocalRequests(const config::Listener& listener, LocalUnits& units,
+                             std::shared_ptr<Inbox> inbox, std::shared_ptr<ClientReplies> replies,
+                             Duration write_deadline)
+    : listener_(listener),
+      units_(units),
+      inbox_(std::move(inbox)),
+      replies_(std::move(replies)),
+      write_deadline_(write_deadline) {}
+
+void LocalRequests::Handle(View frame, bool has_room, const Now& now) {
+  ModbusRequest request;
+  ExceptionCode exception = units_.Check(frame, request);
+  if (exception != kNoException) return replies_->Refuse(frame, exception, now.instant);
+  const bool write = IsPlainWrite(request.function);
+  const Writer& client = replies_->client();
+  if (write && !has_room) {
+    units_.Deny(frame, client, {.end = WriteEnd::busy, .reason = kTooMany}, now);
+    return replies_->Refuse(frame, kBusy, now.instant);
+  }
+  exception = write ? Start(request, now.instant)
+                    : units_.Read(request, listener_.holes, now.instant, client.number);
+  if (exception != kNoException) return replies_->Refuse(frame, exception, now.instant);
+  if (!write) replies_->Answer(request, units_.responder(), now.instant);
+}
+
+ExceptionCode LocalRequests::Check(View frame) const {
+  ModbusRequest request;
+  return units_.Check(frame, request);
+}
+
+void LocalRequests::Deny(View frame, const std::string& reason, const Now& now) {
+  units_.Deny(frame, replies_->client(), {.end = WriteEnd::denied, .reason = reason}, now);
+}
+
+ExceptionCode LocalRequests::Start(const ModbusRequest& request, Instant now) {
+  const std::uint64_t number = pending_.NextNumber();
+  const Instant deadline = now + write_deadline_;
+  auto done = [inbox = inbox_, requests = weak_from_this(), number](const WriteResult& result) {
+    inbox->Post([requests, number, result](const Now& now) {
+      if (const auto self = requests.lock()) self->Finish(number, result, now.instant);
+    });
+  };
+  if (!abandoned_) abandoned_ = std::make_shared<std::atomic<bool>>(false);
+  const auto exception =
+      units_.Submit(request, {replies_->client(), deadline, abandoned_}, now, std::move(done));
+  if (exception != kNoException) return exception;
+  PendingRequest pending;
+  pending.number = number;
+  pending.deadline = deadline;
+  pending.frame = CopyOf(request.frame.first(kMbapHeader + kWriteReply));
+  replies_->Await(pending.Limit());
+  pending_.Add(std::move(pending));
+  return kNoException;
+}
+
+void LocalRequests::Finish(std::uint64_t number, const WriteResult& result, Instant now) {
+  const auto pending = pending_.Take(number);
+  if (!pending) return;
+  replies_->Settle();
+  if (pending->abandoned) return;
+  const View asked = pending->frame;
+  const ExceptionCode exception = ExceptionOf(result);
+  if (exception != kNoException) return replies_->Refuse(asked, exception, now);
+  replies_->Answer(AduOf(TransactionOf(asked), UnitOf(asked), PduOf(asked)), now);
+}
+
+void LocalRequests::Sweep(const Now& now) {
+  for (const std::uint64_t number : pending_.Overdue(now.instant)) {
+    Finish(number, {.end = WriteEnd::unknown}, now.instant);
+  }
+}
+
+void LocalRequests::Abandon() {
+  if (abandoned_) std::exchange(abandoned_, nullptr)->store(true);
+  pending_.AbandonAll();
+}
+
+void LocalRequests::Close() {
+  pending_.TakeAll();
+  units_.Forget(replies_->client());
+}
+
+namespace {
+
+bool IsReply(const RoutedReply& reply) {
+  const bool answered = reply.outcome == Outcome::ok || reply.outcome == Outcome::refused;
+  return answered && !reply.pdu.empty() && reply.pdu.size() <= kMaxPdu;
+}
+
+RouteOutcome RouteOutcomeOf(const RoutedReply& reply, bool late) {
+  if (IsReply(reply))
+    return reply.outcome == Outcome::ok ? RouteOutcome::ok : RouteOutcome::refused;
+  return late && !reply.sent ? RouteOutcome::expired : RouteOutcome::no_reply;
+}
+
+RouteOutcome BroadcastOutcomeOf(const RoutedReply& reply, bool late) {
+  const bool sent = reply.sent || reply.outcome == Outcome::ok;
+  return sent ? RouteOutcome::broadcast : RouteOutcomeOf(reply, late);
+}
+
+}  // namespace
+
+RoutedRequests::RoutedRequests(const config::Listener& listener, Router& router,
+                               std::shared_ptr<Inbox> inbox, std::shared_ptr<ClientReplies> replies,
+                               config::Priority priority)
+    : listener_(listener),
+      router_(router),
+      inbox_(std::move(inbox)),
+      replies_(std::move(replies)),
+      priority_(priority) {}
+
+void RoutedRequests::Forward(View frame, std::size_t route, std::uint8_t slave, bool has_room,
+                             const Now& now) {
+  RouteTarget* const target = router_.TargetOf(route);
+  if (target == nullptr) return replies_->Refuse(frame, kNoPath, now.instant);
+  const std::uint64_t number = pending_.NextNumber();
+  RoutedRequest request = RequestOf(frame, router_.route(route).deadline, now);
+  request.client = replies_->client().number;
+  request.slave = slave;
+  request.done = [inbox = inbox_, requests = weak_from_this(), number](RoutedReply reply) {
+    inbox->Post([requests, number, reply = std::move(reply)](const Now& now) mutable {
+      if (const auto self = requests.lock()) self->Finish(number, std::move(reply), now);
+    });
+  };
+  PendingRequest pending;
+  pending.number = number;
+  pending.deadline = request.deadline;
+  pending.frame = CopyOf(frame.first(kMbapHeader + 1));
+  pending.route = route;
+  if (!router_.Submit(AskOf(frame, route, target, has_room), std::move(request), now)) {
+    return replies_->Refuse(frame, kBusy, now.instant);
+  }
+  replies_->Await(pending.Limit());
+  pending_.Add(std::move(pending));
+}
+
+void RoutedRequests::Finish(std::uint64_t number, RoutedReply reply, const Now& now) {
+  const auto pending = pending_.Take(number);
+  if (!pending) return;
+  replies_->Settle();
+  const View asked = pending->frame;
+  const bool late = now.instant >= pending->deadline;
+  if (late && IsReply(reply)) {
+    reply.outcome = Outcome::no_reply;
+    reply.pdu.clear();
+    reply.reason = "its reply came after the deadline";
+  }
+  router_.OnEnd(pending->route, UnitOf(asked), RouteOutcomeOf(reply, late), reply, now);
+  if (!IsReply(reply)) return replies_->Refuse(asked, kNoTarget, now.instant);
+  if (reply.outcome == Outcome::refused) replies_->CountException();
+  if (!replies_->IsAwaited(asked)) return replies_->AnswerNothing(now.instant);
+  replies_->Answer(AduOf(TransactionOf(asked), UnitOf(asked), reply.pdu), now.instant);
+}
+
+/// Without a client, because a client that broadcasts waits for nothing and may leave at once.
+void RoutedRequests::Broadcast(View frame, std::size_t route, const RouteTargets::Line& line,
+                               bool has_room, const Now& now) {
+  RoutedRequest request = RequestOf(frame, line.deadline, now);
+  request.broadcast = true;
+  request.done = [inbox = inbox_, book = router_.book(), requests = weak_from_this(), route,
+                  unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
+    inbox->Post([book, requests, route, unit, deadline, reply = std::move(reply)](const Now& now) {
+      book->Ended(route, unit, BroadcastOutcomeOf(reply, now.instant >= deadline), reply, now.wall);
+      if (const auto self = requests.lock()) --self->broadcasts_;
+    });
+  };
+  if (router_.Submit(AskOf(frame, route, line.target, has_room), std::move(request), now)) {
+    ++broadcasts_;
+  }
+}
+
+void RoutedRequests::Deny(View frame, std::size_t route, const std::string& reason,
+                          const Now& now) {
+  router_.Deny(AskOf(frame, route, router_.TargetOf(route), true), PduOf(frame), reason, now);
+}
+
+void RoutedRequests::Sweep(const Now& now) {
+  RoutedReply nothing;
+  nothing.outcome = Outcome::no_reply;
+  nothing.reason = "no result was known when its deadline passed";
+  nothing.sent = true;  // for all that is known
+  for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
+}
+
+/// Targets may still hold what the sweep has answered in their place.
+void RoutedRequests::Abandon() {
+  router_.Abandon(replies_->client().number);
+  const auto abandoned = pending_.TakeAll();
+  for (const PendingRequest& pending : abandoned) {
+    router_.OnAbandoned(pending.route, UnitOf(pending.frame));
+  }
+  replies_->Settle(abandoned.size());
+}
+
+RoutedAsk RoutedRequests::AskOf(View frame, std::size_t route, RouteTarget* target,
+                                bool has_room) const {
+  return {.route = route,
+          .unit = UnitOf(frame),
+          .peer = replies_->client().name,
+          .target = target,
+          .has_room = has_room};
+}
+
+RoutedRequest RoutedRequests::RequestOf(View frame, Duration deadline, const Now& now) const {
+  RoutedRequest request;
+  request.pdu = CopyOf(PduOf(frame));
+  request.priority = PriorityOf(FunctionOf(frame));
+  request.arrived = now.instant;
+  request.deadline = now.instant + deadline;
+  return request;
+}
+
+config::Priority RoutedRequests::PriorityOf(std::uint8_t function) const {
+  for (const config::FunctionPriority& rule : listener_.functions) {
+    if (std::ranges::find(rule.codes, function) != rule.codes.end()) return rule.priority;
+  }
+  return priority_;
+}
+
+bool Permits(config::Permit permit, std::uint8_t function) {
+  switch (permit) {
+    case config::Permit::read:
+      return IsRead(function);
+    case config::Permit::data:
+      return IsRead(function) || IsPlainWrite(function);
+    case config::Permit::all:
+      return true;
+  }
+  return false;
+}
+
 namespace {
 
 constexpr const char* kNotPermitted = "the listener does not permit it";

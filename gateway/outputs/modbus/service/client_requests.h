@@ -1,25 +1,222 @@
 // Handles the requests of one client of any wire: decides whether each is permitted and who answers
 // it.
 // Whole frames in their Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp
-// (sockets) and gateway/outputs/modbus/serial/master_session.cpp (a serial master); answers go back
-// to them. All on the server's thread; the time is an argument.
+// (sockets) and gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); answers go
+// back to them. All on the server's thread; the time is an argument. ClientWire and ClientReplies
+// are the way back to the client, LocalRequests and RoutedRequests handle requests, PendingRequests
+// keeps requests that are not answered yet, and Permits checks `permit`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "config/model/listener.h"
+#include "config/model/outputs.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/service/local_requests.h"
-#include "gateway/outputs/modbus/service/routed_requests.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/outputs/modbus/registers/responder.h"
+#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
+#include "gateway/outputs/modbus/service/traffic_book.h"
+#include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {
+
+// The way back to one client: what a session implements, so that requests of its client can be
+// answered now or later. On the server's thread.
+class ClientWire {
+ public:
+  /// A read out of the store: the responder's private copy holds what was asked for, during the
+  /// call only.
+  virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
+  /// A whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
+  virtual void Answer(View frame, Instant now) = 0;
+  /// A request gets no answer (a broadcast, a silent listener): a wire that takes one request at
+  /// a time goes on.
+  virtual void AnswerNothing(Instant now) = 0;
+  /// Call Sweep at this time, or earlier. Calls add up; none replaces an earlier one.
+  virtual void SweepAt(Instant at) = 0;
+
+ protected:
+  ~ClientWire() = default;
+};
+
+// Sends the answers to one client and keeps its numbers in the traffic book: bytes, functions,
+// exceptions, requests that wait. Decides which exceptions a silent listener does not send, and
+// which requests get no answer. On the server's thread.
+class ClientReplies {
+ public:
+  /// Listener, wire and counters outlive it until Close.
+  ClientReplies(const config::Listener& listener, ClientWire& wire, LiveCounters& counters,
+                std::shared_ptr<TrafficBook> book, const std::string& peer,
+                config::Priority priority, WallTime since);
+
+  /// The client, as its requests carry it.
+  const Writer& client() const { return client_; }
+
+  void OnRequest(View frame, Instant now);
+  void Answer(const ModbusRequest& request, Responder& responder, Instant now);
+  void Answer(View frame, Instant now);
+  void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
+  void Refuse(View frame, ExceptionCode exception, Instant now);
+  /// A slave has answered an exception.
+  void CountException();
+  bool IsAwaited(View request) const;
+
+  /// One more request waits: the client is swept at this time.
+  void Await(Instant limit);
+  /// So many wait no more.
+  void Settle(std::size_t count = 1);
+
+  /// The client sends Modbus in another framing.
+  void HeardOther(Framing heard, WallTime at);
+  /// The client has left: it is in the book no more, and the wire is not called again.
+  void Close() { book_->Leave(*record_); }
+
+ private:
+  std::size_t BytesOnWire(std::size_t frame) const;
+
+  const config::Listener& listener_;
+  ClientWire& wire_;
+  LiveCounters& counters_;
+  const std::shared_ptr<TrafficBook> book_;
+  const std::shared_ptr<ClientRecord> record_;
+  const Writer client_;
+};
+
+// Requests of one client that are not answered yet, by their numbers: writes to devices, or routed
+// requests. Pure.
+struct PendingRequest {
+  /// At its deadline the line answers what it has not sent, and a write that is confirmed. What is
+  /// on the wire then is answered by the server this much later; the record of a write gets the
+  /// end that comes.
+  static constexpr Duration kGrace = 20ms;
+
+  std::uint64_t number = 0;
+  Instant deadline;
+  /// The beginning of the request: to the function code; of a write all that its good answer
+  /// repeats of it.
+  Bytes frame;
+  std::size_t route = 0;   ///< its number, of a routed request
+  bool abandoned = false;  ///< it goes on, but is not answered
+
+  /// When the server answers it itself.
+  Instant Limit() const { return deadline + kGrace; }
+};
+
+class PendingRequests {
+ public:
+  /// Requests of one client that may wait for lines and servers; more are answered "busy".
+  static constexpr std::size_t kMost = 32;
+
+  /// No number comes twice.
+  std::uint64_t NextNumber() { return next_number_++; }
+  void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
+  /// Empty: it was answered before.
+  std::optional<PendingRequest> Take(std::uint64_t number);
+  std::vector<PendingRequest> TakeAll() { return std::exchange(requests_, {}); }
+  void AbandonAll();
+
+  std::size_t size() const { return requests_.size(); }
+  /// When the first is to be answered by the server; empty: none waits.
+  std::optional<Instant> Deadline() const;
+  /// The numbers of those whose limit has passed.
+  std::vector<std::uint64_t> Overdue(Instant now) const;
+
+ private:
+  std::vector<PendingRequest> requests_;  ///< in the order in which they came
+  std::uint64_t next_number_ = 0;
+};
+
+// Requests of one client that are answered here: reads at once, writes when they have ended or
+// their deadline has passed. On the server's thread.
+class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
+ public:
+  /// Listener and units outlive it until Close. `write_deadline`: see ModbusLimits.
+  LocalRequests(const config::Listener& listener, LocalUnits& units, std::shared_ptr<Inbox> inbox,
+                std::shared_ptr<ClientReplies> replies, Duration write_deadline);
+
+  /// Without room, a write is answered "busy".
+  void Handle(View frame, bool has_room, const Now& now);
+  /// Unit, function, counts and lengths.
+  ExceptionCode Check(View frame) const;
+  /// It is not permitted: a write is recorded as denied. The caller answers.
+  void Deny(View frame, const std::string& reason, const Now& now);
+
+  void Sweep(const Now& now);
+  std::optional<Instant> Deadline() const { return pending_.Deadline(); }
+  /// Writes that are not on the wire are not sent. None is answered.
+  void Abandon();
+  /// The client has left.
+  void Close();
+  std::size_t outstanding() const { return pending_.size(); }
+
+ private:
+  ExceptionCode Start(const ModbusRequest& request, Instant now);
+  void Finish(std::uint64_t number, const WriteResult& result, Instant now);
+
+  const config::Listener& listener_;
+  LocalUnits& units_;
+  const std::shared_ptr<Inbox> inbox_;
+  const std::shared_ptr<ClientReplies> replies_;
+  const Duration write_deadline_;
+  PendingRequests pending_;
+  std::shared_ptr<std::atomic<bool>> abandoned_;  ///< of the writes since Abandon; null: none
+};
+
+// Requests of one client that go to slaves as they are, and broadcasts. On the server's thread.
+class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
+ public:
+  /// Listener and router outlive it until Abandon was called for the last time. `priority`: of
+  /// functions for which the listener has none.
+  RoutedRequests(const config::Listener& listener, Router& router, std::shared_ptr<Inbox> inbox,
+                 std::shared_ptr<ClientReplies> replies, config::Priority priority);
+
+  /// `route`: its number. Without room it is answered "busy".
+  void Forward(View frame, std::size_t route, std::uint8_t slave, bool has_room, const Now& now);
+  /// To all slaves of a line; the caller answers nothing.
+  void Broadcast(View frame, std::size_t route, const RouteTargets::Line& line, bool has_room,
+                 const Now& now);
+  /// It is not permitted: that is counted and recorded. The caller answers.
+  void Deny(View frame, std::size_t route, const std::string& reason, const Now& now);
+
+  void Sweep(const Now& now);
+  std::optional<Instant> Deadline() const { return pending_.Deadline(); }
+  /// Requests that are not on the wire are not sent. None is answered.
+  void Abandon();
+  std::size_t outstanding() const { return pending_.size(); }
+  /// Broadcasts under way.
+  std::size_t broadcasts() const { return broadcasts_; }
+
+ private:
+  void Finish(std::uint64_t number, RoutedReply reply, const Now& now);
+  RoutedAsk AskOf(View frame, std::size_t route, RouteTarget* target, bool has_room) const;
+  RoutedRequest RequestOf(View frame, Duration deadline, const Now& now) const;
+  config::Priority PriorityOf(std::uint8_t function) const;
+
+  const config::Listener& listener_;
+  Router& router_;
+  const std::shared_ptr<Inbox> inbox_;
+  const std::shared_ptr<ClientReplies> replies_;
+  const config::Priority priority_;
+  PendingRequests pending_;
+  std::size_t broadcasts_ = 0;
+};
+
+// What the clients of a listener may ask for: its `permit`. Whether a point can be written at all
+// is gateway/bus/writes/write_gate.h's affair.
+
+/// Whether clients with this permission may ask for the function code.
+bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {
  public:

@@ -1,23 +1,55 @@
 // The parts that all clients of a Modbus server share: units, routes, the traffic book, the way
 // back to the server's thread, limits and counters. Only the book and the snapshot of the counters
-// are used by other threads too.
+// are used by other threads too. Inbox is the way back to the thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "config/model/config.h"
-#include "gateway/outputs/modbus/service/inbox.h"
+#include "gateway/base/guarded.h"
+#include "gateway/base/time.h"
 #include "gateway/outputs/modbus/service/links.h"
-#include "gateway/outputs/modbus/service/live_counters.h"
 #include "gateway/outputs/modbus/service/local_units.h"
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 
 namespace baudgate::modbus {
+
+// The way from a line's thread to the Modbus server's: how a write or a routed request ended. It
+// may outlive the server, because lines answer when they can; what comes after Close is dropped.
+class Inbox {
+ public:
+  using Clocks = std::function<Now()>;
+
+  /// `clocks` tells each task when it runs.
+  void Open(asio::io_context& io, Clocks clocks) {
+    const MutexLock lock(mutex_);
+    io_ = &io;
+    clocks_ = std::move(clocks);
+  }
+  void Close() {
+    const MutexLock lock(mutex_);
+    io_ = nullptr;
+  }
+  /// From any thread. `task` takes a `const Now&`.
+  template <typename Task>
+  void Post(Task task) {
+    const MutexLock lock(mutex_);
+    if (io_ == nullptr) return;
+    asio::post(*io_, [task = std::move(task), clocks = clocks_]() mutable { task(clocks()); });
+  }
+
+ private:
+  Mutex mutex_;
+  asio::io_context* io_ BAUDGATE_GUARDED_BY(mutex_) = nullptr;
+  Clocks clocks_ BAUDGATE_GUARDED_BY(mutex_);
+};
 
 /// Limits that are no configuration; tests shorten them.
 struct ModbusLimits {

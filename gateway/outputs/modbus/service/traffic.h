@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "config/model/listener.h"
-#include "config/model/modbus_framing.h"
+#include "config/model/modbus.h"
+#include "config/model/outputs.h"
 #include "gateway/base/time.h"
 
 namespace baudgate::modbus {
@@ -105,13 +105,6 @@ struct TrafficStatus {
   std::vector<FunctionCount> functions;  ///< that were asked since the start
   /// In the order of the file that runs; after them one for broadcasts, if any.
   std::vector<RouteStatus> routes;
-};
-
-/// How gateway/outputs/control asks for it.
-class TrafficSource {
- public:
-  virtual ~TrafficSource() = default;
-  virtual TrafficStatus Traffic() const = 0;
 };
 
 }  // namespace baudgate::modbus

@@ -1,12 +1,16 @@
 // Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
-// on the server's thread by client_replies.cpp, router.cpp,
-// gateway/outputs/modbus/serial/master_session.cpp and
+// on the server's thread by client_requests.cpp, router.cpp,
+// gateway/outputs/modbus/serial/serial_listener.cpp and
 // gateway/outputs/modbus/upstream/upstream.cpp; gateway/outputs/modbus/server/modbus_server.cpp
-// hands the numbers out to any thread.
+// hands the numbers out to any thread. FunctionCounters and LiveCounters are the counters of
+// functions and clients.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -14,15 +18,68 @@
 #include <string>
 #include <vector>
 
-#include "config/model/listener.h"
+#include "config/model/outputs.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/writes/routed.h"
-#include "gateway/outputs/modbus/service/function_counters.h"
-#include "gateway/outputs/modbus/service/route_list.h"
+#include "gateway/bus/writes/route_queue.h"
+#include "gateway/outputs/modbus/registers/register_contents.h"
+#include "gateway/outputs/modbus/service/route_table.h"
 #include "gateway/outputs/modbus/service/traffic.h"
 
 namespace baudgate::modbus {
+
+// How often each function was asked at a listener, and how it was answered. The server's thread
+// alone counts, without a lock; any thread reads.
+class FunctionCounters {
+ public:
+  /// `exception`: 0 for none.
+  void Add(std::uint8_t function, std::uint8_t exception = 0) {
+    constexpr auto kRelaxed = std::memory_order_relaxed;
+    auto& counter = counters_[PlaceOf(function)][std::min<std::size_t>(exception, kExceptions - 1)];
+    counter.store(counter.load(kRelaxed) + 1, kRelaxed);
+  }
+  void AppendTo(const std::string& listener, std::vector<FunctionCount>& counts) const {
+    for (std::size_t place = 0; place < counters_.size(); ++place) {
+      const std::uint8_t function = place < kFunctions.size() ? kFunctions[place] : 0;
+      for (std::uint8_t exception = 0; exception < kExceptions; ++exception) {
+        const std::uint64_t count = counters_[place][exception].load(std::memory_order_relaxed);
+        if (count > 0) counts.push_back({listener, function, exception, count});
+      }
+    }
+  }
+
+ private:
+  /// Functions of the standard; all others are counted as one.
+  static constexpr std::array<std::uint8_t, 19> kFunctions = {
+      1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
+  static constexpr std::size_t kExceptions = 12;  // 0x0B is the last
+
+  static std::size_t PlaceOf(std::uint8_t function) {
+    return static_cast<std::size_t>(std::ranges::find(kFunctions, function) - kFunctions.begin());
+  }
+
+  std::array<std::array<std::atomic<std::uint64_t>, kExceptions>, kFunctions.size() + 1>
+      counters_{};
+};
+
+// What the clients of a Modbus server do, counted while it runs.
+struct LiveCounters {
+  std::atomic<std::uint64_t> clients = 0;
+  std::atomic<std::uint64_t> accepted = 0;
+  std::atomic<std::uint64_t> refused = 0;
+  std::atomic<std::uint64_t> malformed = 0;
+  std::atomic<std::uint64_t> idle = 0;
+  std::atomic<std::uint64_t> stalled = 0;
+  std::atomic<std::uint64_t> accept_errors = 0;
+  std::atomic<std::uint64_t> requests = 0;
+  std::atomic<std::uint64_t> exceptions = 0;
+
+  ModbusCounters Snapshot() const;
+  /// One thread writes, so no locked instruction is needed.
+  static void Add(std::atomic<std::uint64_t>& counter) {
+    counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+};
 
 /// The numbers of one client. The server's thread alone writes them, without a lock.
 struct ClientRecord {

@@ -16,7 +16,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/writes/route_queue.h"
-#include "protocols/modbus/pdu/modbus_pdu.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::modbus {
 

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 
 namespace baudgate::modbus {
 

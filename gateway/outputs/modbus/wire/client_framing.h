@@ -1,23 +1,50 @@
 // How a client's bytes are cut into requests and how its replies are framed: Modbus TCP, or RTU
 // or ASCII frames over TCP. No sockets, bounded memory. Bytes come from
 // gateway/outputs/modbus/server/client_session.cpp; inside the server every frame has its Modbus
-// TCP form.
+// TCP form. Frames lists the protocols, and OtherFraming recognises a client that frames its
+// messages in another way.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
+#include "config/model/modbus.h"
 #include "gateway/base/bytes.h"
-#include "gateway/outputs/modbus/wire/frames.h"
-#include "gateway/outputs/modbus/wire/mbap.h"
+#include "gateway/outputs/modbus/wire/request.h"
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::modbus {
+
+// The protocols whose frames masters of the gateway may send. Null: the module is not loaded.
+struct Frames {
+  const Protocol* rtu = nullptr;
+  const Protocol* ascii = nullptr;
+
+  /// Null, too, of Modbus TCP, which needs none.
+  const Protocol* Of(Framing framing) const {
+    return framing == Framing::rtu ? rtu : framing == Framing::ascii ? ascii : nullptr;
+  }
+};
+
+// Recognises a client that frames its messages in another way than its listener expects, by the
+// first bytes that it sends. Pure.
+//
+//   00 01 00 00 00 06 01 03 00 00 00 01     Modbus TCP
+//   01 03 00 00 00 01 84 0A                 Modbus RTU: the CRC is right
+//   :010300000001FB CR LF                   Modbus ASCII: the LRC is right
+
+/// How many of the first received bytes are examined.
+inline constexpr std::size_t kMostLookedAt = 520;
+
+/// What `heard`, which has no request in the framing `expected`, is in another. Empty: that
+/// cannot be told.
+std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames);
 
 class ClientFraming {
  public:

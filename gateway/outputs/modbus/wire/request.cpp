@@ -1,7 +1,94 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/wire/request.h"
 
+#include <algorithm>
+
 namespace baudgate::modbus {
+
+// Cuts a client's byte stream into Modbus TCP frames, and says when it is none.
+
+namespace {
+
+constexpr std::size_t kShortest = 2;  // unit and function
+constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
+
+/// Why bytes do not begin with a header, as far as they have come; empty: they do.
+std::string_view DefectOf(View held) {
+  const ByteReader header(held);
+  if (header.U16Be(2).value_or(0) != 0) return "protocol id is not 0";
+  const std::size_t length = header.U16Be(4).value_or(kShortest);
+  if (length < kShortest) return "length is too small for a function code";
+  if (length > kLongest) return "length is above 254";
+  return {};
+}
+
+}  // namespace
+
+Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu) {
+  const std::size_t length = pdu.size() + 1;
+  Bytes frame(kMbapHeader + pdu.size());
+  frame[0] = static_cast<std::uint8_t>(transaction >> 8);
+  frame[1] = static_cast<std::uint8_t>(transaction);
+  frame[4] = static_cast<std::uint8_t>(length >> 8);
+  frame[5] = static_cast<std::uint8_t>(length);
+  frame[6] = unit;
+  std::ranges::copy(pdu, frame.begin() + kMbapHeader);
+  return frame;
+}
+
+std::span<std::uint8_t> MbapAssembler::Space() {
+  if (begin_ > 0) {
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(begin_),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(end_), buffer_.begin());
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  return std::span(buffer_).subspan(end_);
+}
+
+void MbapAssembler::Commit(std::size_t count) {
+  end_ += std::min(count, kCapacity - end_);
+  FindHeader();
+}
+
+std::string_view MbapAssembler::Defect() const {
+  return surplus_ > 0 ? std::string_view() : DefectOf(Held());
+}
+
+/// The size of the next message, whose header is here.
+std::size_t MbapAssembler::Size() const {
+  const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
+  if (!length_ || Held().size() <= kMbapHeader) return told;
+  return kMbapHeader + length_(Held(), told - kMbapHeader);
+}
+
+/// Behind a message that was shorter than its header has said. Only what is no header is skipped.
+void MbapAssembler::FindHeader() {
+  for (; surplus_ > 0; --surplus_, ++begin_) {
+    if (Held().size() < kMbapPrefix) return;
+    if (!DefectOf(Held()).empty()) continue;
+    surplus_ = 0;
+    return;
+  }
+}
+
+MbapAssembler::State MbapAssembler::Peek() const {
+  if (!Defect().empty()) return State::malformed;
+  const bool header = surplus_ == 0 && Held().size() >= kMbapPrefix;
+  return header && Held().size() >= Size() ? State::frame : State::need_more;
+}
+
+MbapAssembler::State MbapAssembler::Take(View& frame) {
+  const State state = Peek();
+  if (state == State::frame) {
+    const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
+    frame = Held().first(Size());
+    begin_ += frame.size();
+    surplus_ = told - frame.size();
+    FindHeader();
+  }
+  return state;
+}
 
 ExceptionCode ParseRequest(View frame, ModbusRequest& request) {
   request.frame = frame;

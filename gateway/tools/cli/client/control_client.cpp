@@ -18,6 +18,7 @@
 #include "gateway/outputs/control/socket_path.h"
 
 namespace baudgate {
+
 namespace {
 
 constexpr Duration kAnswerTime = 10s;

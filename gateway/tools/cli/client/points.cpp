@@ -6,9 +6,10 @@
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/terminal/text_table.h"
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
+
 namespace {
 
 using Json = ControlClient::Json;
@@ -118,6 +119,23 @@ int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) 
     (done ? out : err) << options.target << ": " << Sentence(options, answer) << '\n';
   }
   return done ? 0 : kNotDone;
+}
+
+int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) {
+  ControlClient::Json answer;
+  const ControlClient::Json request = {{"command", options.in_use ? "enable" : "disable"},
+                                       {"target", options.target}};
+  if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
+  out << options.target
+      << (options.in_use ? ": in use, it is asked again"
+                         : ": out of use, it is not asked and its points are out of service");
+  // Said only where the restart changes something.
+  if (answer.value("enabled", true) != options.in_use) {
+    out << ". A restart forgets this: 'enabled: " << (options.in_use ? "true" : "false")
+        << "' in the configuration keeps it";
+  }
+  out << '\n';
+  return 0;
 }
 
 }  // namespace baudgate

@@ -1,4 +1,5 @@
-// `baudgate read` and `baudgate write`: points of a running gateway's devices, asked now.
+// `baudgate read` and `baudgate write`: points of a running gateway's devices, asked now. RunInUse
+// is `baudgate enable` and `baudgate disable`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,5 +35,15 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 /// Exit code 0: the device has confirmed it; kNotDone; 2 for an unknown target or a value that is
 /// none of the point; 4 when no gateway answers.
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
+
+// `baudgate enable` and `baudgate disable`: whether a device is asked, until the gateway restarts.
+struct InUseOptions {
+  std::string target;  ///< "LINE.DEVICE"
+  bool in_use = true;
+  std::string socket;  ///< empty: the gateway in the default places
+};
+
+/// Exit code 0; 2 for an unknown device; 4 when no gateway answers.
+int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate

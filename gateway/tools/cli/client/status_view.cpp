@@ -7,17 +7,248 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/shown.h"
-#include "gateway/tools/cli/client/json_fields.h"
-#include "gateway/tools/cli/client/port_text.h"
-#include "gateway/tools/cli/client/status_sentences.h"
-#include "gateway/tools/cli/client/status_tables.h"
+#include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/traffic_view.h"
-#include "gateway/tools/terminal/wrap.h"
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "-" where nothing was counted.
+std::string ShareText(std::uint64_t part, std::uint64_t whole) {
+  if (whole == 0) return "-";
+  return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
+}
+
+bool IsAlive(const Json& device) {
+  const std::string state = Text(device, "state");
+  return state == "online" || state == "degraded";
+}
+
+bool IsEchoLost(const Json& line) {
+  return line.contains("echo_lost_since") && !line.at("echo_lost_since").is_null();
+}
+
+void MostTroubleFirst(std::vector<TableRow>& rows) {
+  std::ranges::stable_sort(rows, std::ranges::greater(), &TableRow::tone);
+}
+
+}  // namespace
+
+std::string MillisecondsText(const Json& json) {
+  return json.is_null() ? "-" : FormatAge(std::chrono::milliseconds(json.get<std::int64_t>()));
+}
+
+std::string RoundTripText(double us) {
+  if (us < 9'950) return fmt::format("{:.1f} ms", us / 1e3);
+  if (us < 999'500) return fmt::format("{:.0f} ms", us / 1e3);
+  return fmt::format("{:.1f} s", us / 1e6);
+}
+
+std::string UseText(const Json& line) {
+  return fmt::format("{:.0f} %", 100 * line.at("use").get<double>());
+}
+
+std::size_t Alive(const Json& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), IsAlive));
+}
+
+Tone ToneOfLine(const Json& line) {
+  if (Text(line, "port_state") == "closed" || IsEchoLost(line)) return Tone::alarm;
+  return line.at("advice").empty() ? Tone::plain : Tone::warning;
+}
+
+Tone ToneOfDevice(const Json& device) {
+  const std::string state = Text(device, "state");
+  if (state == "disabled") return Tone::faint;
+  if (!IsAlive(device)) return Tone::alarm;
+  return device.at("advice").empty() ? Tone::plain : Tone::warning;
+}
+
+std::string LineTable(const Json& lines, const TableView& view, Order order) {
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "line"},
+      {.title = "port"},
+      {.title = "use", .right = true},
+      {.title = "exchanges", .right = true},
+      {.title = "no reply", .right = true},
+      {.title = "corrupt", .right = true, .spare = true},
+      {.title = "late", .right = true, .spare = true},
+      {.title = "online", .right = true}};
+  std::vector<TableRow> rows;
+  for (const Json& line : lines) {
+    const std::string port = Text(line, "port_state") + (IsEchoLost(line) ? ", no echo" : "");
+    const Json& outcomes = line.at("outcomes");
+    rows.push_back({{Text(line, "name"), port, UseText(line), NumberText(line, "exchanges"),
+                     NumberText(outcomes, "no_reply"), NumberText(outcomes, "corrupt"),
+                     NumberText(line, "late"),
+                     fmt::format("{} of {}", Alive(line), line.at("devices").size())},
+                    ToneOfLine(line)});
+  }
+  if (order == Order::trouble) MostTroubleFirst(rows);
+  return RenderTable(kColumns, rows, view);
+}
+
+std::string DeviceTable(const Json& lines, const TableView& view, Order order) {
+  static const std::vector<TableColumn> kColumns = {
+      {.title = "device"},
+      {.title = "state"},
+      {.title = "last"},
+      {.title = "answered", .right = true},
+      {.title = "ok", .right = true},
+      {.title = "mean", .right = true, .spare = true},
+      {.title = "p99", .right = true},
+      {.title = "retries", .right = true, .spare = true},
+      {.title = "missed", .right = true, .spare = true}};
+  std::vector<TableRow> rows;
+  for (const Json& line : lines) {
+    for (const Json& device : line.at("devices")) {
+      const Json& trips = device.at("round_trips");
+      const bool none = Number(trips, "count") == 0;
+      rows.push_back({{Text(line, "name") + "." + Text(device, "name"), Text(device, "state"),
+                       Text(device, "last_outcome"), MillisecondsText(device.at("age_ms")),
+                       ShareText(Number(device.at("outcomes"), "ok"), Number(device, "exchanges")),
+                       none ? "-" : RoundTripText(trips.at("mean_us").get<double>()),
+                       none ? "-" : RoundTripText(trips.at("p99_us").get<double>()),
+                       NumberText(device, "retries"), NumberText(device, "missed")},
+                      ToneOfDevice(device)});
+    }
+  }
+  if (order == Order::trouble) MostTroubleFirst(rows);
+  return RenderTable(kColumns, rows, view);
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Null: there is none, or the gateway is older than this field.
+const Json& PartOf(const Json& status, const char* name) {
+  static const Json none;
+  const auto found = status.find(name);
+  return found == status.end() ? none : *found;
+}
+const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
+
+/// What fails stands above what only suffers from it: first devices that do not answer, then those
+/// with the most failures among their latest exchanges.
+std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
+  const Json& recent = PartOf(*device, "recent");
+  const bool known = recent.is_object();
+  return {ToneOfDevice(*device) == Tone::alarm,
+          known ? Number(recent, "exchanges") - Number(recent, "ok") : 0};
+}
+
+}  // namespace
+
+std::string HeadSentence(const Json& status) {
+  const Json& lines = status.at("lines");
+  std::size_t devices = 0;
+  std::size_t alive = 0;
+  for (const Json& line : lines) {
+    devices += line.at("devices").size();
+    alive += Alive(line);
+  }
+  return fmt::format("{}: baudgate {}, up {}, lines: {}, devices: {}, online: {}",
+                     Text(status, "gateway"), Text(status, "version"),
+                     MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
+}
+
+/// "3 subscribers"; where not all topics have as many readers: "3 subscribers of points, 3 of
+/// devices, none of events, none of alarms".
+std::string Subscribers(const Json& dds) {
+  const std::uint64_t points = Number(dds, "subscribers");
+  std::string text = Plural(points, "subscriber");
+  std::string others;
+  bool equal = true;
+  for (const auto& [topic, readers] : PartOf(dds, "readers").items()) {
+    if (topic == "points") continue;
+    const std::uint64_t count = readers;
+    equal = equal && count == points;
+    others += fmt::format(", {} of {}", count == 0 ? "none" : std::to_string(count), topic);
+  }
+  return equal ? text : text + " of points" + others;
+}
+
+std::string DdsSentence(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null() || !dds.at("advice").empty()) return {};
+  const std::uint64_t refused = Number(dds, "refused");
+  return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"), Subscribers(dds),
+                     Plural(Number(dds, "samples"), "sample"),
+                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
+                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
+}
+
+std::vector<std::string> DdsTraffic(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null()) return {};
+  std::vector<std::string> sentences;
+  for (const char* part : {"events", "requests", "datagrams"}) {
+    const auto found = dds.find(part);  // an older gateway has none
+    if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
+    sentences.push_back("DDS " + Harmless(Text(*found, "text")));
+  }
+  return sentences;
+}
+
+std::string AlarmsSentence(const Json& status) {
+  const Json& alarms = PartOf(PartOf(status, "events"), "alarms");
+  if (!alarms.is_object()) return {};
+  const std::uint64_t active = Number(alarms, "active");
+  const std::uint64_t unseen = Number(alarms, "unacknowledged");
+  if (active + unseen == 0) return {};
+  return fmt::format("{} active, {} not acknowledged: see 'baudgate alarms'",
+                     Plural(active, "alarm"), unseen);
+}
+
+std::vector<std::string> AdviceOf(const Json& status) {
+  const Json& lines = status.at("lines");
+  std::vector<std::string> sentences;
+  const auto add = [&sentences](const std::string& who, const Json& of) {
+    for (const Json& sentence : of.at("advice")) {
+      sentences.push_back(Harmless(who + ": " + sentence.get<std::string>()));
+    }
+  };
+  for (const Json& line : lines) {
+    add(Text(line, "name"), line);
+    std::vector<const Json*> devices;
+    for (const Json& device : line.at("devices")) devices.push_back(&device);
+    std::ranges::stable_sort(devices, std::ranges::greater{}, FailsOf);
+    for (const Json* device : devices) {
+      add(Text(line, "name") + "." + Text(*device, "name"), *device);
+    }
+  }
+  const Json& modbus = PartOf(status, "modbus");
+  for (const Json& master : PartOf(modbus, "masters"))
+    add("master on " + Text(master, "port"), master);
+  for (const Json& listener : PartOf(modbus, "closed")) {
+    add("listener " + Text(listener, "listener"), listener);
+  }
+  for (const Json& listener : PartOf(modbus, "other_framing")) {
+    add("listener " + Text(listener, "listener"), listener);
+  }
+  for (const Json& route : PartOf(modbus, "routes")) {
+    add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
+  }
+  if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
+  if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
+  if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
+  if (const Json& history = PartOf(status, "history"); !history.is_null()) add("history", history);
+  if (const Json& configuration = PartOf(status, "configuration"); !configuration.is_null()) {
+    add("configuration", configuration);
+  }
+  if (const Json& files = PartOf(status, "files"); !files.is_null()) add("files", files);
+  return sentences;
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -104,7 +335,7 @@ std::string Overview(const Json& status, const TableView& view) {
   const bool none =
       std::ranges::all_of(lines, [](const Json& line) { return line.at("devices").empty(); });
   return WrapSentence(HeadSentence(status), view.width) + "\n" + LineTable(lines, view) +
-         (none ? "" : "\n" + devices) + RenderTraffic(status.at("modbus"), view) +
+         (none ? "" : "\n" + devices) + RenderTraffic(PartOf(status, "modbus"), view) +
          DdsText(status, view) + Paragraph(AlarmsSentence(status), view) + AdviceText(status, view);
 }
 
@@ -145,7 +376,7 @@ std::string OneLine(const Json& status, const TableView& view) {
   text += Facts(PortFacts(line), view);
   text += "\n" + Chart(line.at("round_trips"));
   if (!line.at("devices").empty()) text += "\n" + DeviceTable(lines, view);
-  return text + RenderTraffic(status.at("modbus"), view) + AdviceText(status, view);
+  return text + RenderTraffic(PartOf(status, "modbus"), view) + AdviceText(status, view);
 }
 
 std::string JsonValueText(const Json& value) {

@@ -23,10 +23,9 @@
 #include "gateway/base/log.h"
 #include "gateway/base/shown.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/tools/cli/live/scratch_directory.h"
+#include "gateway/tools/cli/live/one_port.h"
 #include "gateway/tools/cli/offline/make_line.h"
-#include "gateway/tools/simulate/line_twins.h"
-#include "gateway/tools/terminal/live_screen.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "gateway/tools/terminal/live_table.h"
 
 namespace baudgate {

@@ -15,15 +15,15 @@
 #include <sstream>
 #include <system_error>
 
+#include "config/copies.h"
 #include "config/loader.h"
-#include "config/masked_config.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/base/worker.h"
 #include "gateway/daemon/daemon.h"
-#include "gateway/daemon/reload/kept_configs.h"
+#include "gateway/daemon/reload/trial.h"
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/tools/cli/offline/check.h"
 

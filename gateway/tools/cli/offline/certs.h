@@ -1,4 +1,5 @@
 // `baudgate certs dds`: an authority, identities and signed documents for DDS Security, as files.
+// CheckDdsSecurity checks the files for `baudgate check`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,7 +8,18 @@
 #include <string>
 #include <vector>
 
+#include "config/model/config.h"
+#include "config/model/problem.h"
+#include "gateway/base/time.h"
+
 namespace baudgate {
+
+// What `baudgate check` says of the files of DDS Security.
+
+/// Adds to `problems`; gives a line for the summary: "CN=baudgate, until 2031-11-21". Empty: DDS is
+/// off, or open to everybody.
+std::string CheckDdsSecurity(const config::Config& config, WallTime now,
+                             std::vector<config::Problem>& problems);
 
 struct CertsOptions {
   std::string directory;

@@ -5,23 +5,34 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "config/checks/round.h"
+#include "config/checks/line_checks.h"
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
+#include "gateway/base/whole_file.h"
+#include "gateway/daemon/reload/trial.h"
 #include "gateway/records/disk/state_folder.h"
-#include "gateway/tools/cli/offline/check_kept.h"
-#include "gateway/tools/cli/offline/check_listeners.h"
-#include "gateway/tools/cli/offline/check_web.h"
-#include "gateway/tools/cli/offline/check_words.h"
-#include "gateway/tools/cli/offline/check_writes.h"
-#include "gateway/tools/cli/offline/security_problems.h"
-#include "gateway/tools/cli/offline/taken_back.h"
-#include "gateway/tools/cli/offline/unit_table.h"
-#include "gateway/tools/terminal/text_table.h"
+#include "gateway/tools/cli/offline/certs.h"
+#include "gateway/tools/cli/offline/check_parts.h"
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
+
+std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
+  const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
+  const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
+  const auto text = ReadWhole(file);
+  if (!text || !kept.IsUnconfirmed(*text)) return std::nullopt;
+  const std::string copy = kept.confirmed_file().string();
+  const std::string why =
+      kept.trial() == reload::KeptConfigs::Trial::running
+          ? "is on trial, and taken back unless somebody confirms it (baudgate confirm)"
+          : "was taken back: " + kept.why_taken_back() + "; while this file is as it is, " + copy +
+                " runs (diff " + copy + " " + file + ")";
+  return config::Problem{{file, 0, 0}, why, true};
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -1,16 +1,25 @@
 // `baudgate check`: reads a configuration and says what is wrong with it, or what it comes to.
 // The file comes through config/loader; text or JSON goes to the streams of the caller.
+// WhyTakenBack tells whether the gateway has taken this configuration back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
 
 #include "config/catalog/catalog.h"
+#include "config/model/config.h"
 #include "config/model/problem.h"
 
 namespace baudgate {
+
+// Whether the gateway has taken this very configuration back (docs/reload.md), for `baudgate
+// check`.
+
+/// A warning; empty: it has not, for all that whoever asks may read.
+std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config);
 
 /// Exit codes: 0 usable (warnings included), 3 not. Problems go to `err`, a summary to `out`; with
 /// `json` both go to `out` as one object.

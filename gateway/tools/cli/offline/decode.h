@@ -1,6 +1,7 @@
 // `baudgate decode`: says what captured exchanges mean, with the same rules and codecs as the
 // daemon. Reads lines "> hex" (request) and "< hex" (reply, or pieces of it), and what `baudgate
-// trace` prints and the flight recorder saves; everything else is a comment.
+// trace` prints and the flight recorder saves; everything else is a comment. ReadCaptures reads the
+// exchanges, and DecodersOf makes decoders.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +11,32 @@
 #include <vector>
 
 #include "config/catalog/catalog.h"
+#include "gateway/base/result.h"
+#include "gateway/diagnosis/decode/exchange_decoder.h"
+#include "gateway/diagnosis/decode/frame_lines.h"
+#include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
+
+// Exchanges out of the lines of a capture (gateway/diagnosis/decode/frame_lines.h), and the devices
+// that its head names.
+struct Captures {
+  std::vector<TracedDevice> devices;
+  std::vector<Capture> exchanges;
+};
+
+/// An error names the line that is no hex.
+Result<Captures> ReadCaptures(std::istream& in);
+
+// Decoders for devices of which only the head of a trace and the command line are known. For
+// `decode` and `trace`.
+
+/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
+Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog);
+
+/// `head`: comments of the gateway (gateway/records/trace/trace_text.h). A device has none where
+/// its profile is a file that is not here.
+Decoders DecodersOf(const std::vector<std::string>& head, const config::Catalog& catalog);
 
 struct DecodeOptions {
   std::string protocol{};          ///< empty: as the head of a trace says of each device

@@ -1,12 +1,30 @@
 // The words of register lists: what their columns, types, tables and permissions are called.
+// ReadCsv reads the table of a spreadsheet.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace baudgate {
+
+// A table as spreadsheets export it: separated by commas, semicolons or tabs, with quotes where a
+// cell holds a separator.
+struct CsvRow {
+  int line = 0;  ///< of the file, from 1 on
+  std::vector<std::string> cells;
+};
+
+struct CsvTable {
+  char separator = ',';
+  std::vector<CsvRow> rows;  ///< without empty ones; the first is the header
+};
+
+/// The separator is the one that the first row has most of; Excel's first line "sep=;" names it.
+/// Blanks around cells are dropped.
+CsvTable ReadCsv(std::string_view text);
 
 enum class ListColumn {
   name,

@@ -5,10 +5,10 @@
 
 #include "config/catalog/option_values.h"
 #include "config/checks/device_checks.h"
-#include "config/checks/serial_checks.h"
+#include "config/checks/line_checks.h"
+#include "config/lines.h"
 #include "config/loader.h"
-#include "config/serial.h"
-#include "gateway/base/spelling.h"
+#include "gateway/base/text.h"
 
 namespace baudgate {
 namespace {

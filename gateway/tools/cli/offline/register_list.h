@@ -1,5 +1,6 @@
 // A device's register list as its manual has it, typed into a spreadsheet: one row a value. Rows
-// become the points of a profile (new_profile.h).
+// become the points of a profile (new_profile.h). CheckPlaces finds points that take each other's
+// registers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -47,5 +48,11 @@ struct RegisterList {
 /// `file` is its name in messages; `table`: of numbers that tell none, "holding" or "input".
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
+
+// Points of a register list that take each other's registers: a type or a number in it is wrong.
+
+/// Adds to its errors where registers are shared in part, and to its warnings where two points read
+/// the same. `file`: its name in messages.
+void CheckPlaces(const std::string& file, RegisterList& list);
 
 }  // namespace baudgate

@@ -9,7 +9,7 @@
 
 #include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
-#include "gateway/tools/simulate/twin_events.h"
+#include "gateway/tools/simulate/residents.h"
 #include "gateway/tools/simulate/twin_faults.h"
 
 namespace baudgate {

@@ -2,17 +2,221 @@
 #include "gateway/tools/cli/ports/ports.h"
 
 #include <fmt/format.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
 #include <sstream>
+#include <tuple>
 
-#include "gateway/base/port_holders.h"
 #include "gateway/base/shown.h"
+#include "gateway/base/system_trouble.h"
+#include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/client/port_text.h"
-#include "gateway/tools/cli/ports/found_ports.h"
-#include "gateway/tools/terminal/text_table.h"
+#include "gateway/tools/cli/client/traffic_view.h"
+#include "gateway/tools/terminal/tables.h"
+#include "transports/serial_port.h"
 
 namespace baudgate {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// From port to adapter there are a few folders; further up are hubs.
+constexpr int kMostLevels = 6;
+constexpr int kMostLinks = 8;
+
+/// What a device says of itself may hold anything.
+std::string ReadText(const fs::path& file) {
+  std::ifstream stream(file);
+  std::string text;
+  std::getline(stream, text);
+  return Harmless(text);
+}
+
+/// serial-base of Linux 6.5 and later puts two devices of its own between port and driver.
+std::string DriverOf(fs::path device) {
+  for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
+    std::error_code error;
+    const fs::path driver = fs::read_symlink(device / "driver", error);
+    const std::string name = driver.filename().string();
+    if (!error && name != "port" && name != "ctrl") return name;
+  }
+  return {};
+}
+
+void ReadAdapter(fs::path device, FoundPort& port) {
+  for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
+    if (port.interface.empty()) port.interface = ReadText(device / "bInterfaceNumber");
+    std::error_code error;
+    if (!fs::exists(device / "idVendor", error)) continue;
+    port.at = device.filename().string();
+    port.vendor = ReadText(device / "idVendor");
+    port.product = ReadText(device / "idProduct");
+    port.maker = ReadText(device / "manufacturer");
+    port.model = ReadText(device / "product");
+    port.serial = ReadText(device / "serial");
+    return;
+  }
+  port.interface.clear();
+}
+
+/// "type" is 0 of a port that the board has an address for, and nothing behind it.
+bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
+
+std::optional<FoundPort> Look(const fs::path& tty) {
+  std::error_code error;
+  const fs::path device = fs::canonical(tty / "device", error);
+  if (error || !HasHardware(tty)) return std::nullopt;
+  FoundPort port;
+  port.name = tty.filename().string();
+  port.driver = DriverOf(device);
+  ReadAdapter(device, port);
+  port.latency_ms = ParseInteger<int>(ReadText(device / "latency_timer"));
+  return port;
+}
+
+/// Those by serial number are not unique where two adapters have the same.
+bool IsByPlace(const std::string& link) {
+  return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
+}
+
+void AddLinks(const fs::path& root, FoundPort& port) {
+  for (const char* folder : {"/dev/baudgate", "/dev/serial/by-id", "/dev/serial/by-path"}) {
+    std::vector<std::string> links;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(root / (folder + 1), error)) {
+      const std::string link = std::string(folder) + "/" + entry.path().filename().string();
+      if (PortNameOf(root, link) == port.name) links.push_back(link);
+    }
+    std::sort(links.begin(), links.end());
+    port.links.insert(port.links.end(), links.begin(), links.end());
+  }
+  std::stable_partition(port.links.begin(), port.links.end(),
+                        [](const std::string& link) { return !IsByPlace(link); });
+}
+
+auto Identity(const FoundPort& port) {
+  return std::tie(port.vendor, port.product, port.serial, port.interface);
+}
+
+void MarkTwins(std::vector<FoundPort>& ports) {
+  for (FoundPort& port : ports) {
+    if (port.serial.empty()) continue;
+    port.twin = std::ranges::any_of(ports, [&](const FoundPort& other) {
+      return other.at != port.at && Identity(other) == Identity(port);
+    });
+    if (port.twin) std::erase_if(port.links, [](const auto& link) { return !IsByPlace(link); });
+  }
+}
+
+/// ttyS2 before ttyS10.
+auto Order(const FoundPort& port) {
+  const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
+  return std::pair(port.name.substr(0, digits),
+                   ParseInteger<std::uint64_t>(port.name.substr(digits)).value_or(0));
+}
+
+}  // namespace
+
+std::string PortNameOf(const fs::path& root, const std::string& path) {
+  fs::path at = path;
+  for (int links = 0; links < kMostLinks; ++links) {
+    std::error_code error;
+    const fs::path target = fs::read_symlink(root / at.relative_path(), error);
+    if (error) break;
+    at = (at.parent_path() / target).lexically_normal();
+  }
+  return at.parent_path() == "/dev" ? at.filename().string() : std::string();
+}
+
+std::vector<FoundPort> FindPorts(const fs::path& root) {
+  std::vector<FoundPort> ports;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(root / "sys/class/tty", error)) {
+    if (auto port = Look(entry.path())) ports.push_back(std::move(*port));
+  }
+  std::sort(ports.begin(), ports.end(),
+            [](const FoundPort& a, const FoundPort& b) { return Order(a) < Order(b); });
+  for (FoundPort& port : ports) AddLinks(root, port);
+  MarkTwins(ports);
+  return ports;
+}
+
+namespace {
+
+constexpr char kServiceUser[] = "baudgate";
+constexpr mode_t kReadWrite = 06;
+constexpr int kMostGroups = 256;
+
+std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
+  std::vector<gid_t> groups(kMostGroups);
+  int count = kMostGroups;
+  if (::getgrouplist(name.c_str(), first, groups.data(), &count) < 0) count = kMostGroups;
+  groups.resize(static_cast<std::size_t>(count));
+  return groups;
+}
+
+/// The groups of this process. A user who has just joined another group has to log in again.
+std::vector<gid_t> OwnGroups() {
+  std::vector<gid_t> groups(kMostGroups);
+  const int count = ::getgroups(kMostGroups, groups.data());
+  groups.resize(static_cast<std::size_t>(std::max(count, 0)));
+  groups.push_back(::getegid());
+  return groups;
+}
+
+}  // namespace
+
+std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path) {
+  struct stat info {};
+  const std::string at = root / std::filesystem::path(path).relative_path();
+  if (::stat(at.c_str(), &info) != 0) return std::nullopt;
+  const struct ::group* entry = ::getgrgid(info.st_gid);
+  return PortFile{path, info.st_uid, info.st_gid,
+                  entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
+}
+
+std::vector<Person> PeopleHere() {
+  std::vector<Person> people;
+  people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
+  const struct ::passwd* service = ::getpwnam(kServiceUser);
+  if (service == nullptr || service->pw_uid == ::geteuid()) return people;
+  people.push_back({kServiceUser, service->pw_uid, GroupsOf(kServiceUser, service->pw_gid), true});
+  return people;
+}
+
+/// As the kernel does: the first of owner, group and others that fits decides.
+bool MayUse(const Person& person, const PortFile& file) {
+  if (person.id == 0) return true;
+  unsigned shift = 0;
+  if (person.id == file.owner) {
+    shift = 6;
+  } else if (std::ranges::find(person.groups, file.group) != person.groups.end()) {
+    shift = 3;
+  }
+  return ((file.mode >> shift) & kReadWrite) == kReadWrite;
+}
+
+std::string HowToMend(const Person& person, const PortFile& file) {
+  const std::string who =
+      person.is_service ? "the service (user baudgate)" : "you (" + person.name + ")";
+  const std::string head = fmt::format("{} may not open {}: ", who, file.path);
+  if (!IsGroupForPorts(file.group, file.mode)) return head + HowToGive(file.path);
+  if (person.is_service) {
+    return head + fmt::format(
+                      "sudo systemctl edit baudgate, with [Service] and "
+                      "SupplementaryGroups={}, then sudo systemctl restart baudgate",
+                      file.group_name);
+  }
+  return head +
+         fmt::format("sudo usermod -aG {} {}, then log in again", file.group_name, person.name);
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -8,14 +8,13 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
-#include "gateway/records/trace/trace_head.h"
+#include "gateway/records/trace/trace_text.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/make_line.h"
-#include "gateway/tools/cli/scan/port_wire.h"
 #include "gateway/tools/cli/scan/target.h"
-#include "gateway/tools/terminal/stop_signals.h"
-#include "protocols/masked_hex.h"
+#include "gateway/tools/terminal/command_end.h"
+#include "protocols/frame_rule.h"
 
 namespace baudgate {
 namespace {

@@ -1,10 +1,20 @@
 // What `baudgate scan` and `baudgate ask` are pointed at: a port, or a line of the running gateway.
+// LineLoan borrows the line, and PortWire is the port as the wire of a scan.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <asio/io_context.hpp>
+#include <asio/posix/stream_descriptor.hpp>
+#include <memory>
+#include <ostream>
 #include <string>
 
+#include "config/model/line.h"
 #include "gateway/base/result.h"
+#include "gateway/base/time.h"
+#include "gateway/tools/scan/scanner.h"
+#include "gateway/tools/terminal/command_end.h"
+#include "transports/transport.h"
 
 namespace baudgate {
 
@@ -13,5 +23,71 @@ bool IsPort(const std::string& target);
 
 /// The error: it can be neither, and how a port would be written.
 Status CheckTarget(const std::string& target);
+
+// A line of a running gateway, lent for a scan: its port is closed there, and taken back when the
+// loan ends. Should this program die, the gateway takes it back by itself.
+class LineLoan {
+ public:
+  /// Null: `code` is the exit code, and `err` has been told why. `socket` as in ReleaseOptions.
+  static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
+                                        std::ostream& err, int& code);
+  ~LineLoan();
+  LineLoan(const LineLoan&) = delete;
+  LineLoan& operator=(const LineLoan&) = delete;
+
+  const std::string& port() const { return port_; }
+  /// Called again and again: the loan goes on.
+  void Renew(Instant now);
+
+ private:
+  LineLoan(std::string line, std::string socket, std::string port)
+      : line_(std::move(line)), socket_(std::move(socket)), port_(std::move(port)) {}
+
+  const std::string line_;
+  const std::string socket_;
+  const std::string port_;
+  Instant renewed_{};
+};
+
+// A port as the wire of a scan: bytes go to and come from a transport, in the time of this machine.
+class PortWire final : public scan::Wire, private TransportListener {
+ public:
+  /// The error says why the port cannot be opened. `stop` outlives the wire.
+  static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
+                                                const config::SerialSettings& serial,
+                                                const StopSignals& stop);
+  ~PortWire() override;
+
+  Status Apply(const config::SerialSettings& serial) override;
+  Result<scan::Gathered> Listen(Duration time) override;
+  Result<scan::Gathered> Ask(View request, Duration patience, Duration gap) override;
+  Instant Now() override { return ReadClocks().instant; }
+
+ private:
+  PortWire(const std::string& port, const config::SerialSettings& serial, const StopSignals& stop);
+
+  void OnOpened() override { opened_ = true; }
+  void OnOpenFailed(const std::string& reason) override { lost_ = reason; }
+  void OnBytes(View bytes) override;
+  void OnLost(const std::string& reason) override { lost_ = reason; }
+
+  bool is_broken() const { return stopped_ || !lost_.empty(); }
+  void RunUntil(Instant until);
+  void AwaitQuiet();
+  bool IsOnlyRequest(View request) const;
+  Result<scan::Gathered> Taken(Bytes early, std::uint32_t damaged_before);
+  std::uint32_t Damaged() const;
+
+  asio::io_context io_{1};
+  asio::posix::stream_descriptor stop_;
+  config::Line line_;
+  std::unique_ptr<Transport> transport_;
+  Bytes heard_;
+  Instant last_byte_{};
+  const bool rs485_;  ///< the driver switches the direction
+  bool opened_ = false;
+  bool stopped_ = false;
+  std::string lost_;
+};
 
 }  // namespace baudgate

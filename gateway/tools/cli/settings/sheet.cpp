@@ -2,11 +2,18 @@
 #include "gateway/tools/cli/settings/sheet.h"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
+#include "config/model/device.h"
+#include "config/model/problem.h"
+#include "config/yaml/yaml_reader.h"
+#include "config/yaml/yaml_source.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/client/json_fields.h"
+#include "gateway/tools/cli/client/control_client.h"
 
 namespace baudgate::settings {
+
 namespace {
 
 using Json = ControlClient::Json;
@@ -111,6 +118,164 @@ std::string ToJson(const Sheet& sheet) {
     json["settings"].push_back(std::move(row));
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+namespace {
+
+constexpr std::size_t kMostSettings = 10'000;
+
+/// The text of a key that has to be there; it may be empty.
+void Need(config::MapReader& map, std::string_view key, std::string& target) {
+  if (map.Need(key, "\"…\"")) config::Assign(target, map.Label(key));
+}
+
+Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
+  Setting setting;
+  setting.mark = node.mark();
+  config::MapReader map(node, "a setting", problems);
+  Need(map, "point", setting.point);
+  Need(map, "item", setting.item);
+  setting.value = map.Label("value");
+  config::Assign(setting.unit, map.Label("unit"));
+  if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
+  config::Assign(setting.quality, map.Label("quality"));
+  map.Label("age");  // for people
+  setting.known = setting.value && setting.quality.empty();
+  map.Finish();
+  return setting;
+}
+
+std::string Listed(const config::Problems& problems) {
+  std::string text;
+  for (const config::Problem& problem : problems.Sorted()) {
+    text += (text.empty() ? "" : "\n") + config::ToString(problem);
+  }
+  return text;
+}
+
+}  // namespace
+
+Result<Sheet> ReadSheet(const std::string& path) {
+  auto content = config::ReadWholeFile(path);
+  if (!content) return Error{path + ": error: " + content.error()};
+  config::Problems problems;
+  Sheet sheet;
+  if (const auto root = config::ParseYaml(path, std::move(*content), problems)) {
+    sheet.mark = root->mark();
+    config::MapReader map(*root, "a file of settings", problems);
+    Need(map, "gateway", sheet.gateway);
+    Need(map, "line", sheet.line);
+    Need(map, "device", sheet.device);
+    Need(map, "protocol", sheet.protocol);
+    Need(map, "profile", sheet.profile);
+    Need(map, "designation", sheet.designation);
+    Need(map, "time", sheet.time);
+    if (const auto list = map.Need("settings", "[{ point: …, item: S21, value: 1 }]")) {
+      std::set<std::string> names;
+      for (const auto& node : config::ReadList(*list, "settings", kMostSettings, problems)) {
+        sheet.settings.push_back(ReadSetting(node, problems));
+        const Setting& setting = sheet.settings.back();
+        if (!names.insert(setting.point).second) {
+          problems.Error(setting.mark, "'" + setting.point + "' stands here for the second time");
+        }
+      }
+    }
+    map.Finish();
+  }
+  if (problems.has_error()) return Error{Listed(problems)};
+  return sheet;
+}
+
+namespace {
+
+/// Relative: what a float32 holds of a number.
+constexpr double kSame = 1e-6;
+
+Error Wrong(const config::Mark& mark, const std::string& message) {
+  return Error{config::ToString({mark, message})};
+}
+
+bool IsNear(double a, double b) {
+  return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
+}
+
+/// "A", "A (400 times what the device says)".
+std::string UnitOf(const Setting& setting) {
+  const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
+  if (setting.scale == 1) return unit;
+  return unit + " (" + FormatNumber(setting.scale) + " times what the device says)";
+}
+
+}  // namespace
+
+bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution) {
+  const auto one = ParseDecimal(a);
+  const auto other = ParseDecimal(b);
+  if (!one || !other) return a == b;
+  if (resolution && std::abs(*one - *other) >= *resolution / 2) return false;
+  return IsNear(*one, *other);
+}
+
+Status CheckFit(const Sheet& file, const Sheet& now) {
+  const auto quoted = [](const std::string& text) { return config::Quoted(text); };
+  if (file.protocol != now.protocol || file.profile != now.profile) {
+    return Wrong(file.mark, "these are settings of a " + file.protocol + " device of profile " +
+                                quoted(file.profile) + ", and " + now.target() + " is one of " +
+                                now.protocol + ", profile " + quoted(now.profile));
+  }
+  if (file.designation.empty()) {
+    return Wrong(file.mark, "designation: it does not say which device it was read from");
+  }
+  if (now.designation.empty()) {
+    return Wrong(file.mark, now.target() +
+                                " has not said yet what it is, or does not answer; see "
+                                "'baudgate status " +
+                                now.target() + "'");
+  }
+  if (config::SpokenName(file.designation) != config::SpokenName(now.designation)) {
+    return Wrong(file.mark, "these are settings of a " + quoted(file.designation) + ", and " +
+                                now.target() + " calls itself " + quoted(now.designation));
+  }
+  for (const Setting& filed : file.settings) {
+    const Setting* const here = now.Find(filed.point);
+    if (here == nullptr) {
+      return Wrong(filed.mark, now.target() + " has no setting " + quoted(filed.point));
+    }
+    if (here->item != filed.item) {
+      return Wrong(filed.mark, quoted(filed.point) + " is " + filed.item + " here, and " +
+                                   here->item + " of " + now.target());
+    }
+    if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
+      return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) + " here, and in " +
+                                   UnitOf(*here) + " of " + now.target() +
+                                   ": its `ratios` or `scale` have changed");
+    }
+  }
+  return {};
+}
+
+Comparison Compare(const Sheet& file, const Sheet& now) {
+  Comparison comparison;
+  for (const Setting& filed : file.settings) {
+    const Setting* const here = now.Find(filed.point);
+    if (here == nullptr) continue;  // CheckFit has said so
+    if (!filed.known) {
+      comparison.open.push_back(filed.point + " (" + filed.item +
+                                ") was not known when the file was written");
+    } else if (!here->known) {
+      ++comparison.unread;
+      comparison.open.push_back(filed.point + " (" + filed.item +
+                                ") is not known now: " + here->quality);
+    } else if (!IsSameValue(*filed.value, *here->value, here->resolution)) {
+      comparison.different.push_back({&filed, here});
+    }
+  }
+  for (const Setting& here : now.settings) {
+    if (file.Find(here.point) == nullptr) {
+      comparison.open.push_back(here.point + " (" + here.item + ") is not in the file");
+    }
+  }
+  return comparison;
 }
 
 }  // namespace baudgate::settings

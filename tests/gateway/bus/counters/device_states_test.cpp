@@ -1,9 +1,8 @@
 // The state of a device that is shown and told: out of use from the start, troubles and remarks.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/counters/device_states.h"
-
 #include <gmock/gmock.h>
 
+#include "gateway/bus/counters/ledger.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

@@ -1,8 +1,8 @@
 // Whether silence to a request tells of the device, or of what was asked.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/devices/heard_points.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/bus/devices/device_health.h"
 
 namespace baudgate {
 namespace {

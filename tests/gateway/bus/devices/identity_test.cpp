@@ -1,10 +1,9 @@
 // What a device answers to the request that identifies it.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/devices/identity.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/devices/device_health.h"
 
 namespace baudgate {
 namespace {

@@ -1,10 +1,10 @@
 // Readings of one point one after the other, and what users see of each.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/devices/jump_check.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
+
+#include "gateway/bus/devices/device_health.h"
 
 namespace baudgate {
 namespace {

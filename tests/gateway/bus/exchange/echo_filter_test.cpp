@@ -1,9 +1,8 @@
 // The echo filter in all modes, over every fragmentation of what comes back.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/exchange/echo_filter.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/exchange/echo.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate {

@@ -1,8 +1,8 @@
 // What is told of echoes, by the mode that the configuration gives.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/exchange/echo_watch.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/bus/exchange/echo.h"
 
 namespace baudgate {
 namespace {

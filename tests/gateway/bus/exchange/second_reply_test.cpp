@@ -1,13 +1,12 @@
 // What comes behind a reply that was taken: copies, a different reply, noise; at once or later, in
 // pieces.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/exchange/second_reply.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
 
+#include "gateway/bus/exchange/line.h"
 #include "tests/support/toy_protocol.h"
 
 namespace baudgate {

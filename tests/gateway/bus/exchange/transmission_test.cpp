@@ -1,9 +1,8 @@
 // Bytes that come while a request goes out.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/exchange/transmission.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/exchange/line.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,13 +1,12 @@
 // What is heard of bytes that nobody asked for: a table of streams.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/exchange/unasked_receiver.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <string>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/exchange/line.h"
 
 namespace baudgate {
 namespace {

@@ -1,12 +1,11 @@
 // Requests of routes become jobs in the right order.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/jobs/routed_jobs.h"
-
 #include <gtest/gtest.h>
 
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/jobs/chooser.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 #include "tests/support/times.h"

@@ -1,10 +1,10 @@
 // What the device that speaks unasked says, and what of its events may wait for the disk.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/jobs/speaker.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/jobs/intake.h"
+#include "gateway/diagnosis/observer.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

@@ -1,8 +1,8 @@
 // What is said of a write, from what was heard and what the point shows then.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/jobs/write_end.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/bus/jobs/job_end.h"
 
 namespace baudgate {
 namespace {

@@ -1,12 +1,12 @@
 // The feed of changes: coalescing, bounded, and woken at once.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/points/change_feed.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <thread>
 #include <vector>
+
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

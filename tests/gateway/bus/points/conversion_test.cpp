@@ -1,13 +1,13 @@
 // From what a device says to what users see, and back: sentinels, scale, ranges, and that nothing
 // that is not a number ever looks like a good one.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/points/conversion.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <string>
+
+#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 namespace {

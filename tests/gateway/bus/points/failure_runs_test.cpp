@@ -1,11 +1,11 @@
 // When the failures of a device began and ended, and what stood between.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/points/failure_runs.h"
-
 #include <gmock/gmock.h>
 
 #include <string>
 #include <string_view>
+
+#include "gateway/bus/points/device_status.h"
 
 namespace baudgate {
 namespace {
@@ -28,7 +28,7 @@ FailureRuns After(std::string_view exchanges) {
 }
 
 /// "2x3": three that failed, behind two that were answered; "2x3." is not over yet.
-std::string Shown(const FailureRuns& failures) {
+std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {
     text += std::to_string(run.answered) + "x" + std::to_string(run.failed);
@@ -58,7 +58,8 @@ TEST(FailureRuns, StandBetweenAnswers) {
       {"x" + Repeated("o", 40) + "----o", "0x1 41"},
       {Repeated("ox", 20) + "o", Repeated("1x1 ", 16) + "1"},
   };
-  for (const auto& row : rows) EXPECT_EQ(Shown(After(row.exchanges)), row.runs) << row.exchanges;
+  for (const auto& row : rows)
+    EXPECT_EQ(ShownRuns(After(row.exchanges)), row.runs) << row.exchanges;
 }
 
 TEST(FailureRuns, KnowTheirTimes) {

@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/points/steady_vector.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

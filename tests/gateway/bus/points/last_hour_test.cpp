@@ -1,8 +1,8 @@
 // The last hour of a device: counted in minutes, and what is older is forgotten.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/points/last_hour.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/bus/points/device_status.h"
 
 namespace baudgate {
 namespace {

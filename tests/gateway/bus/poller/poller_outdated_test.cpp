@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "gateway/bus/poller/poller.h"
 #include "tests/gateway/bus/poller/routed_line.h"

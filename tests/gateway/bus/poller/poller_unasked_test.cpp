@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "gateway/bus/schedule/turn_limit.h"
+#include "gateway/bus/schedule/turns.h"
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 

@@ -1,13 +1,12 @@
 // What comes back for a request, on its way through the echo, the examination and the judgement.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/poller/reception.h"
-
 #include <gtest/gtest.h>
 
 #include <string_view>
 #include <vector>
 
-#include "gateway/bus/replies/owed_replies.h"
+#include "gateway/bus/poller/line_inputs.h"
+#include "gateway/bus/replies/whose_reply.h"
 #include "gateway/diagnosis/observer.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"

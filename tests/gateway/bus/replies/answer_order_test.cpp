@@ -1,12 +1,11 @@
 // Which request a reply may belong to, against a device of known lag. Requests are single letters;
 // 'P' is a proof, and replies are told apart only from its own: "a" may answer any other.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/replies/answer_order.h"
-
 #include <gtest/gtest.h>
 
 #include <deque>
 
+#include "gateway/bus/replies/whose_reply.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // How long a device that answers late is waited for, reply by reply.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/replies/patience.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/replies/late_answers.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

@@ -1,10 +1,9 @@
 // Which orders count for a request: that of its device, and that of the line if replies carry no
 // address.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/replies/reply_orders.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/replies/whose_reply.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

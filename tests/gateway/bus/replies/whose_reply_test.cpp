@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-#include "gateway/bus/devices/latest_readings.h"
+#include "gateway/bus/devices/arrivals.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // What can wait: it goes where it holds up no poll, and does not starve.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/background.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/schedule.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // Events from the reply that tells them to the disk.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/event_delivery.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/effects.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 

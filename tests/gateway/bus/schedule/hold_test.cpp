@@ -1,9 +1,8 @@
 // What ends the hold of a line.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/hold.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/turns.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // Since when a line is idle.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/idle_time.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/turns.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // Probes of dead devices: free in idle time, capped where the living wait.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/probe_budget.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/probes.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,9 +1,8 @@
 // When the queries of one group are due, and which periods it has missed.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/round.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/schedule.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,10 +1,9 @@
 // What is remembered of the clients of transparent routes.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/routed_side.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/schedule/write_queue.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

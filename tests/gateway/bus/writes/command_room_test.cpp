@@ -1,10 +1,10 @@
 // Who may still wait for a line.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/writes/command_room.h"
-
 #include <gmock/gmock.h>
 
 #include <vector>
+
+#include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {
 namespace {

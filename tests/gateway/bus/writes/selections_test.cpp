@@ -1,9 +1,8 @@
 // Who has selected what, and until when.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/writes/selections.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/bus/writes/write_gate.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,8 +1,8 @@
 // What people type as a value.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/writes/value_text.h"
-
 #include <gmock/gmock.h>
+
+#include "gateway/bus/writes/write_gate.h"
 
 namespace baudgate {
 namespace {

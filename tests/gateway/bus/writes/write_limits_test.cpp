@@ -1,12 +1,11 @@
 // Which numbers may be written, and which number a client meant.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/writes/write_limits.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 
-#include "gateway/bus/points/conversion.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_gate.h"
 
 namespace baudgate {
 namespace {

@@ -1,10 +1,10 @@
 // How a write may go on, and how it may end, from each of its states.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/writes/write_state.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
+
+#include "gateway/bus/writes/write_command.h"
 
 namespace baudgate {
 namespace {

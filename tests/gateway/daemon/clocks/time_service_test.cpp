@@ -1,12 +1,12 @@
 // The time service is played by this test at the other end of a socket.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/clocks/time_service.h"
-
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <systemd/sd-bus.h>
 
 #include <thread>
+
+#include "gateway/daemon/clocks/host_clock.h"
 
 namespace baudgate {
 namespace {

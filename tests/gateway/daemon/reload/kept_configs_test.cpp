@@ -1,12 +1,12 @@
 // What a start takes, after every order of events; "again" is a restart, also by kill -9: nothing
 // but what is on the disk is known.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/reload/kept_configs.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
+
+#include "gateway/daemon/reload/trial.h"
 
 namespace baudgate::reload {
 namespace {

@@ -1,13 +1,13 @@
 // What a changed configuration does to which listener and which route.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/reload/modbus_difference.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "gateway/daemon/reload/difference.h"
 
 namespace baudgate::reload {
 namespace {

@@ -1,10 +1,9 @@
 // When a configuration on trial is given up.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/reload/probation.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/daemon/reload/trial.h"
 #include "tests/support/times.h"
 
 namespace baudgate::reload {

@@ -1,10 +1,9 @@
 // Who keeps which number over reloads.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/reload/slots.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/daemon/reload/difference.h"
 #include "tests/gateway/daemon/reload/sample_config.h"
 
 namespace baudgate::reload {

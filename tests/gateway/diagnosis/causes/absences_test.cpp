@@ -1,7 +1,5 @@
 // Outages are told from single losses by how failures stand together.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/causes/absences.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
@@ -9,6 +7,7 @@
 #include <string_view>
 
 #include "gateway/base/shown.h"
+#include "gateway/diagnosis/causes/evidence.h"
 
 namespace baudgate::control {
 namespace {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/heard_exchange.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "gateway/base/text.h"
+#include "gateway/diagnosis/damage/reply_habits.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 

@@ -1,9 +1,8 @@
 // A reply that comes behind other requests tells by its number how late it is.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/numbered_requests.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/diagnosis/damage/earlier_replies.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 

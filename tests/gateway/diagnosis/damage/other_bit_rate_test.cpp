@@ -1,7 +1,5 @@
 // Characters as a receiver with another bit rate reads them.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/other_bit_rate.h"
-
 #include <gmock/gmock.h>
 
 #include <random>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "gateway/base/text.h"
+#include "gateway/diagnosis/damage/changed_bytes.h"
 
 namespace baudgate {
 namespace {

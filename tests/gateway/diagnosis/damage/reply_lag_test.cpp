@@ -1,11 +1,11 @@
 // The table of reply_lag.h.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/reply_lag.h"
-
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <vector>
+
+#include "gateway/diagnosis/damage/reply_habits.h"
 
 namespace baudgate {
 namespace {

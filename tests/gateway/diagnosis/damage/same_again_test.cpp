@@ -1,10 +1,10 @@
 // The table of same_again.h.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/same_again.h"
-
 #include <gtest/gtest.h>
 
 #include <string_view>
+
+#include "gateway/diagnosis/damage/reply_habits.h"
 
 namespace baudgate {
 namespace {

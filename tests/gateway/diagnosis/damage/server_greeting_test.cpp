@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/server_greeting.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/diagnosis/damage/examiner.h"
 
 namespace baudgate {
 namespace {

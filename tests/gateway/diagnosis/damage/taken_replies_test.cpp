@@ -1,10 +1,9 @@
 // The latest replies that were taken tell copies, and what is missing in a damaged text.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/damage/taken_replies.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/bytes.h"
+#include "gateway/diagnosis/damage/reply_habits.h"
 
 namespace baudgate {
 namespace {

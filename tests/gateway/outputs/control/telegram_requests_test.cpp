@@ -1,9 +1,8 @@
 // `ask` over the control socket: what is completed, allowed and handed to the line.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/control/telegram_requests.h"
-
 #include <gmock/gmock.h>
 
+#include "gateway/outputs/control/line_requests.h"
 #include "gateway/outputs/control/request_handler.h"
 #include "protocols/protocol.h"
 #include "tests/gateway/outputs/control/fixture.h"

@@ -1,8 +1,6 @@
 // The audit over the control socket: pages, `baudgate writes`, and what status says of a disk that
 // fails.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/client/writes.h"
-
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -10,6 +8,7 @@
 #include <semaphore>
 #include <sstream>
 
+#include "gateway/tools/cli/client/records.h"
 #include "gateway/tools/cli/client/status_view.h"
 #include "tests/gateway/outputs/control/fixture.h"
 

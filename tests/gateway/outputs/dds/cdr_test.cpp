@@ -1,8 +1,6 @@
 // The wire form of DDS samples: bytes computed apart from this code, both ways, and every kind of
 // damage, which must be refused and never end the process.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/cdr.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,12 +1,11 @@
 // The due queue against a plain list that is searched each time.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/due_queue.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
+#include "gateway/outputs/dds/publish_plan.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

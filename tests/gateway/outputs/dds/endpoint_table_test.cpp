@@ -1,9 +1,8 @@
 // Readers and writers of others under virtual time: too many of one, of all, too fast.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/endpoint_table.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/dds/fast/domain_tables.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

@@ -1,13 +1,12 @@
 // Which events go out: in order and once, to newcomers the newest once more, and what is missed is
 // counted; on a supply that forgets what is old.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/event_sender.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "gateway/outputs/dds/sample_sender.h"
+#include "gateway/outputs/dds/notice_sender.h"
+#include "gateway/outputs/dds/publisher.h"
 #include "tests/gateway/outputs/dds/remembering_writer.h"
 
 namespace baudgate::dds {

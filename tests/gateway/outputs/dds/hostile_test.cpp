@@ -14,10 +14,10 @@
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
-#include "gateway/outputs/dds/cdr.h"
-#include "gateway/outputs/dds/fast/key_hash.h"
 #include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/outputs/dds/fast/types.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "gateway/outputs/dds/publisher.h"
 #include "tests/gateway/outputs/dds/datagrams.h"
 #include "tests/gateway/outputs/dds/fixture.h"

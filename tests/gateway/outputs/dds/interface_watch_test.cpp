@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/interface_watch.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/outputs/dds/fast/own_network.h"
 
 namespace baudgate::dds {
 namespace {

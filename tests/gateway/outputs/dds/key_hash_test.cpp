@@ -1,10 +1,9 @@
 // Key hashes against those that were computed apart from this code.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/key_hash.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/outputs/dds/fast/types.h"
 
 namespace baudgate::dds {
 namespace {

@@ -14,7 +14,7 @@
 #include <fstream>
 #include <string>
 
-#include "gateway/outputs/dds/fast/own_addresses.h"
+#include "gateway/outputs/dds/fast/own_network.h"
 
 namespace baudgate::dds::testing {
 namespace {

@@ -1,8 +1,6 @@
 // Sentences about what the system refuses to DDS sockets, and that refusals of this system are
 // seen.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/own_sockets.h"
-
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,6 +9,8 @@
 #include <unistd.h>
 
 #include <memory>
+
+#include "gateway/outputs/dds/fast/own_network.h"
 
 namespace baudgate::dds {
 namespace {

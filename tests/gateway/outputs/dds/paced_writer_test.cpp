@@ -1,9 +1,8 @@
 // How often a writer without room is asked again.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/paced_writer.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/dds/sample_writer.h"
 #include "tests/gateway/outputs/dds/remembering_writer.h"
 
 namespace baudgate::dds {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/pacer.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/outputs/dds/sample_writer.h"
 
 namespace baudgate::dds {
 namespace {

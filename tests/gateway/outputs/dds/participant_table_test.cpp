@@ -1,9 +1,8 @@
 // Places for participants under virtual time: full, silent, too many of one address, too fast.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/participant_table.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/dds/fast/domain_tables.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

@@ -1,14 +1,13 @@
 // What of the store becomes which sample, and when: the sender under virtual time, on a writer that
 // only remembers.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/sample_sender.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "gateway/base/version.h"
+#include "gateway/outputs/dds/publisher.h"
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/remembering_writer.h"
 

@@ -1,9 +1,8 @@
 // How far writers may jump, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/sequence_window.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/dds/fast/domain_tables.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

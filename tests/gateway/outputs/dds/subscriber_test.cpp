@@ -7,7 +7,7 @@
 
 #include <future>
 
-#include "gateway/outputs/dds/cdr.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/raw_writer.h"
 

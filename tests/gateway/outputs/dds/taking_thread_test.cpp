@@ -1,11 +1,11 @@
 // When a subscriber takes its samples: at once when there are few, in lots when there are many.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/taking_thread.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <future>
+
+#include "gateway/outputs/dds/fast/subscriber.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,7 +1,5 @@
 // The list of fields, and the DDS-XML that is made of it, say what baudgate.idl says.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/type_fields.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/outputs/dds/types_xml.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

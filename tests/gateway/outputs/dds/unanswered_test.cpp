@@ -1,8 +1,8 @@
 // What people are told of a participant that gets nothing.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/fast/unanswered.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/outputs/dds/fast/participant.h"
 
 namespace baudgate::dds {
 namespace {

@@ -17,9 +17,9 @@
 #include <string>
 #include <thread>
 
+#include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/outputs/dds/fast/types.h"
-#include "gateway/outputs/dds/writer_id.h"
 #include "tests/gateway/outputs/dds/fixture.h"
 
 namespace baudgate::dds::testing {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/dds/cdr.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/raw_writer.h"
 #include "tests/gateway/outputs/dds/write_client.h"

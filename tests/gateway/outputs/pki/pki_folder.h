@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-#include "config/model/dds_security.h"
+#include "config/model/outputs.h"
 #include "gateway/outputs/pki/demo_pki.h"
 
 namespace baudgate::pki::testing {

@@ -6,8 +6,7 @@
 #include <gtest/gtest.h>
 #include <openssl/pem.h>
 
-#include "gateway/outputs/pki/demo_authority.h"
-#include "gateway/outputs/pki/demo_documents.h"
+#include "gateway/outputs/pki/demo_pki.h"
 #include "gateway/outputs/pki/openssl.h"
 #include "tests/gateway/outputs/pki/pki_folder.h"
 

@@ -1,9 +1,10 @@
 // The status as JSON and as people see it: whole tables.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/client/status.h"
+
 #include <gmock/gmock.h>
 
 #include "gateway/outputs/status/status_json.h"
-#include "gateway/tools/cli/client/status_frame.h"
 #include "gateway/tools/cli/client/status_view.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/web/connections.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "gateway/outputs/web/http_server.h"
 
 namespace baudgate::web {
 namespace {

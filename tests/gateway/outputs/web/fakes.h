@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gateway/records/events/event_source.h"
-#include "gateway/records/history/history_source.h"
+#include "gateway/records/history/history_view.h"
 
 namespace baudgate::web {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/web/front_door.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/outputs/web/access.h"
 
 namespace baudgate::web {
 namespace {

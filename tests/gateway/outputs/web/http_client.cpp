@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/outputs/web/http_client.h"
 
-#include "gateway/base/spelling.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::web {

@@ -1,12 +1,11 @@
 // The streams of points without a server: what a viewer reads, under a time of the test's own.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/web/live_points.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 
+#include "gateway/outputs/web/live_streams.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
 namespace baudgate::web {

@@ -10,7 +10,9 @@
 #include <set>
 #include <sstream>
 
-#include "gateway/outputs/web/series.h"
+#include "gateway/outputs/dds/output/dds_output.h"
+#include "gateway/outputs/modbus/server/modbus_output.h"
+#include "tests/gateway/outputs/fake_output.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
 namespace baudgate::web {
@@ -89,23 +91,14 @@ TEST_F(MetricsTest, TheLinesOfAMetricStandTogetherBehindItsType) {
   }
 }
 
-class FakeTraffic final : public modbus::TrafficSource {
- public:
-  modbus::TrafficStatus Traffic() const override {
-    modbus::TrafficStatus status;
-    status.functions = {{"0.0.0.0:502", 4, 0, 12}, {"0.0.0.0:502", 0, 1, 3}};
-    return status;
-  }
-};
-
 TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
-  const FakeTraffic traffic;
-  control::GatewayInfo info{"1.2.3", control::kStarted, &traffic};
-  info.dds = [] {
-    dds::LinkState state;
-    state.written = 77;
-    return state;
-  };
+  modbus::TrafficStatus traffic;
+  traffic.functions = {{"0.0.0.0:502", 4, 0, 12}, {"0.0.0.0:502", 0, 1, 3}};
+  OutputList outputs;
+  outputs.push_back(std::make_unique<FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
+  outputs.push_back(
+      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{{kDdsSamples, {{"", 77}}}}));
+  const control::GatewayInfo info{"1.2.3", control::kStarted, &outputs};
   const std::string text = MetricsText(config_, store_, info, kNow);
   for (const char* line : {"baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function=\"4\","
                            "exception=\"none\"} 12\n",
@@ -134,13 +127,15 @@ TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
   std::istringstream lines(Text());
   std::size_t series = 0;
   for (std::string line; std::getline(lines, line);) series += line.starts_with('#') ? 0 : 1;
-  EXPECT_EQ(series + 3, SeriesOf(config_)) << "no alarms without events, no samples without DDS";
+  EXPECT_EQ(series + 4, SeriesOf(config_)) << "no alarms without events, and no outputs";
 }
 
 TEST(Metrics, AreAllInTheDocumentation) {
   std::ifstream file("docs/metrics.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
-  for (const Metric& metric : kMetrics) {
+  std::vector<Metric> metrics(kMetrics.begin(), kMetrics.end());
+  metrics.insert(metrics.end(), {kModbusClients, kModbusRequests, kDdsSamples});
+  for (const Metric& metric : metrics) {
     std::string row = "| `" + std::string(metric.name) + "` | " + std::string(metric.type) + " | ";
     std::istringstream labels{std::string(metric.labels)};
     std::string cell;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/web/token_file.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -8,6 +6,8 @@
 
 #include <filesystem>
 #include <fstream>
+
+#include "gateway/outputs/web/access.h"
 
 namespace baudgate::web {
 namespace {

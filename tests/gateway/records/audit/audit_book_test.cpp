@@ -1,9 +1,8 @@
 // What waits for the disk: coalesced, in order, bounded.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/audit/audit_book.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/records/audit/write_log.h"
 #include "tests/gateway/records/audit/fixture.h"
 
 namespace baudgate::audit {

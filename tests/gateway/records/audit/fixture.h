@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/records/audit/audit_file.h"
-#include "gateway/records/audit/write_page.h"
+#include "gateway/records/audit/audit_source.h"
 
 namespace baudgate::audit {
 

@@ -1,11 +1,10 @@
 // Writes that come again and again are one record a minute, and hostile ones never fill the memory.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/audit/repeats.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "gateway/records/audit/audit_log.h"
 #include "tests/gateway/records/audit/fixture.h"
 
 namespace baudgate::audit {

@@ -1,9 +1,8 @@
 // What a routed write is called, and that each leaves one record whatever becomes of it.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/audit/routed_record.h"
-
 #include <gmock/gmock.h>
 
+#include "gateway/records/audit/audited_writes.h"
 #include "tests/gateway/records/audit/fixture.h"
 #include "tests/gateway/records/audit/remembering_log.h"
 

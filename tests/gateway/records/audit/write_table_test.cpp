@@ -1,7 +1,5 @@
 // The file: what is written is read back, restarts, room, and files that are none.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/audit/write_table.h"
-
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
@@ -9,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "gateway/records/audit/audit_file.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/gateway/records/audit/fixture.h"
 

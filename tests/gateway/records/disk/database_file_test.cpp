@@ -7,8 +7,6 @@
 
 #include <fstream>
 
-#include "gateway/records/disk/file_health.h"
-
 namespace baudgate {
 namespace {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/disk/disk_calls.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "gateway/records/disk/disk.h"
 
 namespace baudgate {
 namespace {

@@ -1,5 +1,7 @@
 // events.db, and two connections to it.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/records/disk/events_file.h"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -10,8 +12,7 @@
 #include <fstream>
 #include <functional>
 
-#include "gateway/records/disk/events_connection.h"
-#include "gateway/records/disk/versions.h"
+#include "gateway/records/disk/state_folder.h"
 
 namespace baudgate {
 namespace {

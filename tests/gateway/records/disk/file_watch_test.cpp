@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/disk/file_watch.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/records/disk/disk.h"
 
 namespace baudgate {
 namespace {

@@ -1,7 +1,5 @@
 // State of a newer baudgate is left alone.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/disk/versions.h"
-
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/alarm_board.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/records/events/alarm.h"
 
 namespace baudgate::events {
 namespace {

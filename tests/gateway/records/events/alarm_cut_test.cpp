@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "gateway/records/events/event_file.h"
-#include "gateway/records/events/event_page.h"
+#include "gateway/records/events/event_source.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/support/long_run.h"
 

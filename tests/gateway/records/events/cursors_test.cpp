@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/cursors.h"
-
 #include <gtest/gtest.h>
 
-#include "gateway/records/events/backlog.h"
+#include "gateway/records/events/event_feed.h"
 
 namespace baudgate::events {
 namespace {

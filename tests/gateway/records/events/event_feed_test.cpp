@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/records/disk/events_file.h"
-#include "gateway/records/events/event_table.h"
+#include "gateway/records/events/event_file.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 
 namespace baudgate::events {

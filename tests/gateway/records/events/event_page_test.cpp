@@ -1,11 +1,10 @@
 // The table of events: what goes in comes out page by page, and the oldest make room.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/event_page.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/records/disk/events_file.h"
-#include "gateway/records/events/event_table.h"
+#include "gateway/records/events/event_file.h"
+#include "gateway/records/events/event_source.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 
 namespace baudgate::events {

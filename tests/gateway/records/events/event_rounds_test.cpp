@@ -1,11 +1,10 @@
 // The rounds of the writing thread alone: what a round that fails leaves for the next one.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/event_rounds.h"
-
 #include <gmock/gmock.h>
 
 #include <string>
 
+#include "gateway/records/events/event_log.h"
 #include "gateway/records/events/event_queue.h"
 
 namespace baudgate::events {

@@ -1,9 +1,9 @@
 // Seconds of a minute become a time: over the borders of minute, hour and year, and what cannot be
 // known.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/placed_time.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/records/events/event_record.h"
 
 namespace baudgate::events {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <limits>
 
-#include "gateway/records/events/own_codes.h"
+#include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "gateway/records/events/event_file.h"
-#include "gateway/records/events/event_page.h"
-#include "gateway/records/events/record_page.h"
+#include "gateway/records/events/event_source.h"
+#include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/fixture.h"
 
 namespace baudgate::events {

@@ -1,8 +1,8 @@
 // When events are written timer.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/round_timer.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/records/events/event_log.h"
 
 namespace baudgate::events {
 namespace {

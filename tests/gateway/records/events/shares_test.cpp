@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/shares.h"
-
 #include <gmock/gmock.h>
 
-#include "gateway/records/events/own_codes.h"
+#include "gateway/records/events/event_book.h"
+#include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
 namespace {

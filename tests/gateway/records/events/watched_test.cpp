@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/events/watched.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/records/events/event_queue.h"
 
 namespace baudgate::events {
 namespace {

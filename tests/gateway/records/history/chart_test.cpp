@@ -1,9 +1,8 @@
 // What is left of a history in so many pixels.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/history/chart.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/records/history/history_view.h"
 #include "tests/gateway/outputs/web/fakes.h"
 
 namespace baudgate::history {

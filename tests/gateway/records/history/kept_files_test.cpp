@@ -9,7 +9,6 @@
 
 #include "gateway/records/history/folder_files.h"
 #include "gateway/records/history/history_view.h"
-#include "gateway/records/history/sure_time.h"
 #include "tests/gateway/records/history/store_fixture.h"
 
 namespace baudgate::history {

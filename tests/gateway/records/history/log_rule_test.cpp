@@ -1,10 +1,10 @@
 // Which readings are kept.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/history/log_rule.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "gateway/records/history/recorder.h"
 
 namespace baudgate::history {
 namespace {

@@ -1,11 +1,9 @@
 // Values that wait for the disk: the numbers of their runs, and how many of them may wait.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/history/pending_values.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "gateway/records/history/batch_queue.h"
+#include "gateway/records/history/batch.h"
 
 namespace baudgate::history {
 namespace {

@@ -1,13 +1,13 @@
 // Minutes and hours against the definition: the value of every millisecond, looked up.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/history/rollup.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <map>
 #include <random>
+
+#include "gateway/records/history/batch.h"
 
 namespace baudgate::history {
 namespace {

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/records/history/history_log.h"
 #include "gateway/records/history/history_page.h"
-#include "gateway/records/history/value_store.h"
 #include "tests/gateway/records/history/folder.h"
 
 namespace baudgate::history {

@@ -1,15 +1,14 @@
 // The files: what is written is read back, over days, restarts, power cuts and disks that fail.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/history/value_store.h"
-
 #include <gmock/gmock.h>
 #include <sqlite3.h>
 
 #include <fstream>
 #include <random>
 
-#include "gateway/records/disk/versions.h"
+#include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/chunk.h"
+#include "gateway/records/history/history_log.h"
 #include "gateway/records/history/history_page.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/gateway/records/history/store_fixture.h"

@@ -1,7 +1,5 @@
 // The files of the flight recorder: names, contents, limits, and a folder that cannot be written.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/trace/recordings.h"
-
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
@@ -11,6 +9,7 @@
 #include <sstream>
 #include <thread>
 
+#include "gateway/records/trace/line_recorder.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

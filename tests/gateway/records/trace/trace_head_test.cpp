@@ -1,9 +1,9 @@
 // The comments on top of a trace, there and back.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/records/trace/trace_head.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
 namespace {

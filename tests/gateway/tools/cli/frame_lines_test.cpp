@@ -9,7 +9,6 @@
 
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/offline/decode.h"
-#include "gateway/tools/cli/offline/traced_decoder.h"
 #include "protocols/all_protocols.h"
 
 namespace baudgate {

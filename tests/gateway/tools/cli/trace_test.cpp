@@ -7,7 +7,7 @@
 
 #include <sstream>
 
-#include "gateway/records/trace/trace_head.h"
+#include "gateway/records/trace/trace_text.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "tests/gateway/outputs/control/fixture.h"
 

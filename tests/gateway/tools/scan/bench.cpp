@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/tools/scan/bench.h"
 
-#include "config/identity.h"
+#include "config/profile.h"
 #include "protocols/all_protocols.h"
 
 namespace baudgate::scan {

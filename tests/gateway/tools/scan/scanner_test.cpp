@@ -8,7 +8,7 @@
 #include <regex>
 
 #include "config/loader.h"
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/all_protocols.h"
 #include "tests/gateway/tools/scan/bench.h"

@@ -1,9 +1,8 @@
 // How faults of twins are written.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/simulate/fault_text.h"
-
 #include <gmock/gmock.h>
 
+#include "gateway/tools/simulate/twin_faults.h"
 #include "tests/gateway/tools/simulate/twin_faults_fixture.h"
 
 namespace baudgate {

@@ -1,7 +1,5 @@
 // The twins of a line whose devices have different options.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/simulate/line_twins.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "config/catalog/option_values.h"
+#include "gateway/tools/simulate/simulator.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/protocol.h"
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/base/checksum.h"
+#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
 

@@ -13,7 +13,6 @@
 #include "gateway/tools/simulate/pty.h"
 #include "gateway/tools/simulate/simulator.h"
 #include "tests/support/toy_protocol.h"
-#include "transports/pty_settings.h"
 #include "transports/serial_settings.h"
 
 namespace baudgate {

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/tools/simulate/fault_text.h"
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 

@@ -1,12 +1,11 @@
 // What one UART hears of another that is set differently.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/simulate/uart.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "gateway/base/text.h"
+#include "gateway/tools/simulate/twin_port.h"
 #include "transports/parity.h"
 
 namespace baudgate {

@@ -1,13 +1,10 @@
 // Rows of tables that fit a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/terminal/column_layout.h"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-#include "gateway/tools/terminal/stream_table.h"
-#include "gateway/tools/terminal/text_table.h"
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
 namespace {

@@ -1,11 +1,11 @@
 // Frames on a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/terminal/live_screen.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <sstream>
+
+#include "gateway/tools/terminal/live_table.h"
 
 namespace baudgate {
 namespace {

@@ -1,10 +1,10 @@
 // A table whose rows come one after the other.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/terminal/stream_table.h"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
+
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
 namespace {

@@ -1,9 +1,9 @@
 // Sentences in a terminal.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/terminal/wrap.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
 namespace {

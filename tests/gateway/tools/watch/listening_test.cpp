@@ -1,8 +1,8 @@
 // When the subscriber of `watch` is made anew.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/watch/listening.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/tools/watch/point_feed.h"
 
 namespace baudgate {
 namespace {

@@ -1,11 +1,11 @@
 // In which order the points of a device are shown.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/watch/point_order.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <sstream>
+
+#include "gateway/tools/watch/point_image.h"
 
 namespace baudgate {
 namespace {

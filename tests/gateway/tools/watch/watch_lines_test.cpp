@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "gateway/tools/watch/watch_events.h"
+#include "gateway/tools/watch/line_modes.h"
 
 namespace baudgate {
 namespace {

@@ -1,10 +1,9 @@
 // What another process may write into our log.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/link/bounded_lines.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/dds/link/child_process.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

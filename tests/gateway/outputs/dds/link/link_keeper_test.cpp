@@ -1,12 +1,11 @@
 // When the process is started, shown as silent, given up and started again, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/link/link_keeper.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "gateway/outputs/dds/link/process_link.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/dds/cdr.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

@@ -1,13 +1,12 @@
 // The writer over a real socket pair: who is there, who is not, and a socket that is full.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/link/link_writer.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "gateway/outputs/dds/cdr.h"
 #include "gateway/outputs/dds/link/packet_socket.h"
+#include "gateway/outputs/dds/link/process_link.h"
+#include "gateway/outputs/dds/published_types.h"
 
 namespace baudgate::dds {
 namespace {

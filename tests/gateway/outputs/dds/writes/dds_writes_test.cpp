@@ -1,13 +1,12 @@
 // The thread between a writer of samples and the service: replies come, also after they found no
 // room, and nothing goes to a line after the end. Waited for by what happens, nothing by time.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/writes/dds_writes.h"
-
 #include <gmock/gmock.h>
 
 #include <condition_variable>
 #include <mutex>
 
+#include "gateway/outputs/dds/writes/write_service.h"
 #include "tests/gateway/outputs/dds/writes/service_fixture.h"
 
 namespace baudgate::dds {

@@ -1,10 +1,10 @@
 // The value of a request for points of every kind.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/writes/request_value.h"
-
 #include <gmock/gmock.h>
 
 #include <limits>
+
+#include "gateway/outputs/dds/writes/write_service.h"
 
 namespace baudgate::dds {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "config/model/config.h"
 #include "gateway/bus/writes/write_command.h"
-#include "gateway/outputs/dds/request_intake.h"
+#include "gateway/outputs/dds/sample_writer.h"
 #include "tests/support/keeping_sink.h"
 
 namespace baudgate::dds::testing {

@@ -6,7 +6,6 @@
 
 #include <limits>
 
-#include "gateway/outputs/dds/writes/request_value.h"
 #include "tests/gateway/outputs/dds/writes/service_fixture.h"
 
 namespace baudgate::dds {

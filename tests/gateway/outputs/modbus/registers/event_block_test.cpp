@@ -1,11 +1,11 @@
 // Events as registers, field by field.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/registers/event_block.h"
-
 #include <gmock/gmock.h>
 
 #include <span>
 #include <vector>
+
+#include "gateway/outputs/modbus/registers/register_contents.h"
 
 namespace baudgate::modbus {
 namespace {

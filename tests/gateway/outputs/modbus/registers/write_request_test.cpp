@@ -1,9 +1,8 @@
 // From write requests to points and values.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/registers/write_request.h"
-
 #include <gtest/gtest.h>
 
+#include "gateway/outputs/modbus/registers/value_registers.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 
 namespace baudgate::modbus {

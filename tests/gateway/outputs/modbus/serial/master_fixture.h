@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "gateway/outputs/modbus/serial/master_session.h"
+#include "gateway/outputs/modbus/serial/serial_listener.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 #include "tests/support/keeping_sink.h"

@@ -1,7 +1,6 @@
 // What a serial master is answered, and when.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/serial/master_session.h"
-
+#include "gateway/outputs/modbus/serial/serial_listener.h"
 #include "tests/gateway/outputs/modbus/serial/master_fixture.h"
 
 namespace baudgate::modbus {

@@ -1,12 +1,11 @@
 // What is echo of the gateway's own reply, by bytes, by frames and by time.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/serial/reply_echo.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "gateway/base/text.h"
+#include "gateway/outputs/modbus/serial/serial_listener.h"
 
 namespace baudgate::modbus {
 namespace {

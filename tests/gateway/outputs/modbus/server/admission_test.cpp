@@ -1,12 +1,12 @@
 // The allow list of a listener.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/server/admission.h"
-
 #include <gtest/gtest.h>
 
 #include <asio/ip/address.hpp>
 #include <string>
 #include <vector>
+
+#include "gateway/outputs/modbus/server/listener.h"
 
 namespace baudgate::modbus {
 namespace {

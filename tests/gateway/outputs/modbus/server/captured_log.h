@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "gateway/base/log_folder.h"
+#include "gateway/base/log_outlet.h"
 
 namespace baudgate::modbus {
 

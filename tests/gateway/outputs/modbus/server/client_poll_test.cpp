@@ -1,14 +1,14 @@
 // Which clients are told that their sockets are ready: all of them, again and again, but never one
 // that has been removed.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/server/client_poll.h"
-
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <deque>
 #include <functional>
+
+#include "gateway/outputs/modbus/server/client_socket.h"
 
 namespace baudgate::modbus {
 namespace {

@@ -1,7 +1,5 @@
 // A listening socket that systemd passes goes to the listener of its address, and to nobody else.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/server/passed_sockets.h"
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,6 +7,8 @@
 #include <asio/io_context.hpp>
 #include <cstdlib>
 #include <string>
+
+#include "gateway/outputs/modbus/server/listener.h"
 
 namespace baudgate::modbus {
 namespace {

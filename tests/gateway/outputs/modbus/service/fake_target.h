@@ -10,7 +10,7 @@
 
 #include "config/model/config.h"
 #include "gateway/base/text.h"
-#include "gateway/bus/writes/routed.h"
+#include "gateway/bus/writes/route_queue.h"
 
 namespace baudgate::modbus {
 

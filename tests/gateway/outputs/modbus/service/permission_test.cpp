@@ -1,10 +1,10 @@
 // Which function codes the clients of a listener may ask for.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/service/permission.h"
-
 #include <gtest/gtest.h>
 
 #include <string>
+
+#include "gateway/outputs/modbus/service/client_requests.h"
 
 namespace baudgate::modbus {
 namespace {

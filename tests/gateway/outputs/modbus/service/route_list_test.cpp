@@ -1,11 +1,10 @@
 // Which number a route has over reloads, and which servers elsewhere are connected to.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/service/route_list.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "gateway/outputs/modbus/service/route_targets.h"
+#include "gateway/outputs/modbus/service/route_table.h"
+#include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 #include "tests/gateway/outputs/modbus/service/fake_target.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/bus/writes/route_queue.h"
-#include "gateway/outputs/modbus/upstream/upstream_queue.h"
+#include "gateway/outputs/modbus/upstream/upstream_link.h"
 #include "tests/gateway/outputs/modbus/upstream/upstream_fixture.h"
 
 namespace baudgate::modbus {

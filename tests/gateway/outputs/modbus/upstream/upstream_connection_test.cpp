@@ -1,8 +1,6 @@
 // The connection to a Modbus TCP server: when it is made, how it ends, and what becomes of the
 // requests then.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/upstream/upstream_connection.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "gateway/outputs/modbus/upstream/unit_pauses.h"
+#include "gateway/outputs/modbus/upstream/upstream_link.h"
 #include "tests/gateway/outputs/modbus/upstream/upstream_fixture.h"
 
 namespace baudgate::modbus {

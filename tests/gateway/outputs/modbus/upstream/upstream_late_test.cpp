@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "gateway/outputs/modbus/service/route_targets.h"
+#include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 #include "tests/gateway/outputs/modbus/upstream/upstream_fixture.h"
 

@@ -1,11 +1,10 @@
 // Framing of a client's bytes: every cut, a dribble, pipelining, floods and defects.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/wire/mbap.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
+#include "gateway/outputs/modbus/wire/request.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 
 namespace baudgate::modbus {

@@ -1,10 +1,9 @@
 // A client that speaks another framing than its listener is recognised by its first bytes.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/wire/other_framing.h"
-
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/outputs/modbus/wire/client_framing.h"
 #include "protocols/modbus/protocol.h"
 
 namespace baudgate::modbus {

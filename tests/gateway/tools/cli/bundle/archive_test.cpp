@@ -1,9 +1,8 @@
 // The archive of a support bundle.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/bundle/archive.h"
-
 #include <gmock/gmock.h>
 
+#include "gateway/tools/cli/bundle/support_bundle.h"
 #include "tests/gateway/tools/cli/bundle/unpacked.h"
 
 namespace baudgate {

@@ -1,13 +1,12 @@
 // Billing readings as a table: of a gateway that keeps those of one meter.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/client/billing.h"
-
 #include <gmock/gmock.h>
 
 #include <map>
 #include <sstream>
 
-#include "gateway/base/since.h"
+#include "gateway/base/time.h"
+#include "gateway/tools/cli/client/history.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
 namespace baudgate::control {

@@ -8,11 +8,9 @@
 #include <sstream>
 
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/client/in_use.h"
+#include "gateway/tools/cli/client/operation.h"
 #include "gateway/tools/cli/client/points.h"
-#include "gateway/tools/cli/client/release.h"
 #include "gateway/tools/cli/client/status.h"
-#include "gateway/tools/cli/client/status_watch.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
 namespace baudgate::control {

@@ -6,7 +6,7 @@
 
 #include <sstream>
 
-#include "gateway/records/history/history_source.h"
+#include "gateway/records/history/history_view.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
 namespace baudgate::control {

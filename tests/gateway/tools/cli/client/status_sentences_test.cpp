@@ -1,10 +1,10 @@
 // In which order the sentences of a status stand.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/client/status_sentences.h"
-
 #include <gmock/gmock.h>
 
 #include <string>
+
+#include "gateway/tools/cli/client/status_view.h"
 
 namespace baudgate {
 namespace {

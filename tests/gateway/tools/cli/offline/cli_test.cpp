@@ -11,7 +11,6 @@
 #include "gateway/tools/cli/offline/check.h"
 #include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
-#include "gateway/tools/cli/offline/protocols.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "gateway/base/exit_code.h"
-#include "gateway/tools/cli/offline/check_profile.h"
+#include "gateway/tools/cli/offline/profiles.h"
 #include "tests/config/shipped.h"
 
 namespace baudgate::testing {

@@ -7,7 +7,6 @@
 
 #include <array>
 
-#include "gateway/tools/cli/offline/csv_table.h"
 #include "gateway/tools/cli/offline/listed_words.h"
 
 namespace baudgate::testing {

@@ -1,7 +1,5 @@
 // The points of a configuration as variables of a PLC program.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/offline/structured_text.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "gateway/tools/cli/offline/map.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

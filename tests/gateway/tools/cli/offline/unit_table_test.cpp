@@ -1,7 +1,5 @@
 // What `baudgate check` prints of listeners and routes, letter by letter.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/offline/unit_table.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 #include <sstream>
 
 #include "gateway/tools/cli/offline/check.h"
+#include "gateway/tools/cli/offline/check_parts.h"
 #include "tests/config/fake_protocol.h"
 
 namespace baudgate::testing {

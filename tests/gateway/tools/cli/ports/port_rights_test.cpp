@@ -1,8 +1,8 @@
 // Who may open a port, by the file's mode, and the command that mends it.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/ports/port_rights.h"
-
 #include <gtest/gtest.h>
+
+#include "gateway/tools/cli/ports/ports.h"
 
 namespace baudgate {
 namespace {

@@ -8,8 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "gateway/base/port_holders.h"
-#include "gateway/tools/cli/ports/found_ports.h"
+#include "gateway/base/system_trouble.h"
 
 namespace baudgate {
 namespace {

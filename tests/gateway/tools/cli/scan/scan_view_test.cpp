@@ -1,11 +1,10 @@
 // What the user of `baudgate scan` reads at its end, and which targets are none.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/scan/scan_view.h"
-
 #include <gmock/gmock.h>
 
 #include <sstream>
 
+#include "gateway/tools/cli/scan/scan.h"
 #include "gateway/tools/cli/scan/target.h"
 
 namespace baudgate {

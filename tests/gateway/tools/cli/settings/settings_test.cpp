@@ -10,7 +10,6 @@
 #include <iterator>
 #include <sstream>
 
-#include "gateway/tools/cli/settings/comparison.h"
 #include "gateway/tools/cli/settings/sheet.h"
 #include "protocols/spabus/protocol.h"
 #include "tests/gateway/outputs/control/fixture.h"

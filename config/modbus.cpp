@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/modbus.h"
+
+#include <algorithm>
+#include <array>
+#include <bitset>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "config/checks/line_checks.h"
+#include "config/checks/modbus_checks.h"
+#include "config/events.h"
+#include "config/lines.h"
+#include "config/model/config.h"
+#include "config/model/network.h"
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+
+namespace {
+
+void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route& route,
+                    LoadContext& context) {
+  const auto name = ReadText(node, "line", context.problems);
+  if (!name) return;
+  const auto line =
+      std::find_if(lines.begin(), lines.end(), [&](const Line& one) { return one.name == *name; });
+  if (name->empty() || line == lines.end()) {
+    std::vector<std::string_view> names;
+    for (const Line& one : lines) {
+      if (!one.name.empty()) names.push_back(one.name);
+    }
+    context.problems.Error(node.mark(), "line: there is no line " + Quoted(*name) + ";" +
+                                            DidYouMean(*name, names) +
+                                            " lines: " + (names.empty() ? "none" : Join(names)));
+    return;
+  }
+  route.line = *name;
+  route.line_index = static_cast<std::size_t>(line - lines.begin());
+  const Protocol* protocol = context.catalog.FindProtocol(line->protocol);
+  if (!protocol || protocol->carrier) return;
+  if (protocol->tcp) {
+    context.problems.Error(
+        node.mark(), "line: '" + *name + "' is a Modbus TCP server, which needs " +
+                         "no line to be routed to; write server: \"" +
+                         (line->port.starts_with("tcp://") ? line->port.substr(6) : "host:502") +
+                         "\" in place of line");
+    return;
+  }
+  std::vector<std::string_view> carriers;
+  for (const auto& [known, one] : context.catalog.protocols) {
+    if (one->carrier) carriers.push_back(known);
+  }
+  context.problems.Error(node.mark(), "line: '" + *name + "' speaks " + line->protocol +
+                                          ", which carries no Modbus requests; installed "
+                                          "protocols that do: " +
+                                          (carriers.empty() ? "none" : Join(carriers)));
+}
+
+void ReadTargetServer(const YamlNode& node, const std::vector<Listener>& listeners, Route& route,
+                      Problems& problems) {
+  const auto text = ReadText(node, "server", problems);
+  if (!text) return;
+  const auto server = ParseServer(*text, route.port);
+  if (!server) {
+    problems.Error(node.mark(), "server: " + server.error());
+    return;
+  }
+  route.host = server->host == "localhost" ? "127.0.0.1" : server->host;
+  route.port = server->port;
+  CheckServer(route, listeners, node.mark(), problems);
+}
+
+}  // namespace
+
+Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
+                const std::vector<Line>& lines, LoadContext& context) {
+  Route route;
+  route.mark = node.mark();
+  MapReader map(node, "a route", context.problems);
+  if (node.kind() != YamlNode::Kind::map) return route;
+  bool units_known = false;
+  if (const auto units = map.Need("units", "20")) {
+    if (const auto text = ReadText(*units, "units", context.problems)) {
+      const auto range = ParseUnits(*text);
+      units_known = range.ok();
+      if (range) {
+        std::tie(route.first, route.last) = *range;
+      } else {
+        context.problems.Error(units->mark(), "units: " + range.error());
+      }
+    }
+  }
+  if (const auto line = map.Get("line")) ReadTargetLine(*line, lines, route, context);
+  if (const auto server = map.Get("server")) {
+    ReadTargetServer(*server, listeners, route, context.problems);
+  }
+  Assign(route.remap, map.Integer<std::uint8_t>("remap", 0, 255));
+  Assign(route.deadline, map.Time("deadline", 50ms, 1min));
+  route.alarms =
+      ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
+  map.Finish();
+  const Keys keys = map.keys();
+  CheckTarget(keys, context.problems);
+  if (units_known) CheckRoute(route, keys, context.problems);
+  return route;
+}
+
+namespace {
+
+constexpr std::size_t kMostNetworks = 1000;
+constexpr std::size_t kMostRules = 100;
+constexpr int kMostClients = 10'000;
+
+constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
+constexpr std::array<Word<Priority>, 3> kPriorities = {
+    {{"low", Priority::low}, {"normal", Priority::normal}, {"high", Priority::high}}};
+constexpr std::array<Word<Permit>, 3> kPermits = {
+    {{"read", Permit::read}, {"data", Permit::data}, {"all", Permit::all}}};
+constexpr std::array<Word<modbus::Framing>, 3> kFramings = {{{"tcp", modbus::Framing::tcp},
+                                                             {"rtu", modbus::Framing::rtu},
+                                                             {"ascii", modbus::Framing::ascii}}};
+constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
+    {{"exception", Listener::Errors::exception}, {"silent", Listener::Errors::silent}}};
+constexpr std::array<Word<Listener::Holes>, 2> kHoles = {
+    {{"off", Listener::Holes::off}, {"zero", Listener::Holes::zero}}};
+constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
+    {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
+
+constexpr std::array<Word<Listener::Echo>, 2> kListenerEchoes = {
+    {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
+
+/// Sets the framing, and the serial settings that its masters usually have.
+void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
+  listener.framing = framing;
+  if (const Protocol* frames = catalog.FramesOf(framing)) listener.serial = frames->serial;
+}
+
+void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
+            LoadContext& context) {
+  const auto text = ReadText(node, what, context.problems);
+  if (!text) return;
+  if (text->starts_with('/')) {
+    listener.path = *text;
+    SetFraming(listener, modbus::Framing::rtu, context.catalog);
+    listener.errors = Listener::Errors::silent;
+    return;
+  }
+  const auto at = ParseHostPort(*text);
+  if (!at) {
+    const bool no_colon = text->find(':') == std::string::npos;
+    context.problems.Error(
+        node.mark(), what + ": " + at.error() + (no_colon ? ", or /dev/ttyUSB4" : std::string()));
+    return;
+  }
+  if (!IsIpAddress(at->host) && at->host != "localhost") {
+    context.problems.Error(node.mark(), what + ": " + Quoted(at->host) +
+                                            " is not an address of this machine; write an IP "
+                                            "address, 0.0.0.0 for all");
+    return;
+  }
+  listener.host = at->host == "localhost" ? "127.0.0.1" : at->host;
+  listener.port = at->port;
+}
+
+std::optional<Network> ReadNetwork(const YamlNode& node, const std::string& what,
+                                   Problems& problems) {
+  const auto text = ReadText(node, what, problems);
+  if (!text) return std::nullopt;
+  auto network = ParseNetwork(*text);
+  if (network) return std::move(*network);
+  problems.Error(node.mark(), what + ": " + network.error());
+  return std::nullopt;
+}
+
+// What may be written as a list or, when it is only one, without brackets.
+std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, std::size_t most,
+                               const std::string& when_empty, Problems& problems) {
+  if (node.kind() == YamlNode::Kind::scalar) return {node};
+  auto some = ReadList(node, what, most, problems);
+  if (node.kind() == YamlNode::Kind::list && some.empty()) {
+    problems.Error(node.mark(), what + ": " + when_empty);
+  }
+  return some;
+}
+
+void ReadPermit(MapReader& map, Listener& listener) {
+  const auto write = map.OneOf("write", kWrite);
+  const auto permit = map.OneOf("permit", kPermits);
+  Assign(listener.permit, write);
+  Assign(listener.permit, permit);
+  if (!write || !permit || (*write == Permit::read) == (*permit == Permit::read)) return;
+  const std::string word = *write == Permit::read ? "deny" : "allow";
+  map.problems().Error(map.MarkOf("write"),
+                       "write: " + word + " contradicts permit: " + std::string(Name(*permit)) +
+                           "; remove one of them");
+}
+
+void NeedPriority(MapReader& map, Priority& priority) {
+  const auto node = map.Need("priority", "high");
+  if (node) Assign(priority, ReadWord(*node, "priority", kPriorities, map.problems()));
+}
+
+void ReadClients(const YamlNode& node, Listener& listener, Problems& problems) {
+  for (const YamlNode& one : ReadList(node, "clients", kMostRules, problems)) {
+    ClientPriority client;
+    MapReader map(one, "an entry of clients", problems);
+    if (one.kind() != YamlNode::Kind::map) continue;
+    const auto from = map.Need("from", "10.0.0.7");
+    const auto network = from ? ReadNetwork(*from, "from", problems) : std::nullopt;
+    NeedPriority(map, client.priority);
+    map.Finish();
+    if (!network) continue;
+    client.from = *network;
+    CheckClient(client, listener, from->mark(), problems);
+    listener.clients.push_back(client);
+  }
+}
+
+using Codes = std::bitset<128>;
+
+std::vector<std::uint8_t> ReadCodes(const YamlNode& list, Codes& known, Problems& problems) {
+  std::vector<std::uint8_t> codes;
+  for (const YamlNode& node :
+       ReadSome(list, "codes", known.size(), "the list is empty; write for example [5, 6, 15, 16]",
+                problems)) {
+    const auto code = ReadInteger(node, "codes", 1, 127, problems);
+    if (!code) continue;
+    codes.push_back(static_cast<std::uint8_t>(*code));
+    if (known[codes.back()]) {
+      problems.Error(node.mark(), "codes: " + std::to_string(*code) + " stands twice");
+    }
+    known.set(codes.back());
+  }
+  return codes;
+}
+
+void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems) {
+  Codes known;
+  for (const YamlNode& one : ReadList(node, "functions", kMostRules, problems)) {
+    FunctionPriority functions;
+    MapReader map(one, "an entry of functions", problems);
+    if (one.kind() != YamlNode::Kind::map) continue;
+    const auto codes = map.Need("codes", "[5, 6, 15, 16]");
+    if (codes) functions.codes = ReadCodes(*codes, known, problems);
+    NeedPriority(map, functions.priority);
+    map.Finish();
+    listener.functions.push_back(std::move(functions));
+  }
+}
+
+void ReadNetworkSide(MapReader& map, Listener& listener) {
+  for (const std::string key : {"serial", "parity", "rs485", "echo"}) {
+    map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
+                        "at: /dev/ttyUSB4, or remove the key");
+  }
+  Assign(listener.framing, map.OneOf("framing", kFramings));
+  if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
+  if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
+  Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
+  Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
+}
+
+// Lines know a third word: there the gateway asks and can fail an exchange whose echo is wrong.
+void ReadEcho(MapReader& map, Listener& listener) {
+  const auto node = map.Get("echo");
+  if (!node) return;
+  if (node->kind() == YamlNode::Kind::scalar && node->text() == "verify") {
+    map.problems().Error(node->mark(),
+                         "echo: verify is for lines, where the gateway asks; a listener answers: "
+                         "write strip where its adapter hears itself, or off");
+    return;
+  }
+  Assign(listener.echo, ReadWord(*node, "echo", kListenerEchoes, map.problems()));
+}
+
+void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
+  for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
+    map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
+  }
+  if (const auto framing = map.OneOf("framing", kFramings)) {
+    if (*framing != modbus::Framing::tcp) {
+      SetFraming(listener, *framing, catalog);
+    } else {
+      map.problems().Error(map.MarkOf("framing"),
+                           "framing: a master at a serial port speaks rtu or ascii; write one of "
+                           "them, or remove the key");
+    }
+  }
+  if (const auto serial = map.Get("serial")) {
+    listener.serial = ReadSerial(*serial, listener.serial, map.problems());
+  }
+  ReadSerialExtras(map, listener.serial);
+  ReadEcho(map, listener);
+  if (const Protocol* frames = catalog.FramesOf(listener.framing)) {
+    CheckDataBits(listener.serial, *frames, map.MarkOf("serial"), map.problems());
+  }
+}
+
+void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
+  if (const auto at = map.Get("at")) ReadAt(*at, "at", listener, context);
+  if (listener.is_serial()) {
+    ReadSerialSide(map, listener, context.catalog);
+  } else {
+    ReadNetworkSide(map, listener);
+  }
+  ReadPermit(map, listener);
+  Assign(listener.priority, map.OneOf("priority", kPriorities));
+  if (const auto functions = map.Get("functions")) {
+    ReadFunctions(*functions, listener, context.problems);
+  }
+  Assign(listener.errors, map.OneOf("errors", kErrors));
+  Assign(listener.broadcast, map.OneOf("broadcast", kBroadcasts));
+  Assign(listener.holes, map.OneOf("holes", kHoles));
+  map.Finish();
+}
+
+}  // namespace
+
+std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range : ReadSome(
+           node, "allow", kMostNetworks,
+           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
+    if (auto network = ReadNetwork(range, "allow", problems)) networks.push_back(*network);
+  }
+  return networks;
+}
+
+std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems) {
+  const bool everybody = node.kind() == YamlNode::Kind::list &&
+                         ReadList(node, "allow", kMostNetworks, problems).empty();
+  return everybody ? std::vector<Network>() : ReadAllow(node, problems);
+}
+
+std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,
+                                       const std::string& example, Problems& problems) {
+  const auto text = ReadText(node, key, problems);
+  if (!text) return std::nullopt;
+  auto at = ParseHostPort(*text, example);
+  if (!at) {
+    problems.Error(node.mark(), key + ": " + at.error());
+    return std::nullopt;
+  }
+  if (at->host == "localhost") at->host = "127.0.0.1";
+  if (IsIpAddress(at->host)) return *at;
+  problems.Error(node.mark(), key + ": " + Quoted(at->host) +
+                                  " is not an address of this machine; write an IP address, "
+                                  "0.0.0.0 for all");
+  return std::nullopt;
+}
+
+Listener ReadListener(const YamlNode& node, LoadContext& context) {
+  Listener listener;
+  listener.mark = node.mark();
+  if (node.kind() == YamlNode::Kind::scalar) {
+    ReadAt(node, "listen", listener, context);
+  } else {
+    MapReader map(node, "listen", context.problems);
+    ReadKeys(map, listener, context);
+  }
+  CheckListener(listener, context.catalog, context.problems);
+  if (listener.is_serial()) {
+    context.uniques.ListenerPort(listener.path, listener.mark);
+  } else {
+    context.uniques.Address("listen", {listener.host, listener.port}, listener.mark);
+  }
+  return listener;
+}
+
+}  // namespace baudgate::config

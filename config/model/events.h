@@ -1,0 +1,114 @@
+// What happens at a point and is kept, and what of it is an alarm: the key `events:` of a point.
+// EventText says what an event of a device means, and AlarmSetting which alarms the gateway raises
+// itself.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "config/model/fields.h"
+#include "gateway/base/decimal.h"
+#include "gateway/base/time.h"
+
+namespace baudgate::config {
+
+/// none: it is no alarm. `alarm: yes` is medium.
+enum class AlarmPriority : std::uint8_t { none, low, medium, high };
+inline constexpr std::size_t kAlarmPriorities = 4;
+std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
+
+/// `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high }`.
+struct PointEvent {
+  enum class On : std::uint8_t { change, above, below };
+  On on = On::change;
+  Decimal value = 0;  ///< of above and below, in units of the point's value
+  /// In units of the value: above ends at value - hysteresis, below at value + hysteresis; of
+  /// change: so much and less is none.
+  Decimal hysteresis = 0;
+  Duration delay{};  ///< for so long it has to be so, or not so any more
+  std::string text;  ///< empty: what `on` says
+  AlarmPriority alarm = AlarmPriority::none;
+  /// For `change`: this text means that all is well, any other that something is wrong. Empty: each
+  /// change is a message.
+  std::string normal{};
+  std::string record{};  ///< which values are read after it and kept with it; empty: none
+};
+
+template <typename Visit>
+void VisitFields(const PointEvent*, Visit visit) {
+  visit(Field<&PointEvent::on>());
+  visit(Field<&PointEvent::value>());
+  visit(Field<&PointEvent::hysteresis>());
+  visit(Field<&PointEvent::delay>());
+  visit(Field<&PointEvent::text>());
+  visit(Field<&PointEvent::alarm>());
+  visit(Field<&PointEvent::normal>());
+  visit(Field<&PointEvent::record>());
+}
+std::string_view Name(PointEvent::On on);  ///< "above"
+
+/// "change", "above 5": what tells one of a point from another.
+std::string ConditionOf(const PointEvent& event);
+
+// What an event of a device means: the table `events:` of a profile.
+
+/// As Modbus and the command line say it.
+enum class EventState : std::uint8_t { off, on, message };
+inline constexpr std::size_t kEventStates = 3;
+
+struct EventText {
+  std::optional<std::uint32_t> channel;  ///< empty: of every channel
+  std::uint32_t code = 0;
+  EventState state = EventState::message;
+  std::string text;
+  AlarmPriority alarm = AlarmPriority::none;
+  /// The code that ends the alarm, of the same channel; empty: it has no end of its own, and only
+  /// waits to be acknowledged.
+  std::optional<std::uint32_t> until{};
+  std::string record{};  ///< which values are read after it and kept with it; empty: none
+};
+
+template <typename Visit>
+void VisitFields(const EventText*, Visit visit) {
+  visit(Field<&EventText::channel>());
+  visit(Field<&EventText::code>());
+  visit(Field<&EventText::state>());
+  visit(Field<&EventText::text>());
+  visit(Field<&EventText::alarm>());
+  visit(Field<&EventText::until>());
+  visit(Field<&EventText::record>());
+}
+
+/// That of the channel before that of all; null: the table does not have it.
+const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
+                           std::uint32_t code);
+
+/// The alarm that this event ends; null: none.
+const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
+                                std::uint32_t code);
+
+std::string_view Name(EventState state);  ///< "on"
+
+// The alarms that the gateway raises itself: the key `alarms:` of the gateway, a line, a device and
+// a route. The more specific setting wins, each key by itself.
+struct AlarmSetting {
+  AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
+  /// A trouble raises its alarm once it has lasted this long.
+  Duration delay = std::chrono::seconds(30);
+
+  bool on() const { return priority != AlarmPriority::none; }
+  bool operator==(const AlarmSetting&) const = default;
+};
+
+template <typename Visit>
+void VisitFields(const AlarmSetting*, Visit visit) {
+  visit(Field<&AlarmSetting::priority>());
+  visit(Field<&AlarmSetting::delay>());
+}
+
+}  // namespace baudgate::config

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/model/outputs.h"
+
+#include "gateway/base/text.h"
+
+namespace baudgate::config {
+
+std::string_view Name(Priority priority) {
+  switch (priority) {
+    case Priority::low:
+      return "low";
+    case Priority::normal:
+      return "normal";
+    case Priority::high:
+      return "high";
+  }
+  return "normal";
+}
+
+std::string_view Name(Permit permit) {
+  switch (permit) {
+    case Permit::read:
+      return "read";
+    case Permit::data:
+      return "data";
+    case Permit::all:
+      return "all";
+  }
+  return "all";
+}
+
+std::string Listener::Place() const { return is_serial() ? path : HostAndPort(host, port); }
+
+std::uint8_t Route::SlaveOf(std::uint8_t unit) const {
+  return remap ? static_cast<std::uint8_t>(*remap + (unit - first)) : unit;
+}
+
+std::string Route::Units() const {
+  return first == last ? std::to_string(first) : std::to_string(first) + "-" + std::to_string(last);
+}
+
+std::string Route::Target() const {
+  return line.empty() ? "server " + HostAndPort(host, port) : "line " + line;
+}
+
+std::string Web::Place() const { return HostAndPort(listen.host, listen.port); }
+
+}  // namespace baudgate::config

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/counters/ledger.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace baudgate {
+
+namespace {
+
+/// This many outages in this many minutes are frequent.
+constexpr std::uint32_t kFlapping = 3;
+constexpr std::size_t kFlappingMinutes = 5;
+
+std::string Change(const DeviceTrouble& was, const DeviceTrouble& is) {
+  if (is || (!was && !is.text.empty())) return is.text;
+  if (!was) return "no longer so: " + was.text;
+  const std::string over = "it is the configured device again";
+  return is.text.empty() ? over : over + "; " + is.text;
+}
+
+}  // namespace
+
+DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener)
+    : roster_(roster), store_(store), listener_(listener) {
+  for (const auto& device : roster.devices()) {
+    ShowTimes(*device);
+    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+  }
+}
+
+void DeviceStates::OnClosed(Override why) {
+  open_ = false;
+  closed_as_ = why;
+  const std::string reason = WhyClosed();
+  for (const auto& device : roster_.devices()) {
+    ShowOverride(*device);
+    if (!device->in_use) continue;
+    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
+    // the first answer after it opens is news again.
+    DeviceState& shown = states_[*device].shown;
+    if (shown != DeviceState::never_seen) shown = DeviceState::offline;
+    store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
+      status.state = shown;
+      status.last_outcome = Outcome::line_down;
+      status.last_reason = reason;
+    });
+  }
+}
+
+std::string DeviceStates::WhyClosed() const {
+  return closed_as_ == Quality::bad_out_of_service ? "the port is lent to another program"
+                                                   : "the port is closed";
+}
+
+void DeviceStates::OnState(const Member& member, const std::string& reason) {
+  const DeviceState state = StateOf(member);
+  const DeviceState from = std::exchange(states_[member].shown, state);
+  ShowOverride(member);
+  if (state == from) return;
+  if (member.device != nullptr) {
+    store_.UpdateStatus(member.index, [&](DeviceStatus& status) { Show(state, from, status); });
+  }
+  listener_.OnDeviceState(member.index, from, state, reason, now_);
+  if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
+}
+
+/// Its outage is no judgement of how it works when it is back, unless it comes and goes.
+void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
+  status.state = state;
+  const bool back = Answers(state) && !Answers(from);
+  if (back && status.hour.Sum(now_.instant, kFlappingMinutes).outages < kFlapping) {
+    status.findings = {};
+  }
+}
+
+DeviceState DeviceStates::StateOf(const Member& member) const {
+  if (!member.in_use) return DeviceState::disabled;
+  const DeviceState state = member.health.state();
+  return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
+}
+
+/// A remark is shown, and goes to the log. Its values are good, so it is no news.
+bool DeviceStates::OnTrouble(const Device& device) {
+  const DeviceTrouble& is = device.conversation->trouble();
+  DeviceTrouble& known = states_[device].trouble;
+  if (is.reason == known.reason && is.text == known.text) return false;
+  const DeviceTrouble was = std::exchange(known, is);
+  ShowOverride(device);
+  if (is && was && is.text == was.text) return false;
+  store_.UpdateStatus(device.index, [&is](DeviceStatus& status) { status.trouble = is.text; });
+  const bool over = was && !is;
+  if (is) listener_.OnNews({News::What::wrong_device, false, device.index, is.text}, now_);
+  if (over) listener_.OnNews({News::What::wrong_device, true, device.index}, now_);
+  listener_.OnWarning(device.index, Change(was, is));
+  return over;
+}
+
+void DeviceStates::OnReplaced(const Member& member) {
+  const std::string text =
+      "it reports another name than before: another device answers at this address, and all points "
+      "are read again";
+  listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text}, now_);
+  listener_.OnWarning(member.index, text);
+}
+
+void DeviceStates::OnMemory(Device& device) {
+  const std::string& memory = device.conversation->Memory();
+  if (memory == device.memory) return;
+  device.memory = memory;
+  listener_.OnMemory(device.index, memory);
+}
+
+void DeviceStates::ShowTimes(const Device& device) {
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) { status.timing = device.timing; });
+}
+
+void DeviceStates::ShowOverride(const Member& member) {
+  if (member.device != nullptr) store_.SetOverride(member.index, OverrideOf(member));
+}
+
+Override DeviceStates::OverrideOf(const Member& member) const {
+  if (!member.in_use) return Quality::bad_out_of_service;
+  if (!open_) return closed_as_;
+  if (member.health.state() == DeviceState::offline) return Quality::bad_communication;
+  const Device* const device = member.device;
+  if (device == nullptr || !device->conversation->trouble()) return std::nullopt;
+  return QualityOfDevice(device->conversation->trouble().reason);
+}
+
+/// A slave that only routes reach stands in no store.
+void DeviceAccounts::Change(const Member& member,
+                            const std::function<void(DeviceStatus&)>& change) {
+  if (member.device != nullptr) store_.UpdateStatus(member.index, change);
+}
+
+void DeviceAccounts::OnTime(Now now, const Member* member, Duration took, bool drains) {
+  now_ = now;
+  if (member == nullptr) return;
+  State& state = states_[*member];
+  state.busy += took;
+  if (drains) state.drained += took;
+}
+
+void DeviceAccounts::OnOpened() {
+  for (State& state : states_) state.heard = now_.instant;
+}
+
+// ---------------------------------------------------------------- exchanges
+
+void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
+                                const Finding& finding, About about) {
+  const bool life = ProvesLife(end.outcome);
+  const bool answered = life && !about.broadcast;
+  const bool cut_off = end.outcome == Outcome::line_down;
+  const Outcome outcome = about.routed && life ? Outcome::ok : end.outcome;
+  states_[member].symptom = finding.symptom;
+  states_[member].asked = finding.asked;
+  CountMissed();
+  Change(member, [&](DeviceStatus& status) {
+    ++status.exchanges;
+    ++status.outcomes[static_cast<std::size_t>(outcome)];
+    status.last_outcome = outcome;
+    if (!about.probe && !cut_off) status.recent.Add(outcome);
+    status.busy = states_[member].busy;
+    if (outcome != Outcome::ok) status.last_reason = end.reason;
+    status.learned = member.device->conversation->WhatIsLearned();
+    status.lacks_time = member.device->conversation->LacksTime();
+    // The part that has ended the connection may have reported why.
+    if (!about.broadcast && (!cut_off || finding.bytes > 0))
+      status.findings.Add(finding, now_.instant);
+    if (!about.broadcast && !cut_off) Count(member, answered, status);
+    if (!answered) return;
+    status.last_ok = now_.instant;
+    status.last_ok_wall = now_.wall;
+    status.round_trips.Add(end.round_trip);
+  });
+}
+
+/// Devices that have not been asked for long count as well.
+void DeviceAccounts::CountMissed() {
+  for (const auto& device : roster_.devices()) {
+    const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
+    const std::uint32_t before = std::exchange(states_[*device].missed, missed);
+    if (before == missed) continue;
+    Change(*device, [&](DeviceStatus& status) {
+      status.missed = missed;
+      if (missed > before) status.hour.At(now_.instant).missed += missed - before;
+    });
+  }
+}
+
+/// What its exchange adds to the minute under way.
+void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& status) {
+  State& state = states_[member];
+  MinuteCounts& tally = status.hour.At(now_.instant);
+  const Duration drained = std::exchange(state.drained, {});
+  const Duration took = state.busy - std::exchange(state.counted, state.busy) - drained;
+  if (state.heard == Instant{}) state.heard = now_.instant;
+  const Duration since = now_.instant - std::exchange(state.heard, now_.instant);
+  ++(answered ? tally.answered : tally.failed);
+  if (answered || status.last_outcome == Outcome::no_reply) {
+    status.failures.Add(answered, now_.instant);
+  }
+  status.spoilt.Add(answered, now_.instant);
+  (answered ? tally.up : tally.down) += since;
+  (answered ? tally.served : tally.wasted) += took;
+  tally.wasted += drained;
+  if (answered) state.out = false;
+}
+
+void DeviceAccounts::OnMore(const Member& member, const Finding& finding, std::size_t back) {
+  if (back == 0) states_[member].symptom = finding.symptom;
+  Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding, back); });
+}
+
+void DeviceAccounts::OnUnsupported(const Member& member, const std::string& reason) {
+  Change(member, [&reason](DeviceStatus& status) {
+    status.last_outcome = Outcome::unsupported;
+    status.last_reason = reason;
+  });
+}
+
+void DeviceAccounts::OnRetry(const Member& member) {
+  Change(member, [this](DeviceStatus& status) {
+    ++status.retries;
+    ++status.hour.At(now_.instant).repeats;
+  });
+}
+
+void DeviceAccounts::OnRecheck(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.rechecks; });
+}
+
+void DeviceAccounts::OnUnconfirmed(const Member& member) {
+  Change(member, [](DeviceStatus& status) { ++status.unconfirmed; });
+}
+
+void DeviceAccounts::OnLate(const Member& member, Duration lateness) {
+  Change(member, [lateness](DeviceStatus& status) {
+    ++status.late;
+    status.lateness = std::max(status.lateness, lateness);
+  });
+}
+
+void DeviceAccounts::OnPatience(const Member& member, Duration more) {
+  more = std::chrono::floor<std::chrono::milliseconds>(more);
+  Duration& known = states_[member].patience;
+  if (std::exchange(known, more) == more) return;
+  Change(member, [more](DeviceStatus& status) { status.patience = more; });
+}
+
+void DeviceAccounts::OnLags(const Member& member, bool lags) {
+  std::uint32_t& known = states_[member].behind;
+  if (!lags && known == 0) return;
+  known = lags ? known + 1 : 0;
+  Change(member, [behind = known](DeviceStatus& status) { status.behind = behind; });
+}
+
+void DeviceAccounts::OnSecondReply(const Member& member) {
+  Change(member, [this](DeviceStatus& status) {
+    ++status.doubled;
+    status.last_doubled = now_.instant;
+  });
+  if (std::exchange(states_[member].told_second, true)) return;
+  listener_.OnWarning(member.index,
+                      "a second, different reply came behind the first: replies come twice, or one "
+                      "request late; the values read just before are read again");
+}
+
+// ---------------------------------------------------------------- tasks
+
+void DeviceAccounts::OnTask(const Member& member, bool answered) {
+  const bool begins = !answered && !std::exchange(states_[member].out, true);
+  if (!begins) return;
+  Change(member, [this](DeviceStatus& status) { ++status.hour.At(now_.instant).outages; });
+}
+
+void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answered, bool missed) {
+  const auto queries = device.conversation->Queries();
+  if (query >= queries.size()) return;
+  const Symptom symptom = states_[device].symptom;
+  const std::uint8_t asked = states_[device].asked;
+  Change(device, [&](DeviceStatus& status) {
+    status.queries.resize(queries.size());
+    QueryCount& count = status.queries[query];
+    const auto& points = queries[query].points;
+    count.first_point = points.empty() ? 0 : points.front();
+    count.points = points.size();
+    count.in_vain = answered ? 0 : count.in_vain + 1;
+    count.failures =
+        static_cast<std::uint8_t>(count.failures << 1U | (missed || !answered ? 1U : 0U));
+    count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
+    count.symptom = symptom;
+    count.asked = asked;
+  });
+}
+
+/// A request that it never answered, beside others that it did, is asked otherwise from now on: its
+/// failures were no outages.
+void DeviceAccounts::OnPlan(const Device& device) {
+  constexpr std::uint32_t kNever = 2;
+  Change(device, [this](DeviceStatus& status) {
+    const auto& queries = status.queries;
+    const bool learned =
+        std::ranges::any_of(queries, [](const auto& query) { return query.in_vain >= kNever; }) &&
+        std::ranges::any_of(queries, [](const auto& query) { return query.in_vain == 0; });
+    if (learned) {
+      status.failures = {};
+      status.spoilt = {};
+      for (const Instant when : {now_.instant - 1min, now_.instant}) {
+        status.hour.At(when).outages = 0;
+      }
+    }
+    status.queries.clear();
+  });
+}
+
+void DeviceAccounts::OnWrite(const Member& member, WriteEnd end, bool read_back) {
+  Change(member, [end, read_back](DeviceStatus& status) {
+    ++status.writes[static_cast<std::size_t>(end)];
+    if (end == WriteEnd::ok && !read_back) ++status.unread_writes;
+  });
+}
+
+/// Its outage is no judgement of how it works when it is back.
+void DeviceAccounts::OnOffline(const Member& member) {
+  Change(member, [](DeviceStatus& status) { status.recent = {}; });
+}
+
+// ---------------------------------------------------------------- unasked
+
+void DeviceAccounts::OnSpeaks(const Member& member) {
+  Change(member, [](DeviceStatus& status) { status.unasked = true; });
+}
+
+void DeviceAccounts::OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
+                               const Finding& finding) {
+  Change(member, [&](DeviceStatus& status) {
+    ++status.exchanges;
+    ++status.outcomes[static_cast<std::size_t>(outcome)];
+    status.last_outcome = outcome;
+    status.recent.Add(outcome);
+    status.findings.Add(finding, now_.instant);
+    status.learned = member.device->conversation->WhatIsLearned();
+    status.missing = member.device->conversation->WhatIsMissing();
+    if (outcome != Outcome::ok) {
+      status.last_reason = reason;
+      return;
+    }
+    status.last_ok = now_.instant;
+    status.last_ok_wall = now_.wall;
+  });
+}
+
+void DeviceAccounts::OnLostEvents(const Member& member, std::size_t events) {
+  Change(member, [events](DeviceStatus& status) {
+    status.lost_events += static_cast<std::uint32_t>(events);
+  });
+}
+
+void FastRounds::OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now) {
+  State& state = states_[member];
+  state.wire += poll.wire;
+  state.clean = state.clean && poll.answered;
+  if (!poll.last_of_round) return;
+  const Duration took = std::exchange(state.wire, {});
+  if (!std::exchange(state.clean, true)) return;
+  state.last = took;
+  Measure(now);
+}
+
+void FastRounds::OnPlan(const Device& device) {
+  State& state = states_[device];
+  state.wire = {};
+  state.clean = true;
+}
+
+void FastRounds::Measure(Instant now) const {
+  Duration cycle{};
+  for (const auto& device : roster_.devices()) {
+    if (device->in_use && !device->health.absent()) cycle += states_[*device].last;
+  }
+  for (const auto& device : roster_.devices()) store_.SetLineCycle(device->index, cycle, now);
+}
+
+}  // namespace baudgate

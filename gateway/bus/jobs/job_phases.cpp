@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/job_phases.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/time.h"
+
+namespace baudgate {
+
+NextStep JobAsking::Ask(Job& job, int retries, Instant now) {
+  if (++job.requests > kMostSteps) {
+    return NextStep::Finish(Outcome::unexpected, "the task needed more than " +
+                                                     std::to_string(kMostSteps) + " requests");
+  }
+  Conversation& conversation = *job.member->device->conversation;
+  FollowPlan(job);
+  if (!IsPlanned(job.task, conversation)) {
+    job.judges_member = false;
+    job.unplanned = true;
+    return NextStep::Finish(
+        Outcome::busy, "the query no longer exists: the points of the device were planned again");
+  }
+  auto request = conversation.Ask(job.task, now);
+  if (job.is_probe()) {
+    probes_.OnAsked(*job.member, bool(request), now);
+    if (!request && job.postponed) return NextStep::GoUnproved(request.error());
+  }
+  if (!request) {
+    job.judges_member = false;
+    job.unasked = true;
+    if (!job.is_probe()) accounts_.OnUnsupported(*job.member, request.error());
+    return NextStep::Finish(Outcome::unsupported, request.error());
+  }
+  if (job.probe_budget == Probes::Kind::rested_look) {
+    request->quiet = std::max(request->quiet, Probes::kRest);
+  }
+  job.step = {.request = std::move(*request), .waiting = true, .retries = retries};
+  return NextStep::Wait();
+}
+
+namespace {
+
+/// The next step of a read waits for a late reply of its device. If replies carry an address, the
+/// line does not wait.
+bool MayPark(const Job& job, const ParkedJobs& parked) {
+  const Task::Kind kind = job.task.kind;
+  const bool reads =
+      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
+  return reads && job.asked().named() && !parked.HasLike(job);
+}
+
+/// The waiting request is not sent. What the job has begun is closed properly.
+NextStep BreakOff(Job& job, const Withheld& withheld, Instant now) {
+  job.judges_member = false;
+  if (auto* const write = job.As<Job::Write>()) write->withheld = withheld;
+  const bool asks = job.As<Job::Routed>() == nullptr;
+  if (asks && job.begun()) {
+    Conversation& conversation = *job.member->device->conversation;
+    const Then then = conversation.OnFailure(job.task, job.step.request, Outcome::busy, now);
+    if (then == Then::ask_again) return NextStep::Ask();
+  }
+  return NextStep::Finish(Outcome::no_reply, withheld.why);
+}
+
+}  // namespace
+
+NextStep JobDeparture::Decide(Job& job, Instant now) {
+  if (const auto withheld = WhyNotSend(job, now)) return BreakOff(job, *withheld, now);
+  whose_.Recognise(*job.member, job.step.request.expect.address);
+  if (whose_.NeedsProbeFirst(job.asked(), now)) {
+    const Device& device = *job.member->device;
+    const bool writes = job.As<Job::Write>() != nullptr;
+    if (!writes || !whose_.IsProbedByWrites(device)) return NextStep::ProbeFirst();
+    job.unprovable = true;
+    whose_.OnNoProof(device, now);
+  }
+  // A retry does not wait: a late reply to its first try is as good as its own.
+  const Instant clear = late_.ClearAt(job.asked());
+  if (job.step.retries > 0 || clear <= now) return NextStep::Send();
+  return MayPark(job, agenda_.parked) ? NextStep::Park(clear) : NextStep::Hold();
+}
+
+std::optional<Instant> JobDeparture::NextAt(const Job& job) const {
+  const bool repeats = job.step.retries > 0;
+  return Soonest({repeats ? std::nullopt : std::optional(late_.ClearAt(job.asked())),
+                  LatestStart(job.goal())});
+}
+
+std::optional<NextStep> JobDeparture::Withdraw(Job& job, Instant now) {
+  if (const auto withheld = WhyNotSend(job, now)) return BreakOff(job, *withheld, now);
+  const auto* const routed = job.As<Job::Routed>();
+  const bool lets_pass = routed != nullptr && routed->is_read && chooser_.ShortWriteGoesFirst(now);
+  return lets_pass ? std::optional(NextStep::BackInQueue()) : std::nullopt;
+}
+
+void JobDeparture::Park(std::unique_ptr<Job> job, Instant until) {
+  agenda_.schedule.Hold(job->member->place, until);
+  agenda_.parked.Park(std::move(job), until);
+}
+
+Exchange JobSending::Start(Job& job, Instant idle_since, Instant now) {
+  const Device* const device = job.member->device;
+  const bool trusted = device != nullptr && device->config->trust_order;
+  job.step.waiting = false;
+  job.attempt = {.began = now, .sent_at = now, .job_was_sent = job.was_sent};
+  return owed_.ExchangeOf(job.asked(), trusted, idle_since, now);
+}
+
+const Request& JobSending::Send(Job& job, Now now) {
+  Request& request = job.step.request;
+  if (request.stamped) {
+    const Duration character = job.member->times.character;
+    const Duration takes = TransmissionTime(request, character);
+    job.member->device->conversation->Stamp(request, {now.instant + takes, now.wall + takes},
+                                            character);
+  }
+  if (auto* const write = job.As<Job::Write>()) {
+    write->may_have_written_before = write->sent();
+    if (!request.prepares && !request.closes) NoteWriting(*write, *job.member->device);
+  }
+  turns_.OnSent(IsUrgent(job.goal()));
+  owed_.whose.OnSent(job.asked(), now.instant);
+  if (job.probe_budget && !job.was_sent) account_.OnProbe();
+  account_.OnSent(*job.member, request);
+  job.attempt.sent_at = now.instant;
+  job.was_sent = true;
+  return request;
+}
+
+/// A request that may write the points under way goes out.
+void JobSending::NoteWriting(Job::Write& write, const Device& device) {
+  write.command.MoveTo(WriteState::sent);
+  write.told.reset();
+  std::vector<std::size_t> points;
+  for (std::size_t i = write.first; i < write.next; ++i) {
+    points.push_back(write.command.writes()[i].point);
+    writes_.OnBegun(device.index, write.command.writes()[i].point);
+  }
+  writes_.AddReadBacks(device.place, device.conversation->Queries(), points);
+}
+
+void JobSending::NeverLeft(Job& job) {
+  job.was_sent = job.attempt.job_was_sent;
+  auto* const write = job.As<Job::Write>();
+  if (write != nullptr && write->sent() && !write->may_have_written_before) {
+    write->command.MoveTo(WriteState::queued);
+  }
+}
+
+namespace {
+
+/// The request was a broadcast: there was no answer, and none is due.
+bool GoesOnBehindBroadcast(Job& job, Instant now) {
+  if (!job.is_broadcast() || job.As<Job::Routed>() != nullptr) return false;
+  Conversation& conversation = *job.member->device->conversation;
+  if (conversation.OnSent(job.task, job.step.request, now) != Then::ask_again) return false;
+  ++job.broadcasts;
+  return true;
+}
+
+/// The latest word about the points of a write under way.
+void NoteTold(Job& job, const Answer& answer) {
+  auto* const write = job.As<Job::Write>();
+  if (write == nullptr) return;
+  write->may_have_acted = answer.may_have_acted;
+  // That a step which only prepares has succeeded says nothing of the write.
+  const bool counts = write->sent() || answer.outcome != Outcome::ok;
+  if (counts && !job.step.request.closes) write->told = {answer.outcome, answer.reason};
+}
+
+}  // namespace
+
+NextStep JobAnswer::Conclude(Job& job, ExchangeEnd end, const Finding& finding, Now now) {
+  const bool cut_off = end.outcome == Outcome::line_down;
+  if (!cut_off && !job.attempt.answer.reason.empty()) end.reason = job.attempt.answer.reason;
+  job.judges_member = !job.is_broadcast();
+  const bool answered = ProvesLife(end.outcome);
+  upkeep_.OnExchange(job, end, finding, now.instant);
+  if (answered) job.wire += now.instant - job.attempt.began;
+  if (cut_off) return NextStep::Finish(end.outcome, end.reason);
+  if (answered && GoesOnBehindBroadcast(job, now.instant)) return NextStep::Ask(job.step.retries);
+  return answered ? OnAnswered(job, end, now) : OnFailed(job, end, now.instant);
+}
+
+/// The same request once more.
+NextStep JobAnswer::Repeat(Job& job) {
+  ++job.step.retries;
+  job.step.waiting = true;
+  return NextStep::Wait();
+}
+
+/// Another device may have answered a repetition, so news wait for a probe, if the device has a
+/// name.
+NextStep JobAnswer::OnAnswered(Job& job, const ExchangeEnd& end, Now now) {
+  if (job.As<Job::Routed>() != nullptr) return OnRoutedAnswer(job, end);
+  Job::Attempt& attempt = job.attempt;
+  attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
+  attempt.round_trip = end.round_trip;
+  attempt.late = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
+  if (attempt.verdict.replaced) {
+    effects_.OnReplaced(*job.member->device, now);
+    if (job.postponed) job.postponed->attempt.answer = {};
+  }
+  if (MustRepeat(job, now.instant)) return Repeat(job);
+  const bool in_doubt = job.has_news() && (job.had_failure || job.step.retries > 0);
+  if (in_doubt && whose_.HasName(*job.member)) return NextStep::ProbeFirst();
+  return Take(job, now.instant);
+}
+
+/// * A read is repeated while its reply may answer a much older one.
+/// * A probe is repeated until its reply cannot answer the probe of an earlier task. Through a
+///   server that lags, two tasks may differ by one probe only.
+bool JobAnswer::MustRepeat(const Job& job, Instant now) const {
+  const Job::Attempt& attempt = job.attempt;
+  const Answer& answer = attempt.answer;
+  const bool reads = job.task.kind == Task::Kind::poll && !answer.readings.empty();
+  const bool much_older =
+      whose_.Lags(*job.member) && attempt.verdict.older > job.member->times.ceiling;
+  if (reads && job.step.request.expect.repeatable && much_older &&
+      chooser_.MayRepeat(job, kMostTriesMore, now)) {
+    return true;
+  }
+  const bool wants_peace = answer.outcome == Outcome::busy || answer.wait > Duration::zero();
+  return job.postponed && !whose_.IsOfLatest(job.asked()) && !wants_peace &&
+         chooser_.MayRepeat(job, kMostProbesMore, now);
+}
+
+/// A reply that seemed lost may come in place of the next one. So a read is repeated until its
+/// reply must be its own: after n lost replies, that is reply n + 1 to the same request. Example
+/// with one:
+///
+///   03 3BCA 0002    03 04 …    may be that to 03 3BC5 0002
+///   03 3BCA 0002    03 04 …    is one to 03 3BCA 0002
+NextStep JobAnswer::OnRoutedAnswer(Job& job, const ExchangeEnd& end) {
+  Job::Routed& routed = *job.As<Job::Routed>();
+  Member& member = *job.member;
+  const bool own = member.device != nullptr
+                       ? job.attempt.verdict.proven || routed.odd
+                       : whose_.OnRoutedReply(job.asked(), routed.older, ++routed.replies);
+  if (own) return NextStep::Finish(end.outcome, {});
+  if (routed.is_read && job.step.retries < kMostTriesMore) {
+    effects_.OnRetry(member);
+    return Repeat(job);
+  }
+  return NextStep::Finish(Outcome::unexpected,
+                          "the reply may belong to an earlier request that got none");
+}
+
+NextStep JobAnswer::Take(Job& job, Instant now) {
+  Device& device = *job.member->device;
+  Answer answer = std::exchange(job.attempt.answer, {});
+  upkeep_.OnHeard(device, now);
+  NoteTold(job, answer);
+  const Outcome outcome = answer.outcome;
+  const Duration wait = answer.wait;
+  const Then then = answer.then;
+  const std::string reason = answer.reason;
+  for (const Reading& reading : answer.readings) {
+    if (HasValue(reading.value) && reading.point != kNoPoint)
+      device.heard.OnValue(reading.point, now);
+  }
+  effects_.OnReply(job, device, std::move(answer), now);
+  if (then == Then::ask_again) return NextStep::Ask();
+  if (then == Then::replan) upkeep_.GoOnWithPlan(device, now);
+  if (then == Then::restart) upkeep_.RestartWithPlan(device, now);
+  const bool same_plan = then != Then::replan && then != Then::restart;
+  if (!same_plan || !MayPark(job, outcome)) return NextStep::Finish(outcome, reason);
+  ++job.parkings;
+  --job.requests;
+  return NextStep::Park(now + std::max<Duration>(wait, device.times.quiet));
+}
+
+/// A device that was busy is read again soon.
+bool JobAnswer::MayPark(const Job& job, Outcome outcome) const {
+  const Member& member = *job.member;
+  return outcome == Outcome::busy && job.task.kind == Task::Kind::poll &&
+         job.parkings < member.retries && member.in_use && !parked_.HasLike(job);
+}
+
+NextStep JobAnswer::OnFailed(Job& job, const ExchangeEnd& end, Instant now) {
+  Member& member = *job.member;
+  const bool heard_itself = job.attempt.answer.outcome == Outcome::unexpected;
+  job.attempt.answer = {};
+  job.had_failure = true;
+  if (auto* routed = job.As<Job::Routed>()) return OnRoutedFailure(job, *routed, end);
+  // Another request's reply has come, so one fewer stands before ours. That is not so if the sender
+  // owes none, or has answered this request in an odd form.
+  const bool nearer = end.outcome == Outcome::unexpected && !job.attempt.verdict.odd;
+  const int before = nearer ? whose_.RepliesBefore(job.asked(), heard_itself) : 0;
+  if (!chooser_.MayRepeat(job, std::min(before, kMostTriesMore), now)) return GiveUp(job, end, now);
+  Request& request = job.step.request;
+  const auto instead = member.device->conversation->Instead(request, end.outcome, now);
+  if (!instead && (!request.expect.repeatable || !request.context.empty())) {
+    return GiveUp(job, end, now);
+  }
+  if (instead) request = *instead;
+  effects_.OnRetry(member);
+  return Repeat(job);
+}
+
+/// A routed read whose reply was damaged waits for its turn again, where that can do no harm. After
+/// silence the client decides: it may want something else by now. A request that the slave does not
+/// know, or an odd reply, says nothing about the slave.
+NextStep JobAnswer::OnRoutedFailure(Job& job, Job::Routed& routed, const ExchangeEnd& end) {
+  const Member& member = *job.member;
+  upkeep_.HoldBack(member);
+  const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
+  const RoutedRequest* const first = routed.first();
+  const bool tries_left = first != nullptr && first->tries < member.retries;
+  if (damaged && routed.is_read && !job.probe_budget && tries_left) {
+    effects_.OnRetry(member);
+    for (RoutedRequest& request : routed.batch) ++request.tries;
+    return NextStep::BackInQueue();
+  }
+  if (!routed.every_slave_answers || routed.odd) job.judges_member = false;
+  return NextStep::Finish(end.outcome, end.reason);
+}
+
+NextStep JobAnswer::GiveUp(Job& job, const ExchangeEnd& end, Instant now) {
+  FollowPlan(job);
+  Device& device = *job.member->device;
+  const auto queries = device.conversation->Queries();
+  const bool silent = job.task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
+  job.blames_query = silent && job.task.query < queries.size() &&
+                     !device.heard.TellsOfDevice(queries[job.task.query].points, now);
+  auto* const write = job.As<Job::Write>();
+  if (write != nullptr && !job.step.request.closes) write->told = {end.outcome, end.reason};
+  const Then then = device.conversation->OnFailure(job.task, job.step.request, end.outcome, now);
+  upkeep_.OnHeard(device, now);
+  if (then == Then::ask_again) return NextStep::Ask();
+  if (then == Then::replan) upkeep_.GoOnWithPlan(device, now);
+  upkeep_.HoldBack(device);
+  return NextStep::Finish(end.outcome, end.reason);
+}
+
+namespace {
+
+/// The job whose probe is over has its request again.
+NextStep GoOn(Job& job) {
+  if (job.As<Job::Routed>() != nullptr) return NextStep::Wait();  // its request is as it was
+  job.requests = job.broadcasts = 0;
+  return NextStep::Ask();
+}
+
+NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Instant now) {
+  job.judges_member = false;
+  if (job.attempt.answer.batch) {
+    job.member->device->conversation->OnFailure(job.task, job.step.request, Outcome::unexpected,
+                                                now);
+  }
+  return NextStep::Finish(outcome, reason);
+}
+
+}  // namespace
+
+JobFinish::After JobFinish::Finish(std::unique_ptr<Job> done, const JobEnd& end, Instant now) {
+  if (done->postponed) return Resume(*done, end, now);
+  FollowPlan(*done);  // its own answer may have changed it
+  auto rest = effects_.OnEnd(*done, EffectsOf(*done, end, now), end, now);
+  if (!rest) return {};
+  auto job = std::make_unique<Job>(*done->member, std::move(*rest), Task{}, now);
+  BeginNextPoints(*job);
+  return {std::move(job), NextStep::Ask()};
+}
+
+/// The probe that went before a task is over. The task goes on if the device has answered, its
+/// replies are in order, and it does not want to be left in peace. Else the task ends:
+///
+///   the probe                     the task ends as
+///   has failed                    the probe has
+///   was refused, or unknown       no_reply: it was not sent
+///   was answered with busy, ok    busy
+///   its device is disabled now    no_reply
+///
+/// A good probe is not counted for a device that has been seen: that it answers probes does not
+/// make up for polls that fail.
+JobFinish::After JobFinish::Resume(Job& probe, const JobEnd& end, Instant now) {
+  const auto& [outcome, reason] = end;
+  Member& member = *probe.member;
+  const bool life = ProvesLife(outcome);
+  if (member.device != nullptr) upkeep_.PlanBackground(*member.device);
+  if (!life || member.health.state() == DeviceState::never_seen) {
+    upkeep_.OnTask(member, outcome, reason, now);
+  }
+  std::unique_ptr<Job> job = std::move(probe.postponed);
+  job->proved = true;
+  job->wire += probe.wire;
+  // A device that wants to be left in peace gets it: a meter counts wrong passwords.
+  const bool in_peace = schedule_.held_until(member.place) > now;
+  const bool is_write = job->As<Job::Write>() != nullptr;
+  const bool allowed = !in_peace || (is_write && outcome == Outcome::ok);
+  NextStep next;
+  if (life && member.in_use && whose_.MayBeInStep(job->asked()) && allowed) {
+    next = job->has_news() ? NextStep::TakeAnswer() : GoOn(*job);  // only its proof was awaited
+  } else if (!member.in_use) {
+    next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
+  } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
+    next = EndUnproved(*job, Outcome::no_reply, "the probe before it was answered: " + reason, now);
+  } else {
+    next = EndUnproved(*job, outcome == Outcome::ok ? Outcome::busy : outcome, reason, now);
+  }
+  return {std::move(job), std::move(next)};
+}
+
+JobFinish::After JobFinish::GoUnproved(std::unique_ptr<Job> probe, const std::string& why,
+                                       Instant now) {
+  std::unique_ptr<Job> job = std::move(probe->postponed);
+  job->unprovable = true;
+  whose_.OnNoProof(*job->member->device, now);
+  NextStep next = job->has_news() ? EndUnproved(*job, Outcome::busy, why, now) : GoOn(*job);
+  return {std::move(job), std::move(next)};
+}
+
+}  // namespace baudgate

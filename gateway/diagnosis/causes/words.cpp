@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/diagnosis/causes/words.h"
+
+#include <algorithm>
+
+namespace baudgate::control {
+
+namespace {
+
+constexpr std::size_t kLongestQuoted = 18;
+constexpr std::size_t kQuoted = 12;
+/// A longer reason ends at a colon or comma before it.
+constexpr std::size_t kLongest = 70;
+/// "\x00".
+constexpr std::size_t kEscape = 4;
+
+}  // namespace
+
+std::string Shortened(const std::string& reason) {
+  std::string text = reason.substr(0, reason.find("; "));
+  if (text.size() > kLongest) {
+    const std::size_t part = std::min(text.find(": ", kQuoted), text.rfind(", ", kLongest));
+    if (part != std::string::npos && part > kQuoted) text.resize(part);
+  }
+  const std::size_t begin = text.find('\'');
+  const std::size_t end = text.rfind('\'');
+  if (begin == std::string::npos || end - begin <= kLongestQuoted + 1) return text;
+  std::size_t cut = begin + 1 + kQuoted;
+  // No half of an escape stays.
+  const std::size_t escape = text.rfind('\\', cut - 1);
+  if (escape != std::string::npos && escape > begin && cut - escape < kEscape) cut = escape;
+  return text.replace(cut, end - cut, "...");
+}
+
+std::string Brief(const Finding& finding) { return Shortened(finding.cause); }
+
+std::string RemedyOf(const Finding& finding) {
+  if (!finding.remedy.empty()) return finding.remedy;
+  return finding.outcome == Outcome::busy ? "raise its poll"
+                                          : "does the profile fit the device and its options?";
+}
+
+std::string WithRemedy(const Finding& finding) {
+  return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
+}
+
+}  // namespace baudgate::control

@@ -1,0 +1,65 @@
+// DDS as an output of the gateway: a publisher, the link to the process that speaks DDS, and for
+// `write: allow` the writes.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/outputs/dds/link/process_link.h"
+#include "gateway/outputs/dds/publisher.h"
+#include "gateway/outputs/dds/writes/write_service.h"
+#include "gateway/outputs/output.h"
+
+namespace baudgate {
+
+inline constexpr Metric kDdsSamples{"baudgate_dds_samples_total", "counter", "",
+                                    "Samples that were published."};
+
+class DdsOutput final : public Output {
+ public:
+  /// All that is referred to outlives the output.
+  struct Links {
+    PointStore& store;
+    CommandSink& sink;                           ///< that writes go to
+    RequestBook::Past past;                      ///< see RequestBook
+    std::shared_ptr<dds::EventSupply> events{};  ///< null: no events and no alarms
+    bool keeps_events = false;                   ///< else only alarms are published
+  };
+  explicit DdsOutput(Links links) : links_(std::move(links)) {}
+  ~DdsOutput() override { DdsOutput::Stop(); }
+
+  std::string_view name() const override { return "dds"; }
+  /// The error says which name or setting to change. A process that cannot be started is no error
+  /// but a state.
+  Status Open(const Configuration& config) override;
+  void Examine(const config::Config& next, std::vector<std::string>& settings,
+               std::vector<std::string>& restart) const override;
+  std::vector<std::string> Apply(const Configuration& config,
+                                 std::unique_ptr<Prepared> prepared) override;
+  /// No write goes to the sink after this; those under way are answered.
+  void StopRequests() override;
+  /// Tells subscribers that all points are gone; within about two seconds.
+  void Stop() override;
+  std::string Summary() override;
+  std::optional<Json> Section(const Wish& wish) const override;
+  std::vector<Series> Metrics() const override;
+
+ private:
+  dds::LinkState state() const;
+
+  Links links_;
+  int domain_ = 0;
+  std::unique_ptr<dds::ProcessLink> link_;  // null: DDS is off
+  std::unique_ptr<dds::DdsWrites> writes_;  // null: writes are denied
+  std::unique_ptr<dds::DdsPublisher> publisher_;
+};
+
+}  // namespace baudgate

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/point_samples.h"
+
+#include <algorithm>
+#include <functional>
+#include <string_view>
+#include <unordered_set>
+
+namespace baudgate::dds {
+
+PointSlots::PointSlots(const PointStore& store) : first_{0} {
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
+    there_.push_back(!store.gone(device));
+    first_.push_back(first_.back() + static_cast<std::uint32_t>(points));
+  }
+}
+
+PointRef PointSlots::RefOf(std::uint32_t slot) const {
+  const auto after = std::ranges::upper_bound(first_, slot);
+  const auto device = static_cast<std::uint32_t>(after - first_.begin()) - 1;
+  return {device, slot - first_[device]};
+}
+
+Room CountOf(const PointStore& store) {
+  Room room;
+  room.events = 1;  // the gateway has some itself, at least alarms
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    const config::Device& its = store.device(device);
+    room.points += static_cast<std::uint32_t>(its.points.size());
+    ++room.devices;
+    if (its.events || its.point_events) ++room.events;
+  }
+  return room;
+}
+
+Room RoomFor(const PointStore& store) {
+  constexpr std::uint32_t kSpare = 512;
+  Room room = CountOf(store);
+  room.points += room.points / 4 + kSpare;
+  room.devices += room.devices / 4 + kSpare / 8;
+  return room;
+}
+
+std::string NameOf(const PointStore& store, PointRef ref) {
+  const config::Device& device = store.device(ref.device);
+  return device.name + "." + device.points[ref.point].name;
+}
+
+std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
+                                                           const PointSlots& slots) {
+  std::unordered_map<std::string, std::uint32_t> by_name;
+  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
+    by_name[NameOf(store, slots.RefOf(slot))] = slot;
+  }
+  return by_name;
+}
+
+std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots) {
+  std::vector<double> deadbands;
+  deadbands.reserve(slots.size());
+  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
+    const PointRef ref = slots.RefOf(slot);
+    deadbands.push_back(store.device(ref.device).points[ref.point].deadband.ToDouble());
+  }
+  return deadbands;
+}
+
+namespace {
+
+std::uint32_t Microseconds(Duration duration) {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
+}
+
+}  // namespace
+
+void FillPoint(const DeviceRecord& record, std::uint32_t point, const PointState& state,
+               PointSample& sample) {
+  const PointRecord& held = record.points[point];
+  const config::Point& described = record.device->points[point];
+  sample.device = record.device->name;
+  sample.point = described.name;
+  sample.value = state.number;
+  AssignBounded(sample.text, TextOf(held.value), kMaxText);
+  AssignBounded(sample.unit, described.unit, kMaxUnit);
+  sample.quality = state.quality.word();
+  sample.source_time_ns = held.read_at ? held.source_time.time_since_epoch().count() : 0;
+  sample.seq = held.seq;
+  sample.rtt_us = held.rtt_us;
+}
+
+void FillDevice(const DeviceRecord& record, DeviceSample& sample) {
+  const DeviceStatus& status = record.status;
+  sample.device = record.device->name;
+  sample.line = record.line->name;
+  sample.state = static_cast<std::uint16_t>(status.state);
+  sample.last_outcome = static_cast<std::uint16_t>(status.last_outcome);
+  sample.last_ok_time_ns = status.last_ok ? status.last_ok_wall.time_since_epoch().count() : 0;
+  sample.exchanges = status.exchanges;
+  sample.ok = status.Count(Outcome::ok);
+  sample.no_reply = status.Count(Outcome::no_reply);
+  sample.corrupt = status.Count(Outcome::corrupt);
+  sample.retries = status.retries;
+  const bool measured = status.round_trips.count() > 0;
+  sample.rtt_mean_us = measured ? Microseconds(status.round_trips.mean()) : 0;
+  sample.rtt_p99_us = measured ? Microseconds(status.round_trips.Percentile(0.99)) : 0;
+}
+
+std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
+  std::vector<std::uint32_t> back;
+  const auto by_name = SlotsByName(store_, slots);
+  std::erase_if(gone_, [&](const PointRef& ref) {
+    const auto found = by_name.find(NameOf(store_, ref));
+    if (found != by_name.end()) back.push_back(found->second);
+    return found != by_name.end();
+  });
+  return back;
+}
+
+const PointSample* PointEnds::Next() {
+  if (gone_.empty()) return nullptr;
+  const PointRef ref = gone_.front();
+  sample_ = {};
+  sample_.gateway = config_.name;
+  const auto look = [&](const DeviceRecord& record) {
+    const Value& value = record.points[ref.point].value;
+    FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), sample_);
+  };
+  store_.Read(ref.device, std::cref(look));
+  return &sample_;
+}
+
+void DeviceEnds::TakeBack() {
+  std::unordered_set<std::string_view> there;
+  for (std::uint32_t device = 0; device < store_.device_count(); ++device) {
+    if (!store_.gone(device)) there.insert(store_.device(device).name);
+  }
+  std::erase_if(gone_,
+                [&](std::uint32_t device) { return there.contains(store_.device(device).name); });
+}
+
+const DeviceSample* DeviceEnds::Next() {
+  if (gone_.empty()) return nullptr;
+  sample_ = {};
+  sample_.gateway = config_.name;
+  const auto look = [this](const DeviceRecord& record) { FillDevice(record, sample_); };
+  store_.Read(gone_.front(), std::cref(look));
+  sample_.state = static_cast<std::uint16_t>(DeviceState::disabled);
+  return &sample_;
+}
+
+}  // namespace baudgate::dds

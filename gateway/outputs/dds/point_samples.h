@@ -1,0 +1,109 @@
+// The points of a store, numbered one after the other: the slots of
+// gateway/outputs/dds/publish_plan.h. Those of devices that are gone have none. FillPoint and
+// FillDevice fill samples, and PointEnds and DeviceEnds keep the final samples.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/outputs/dds/publish_plan.h"
+#include "gateway/outputs/dds/sample_writer.h"
+#include "gateway/outputs/dds/samples.h"
+
+namespace baudgate::dds {
+
+class PointSlots {
+ public:
+  explicit PointSlots(const PointStore& store);
+
+  std::uint32_t size() const { return first_.back(); }
+  /// Devices that the store had when the points were numbered.
+  std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
+  /// It was in the store then.
+  bool Has(std::uint32_t device) const { return there_[device]; }
+  std::uint32_t SlotOf(PointRef ref) const { return first_[ref.device] + ref.point; }
+  PointRef RefOf(std::uint32_t slot) const;
+
+ private:
+  std::vector<bool> there_;           ///< by device
+  std::vector<std::uint32_t> first_;  ///< by device, and one more: the number of points
+};
+
+/// What `store` has now.
+Room CountOf(const PointStore& store);
+/// The same with some to spare for what reloads add.
+Room RoomFor(const PointStore& store);
+
+/// "device.point"
+std::string NameOf(const PointStore& store, PointRef ref);
+/// By that name.
+std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
+                                                           const PointSlots& slots);
+std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots);
+
+// From the point store into the samples of points and devices: all fields but the gateway's name.
+
+/// `state`: of the point's value, at its quality now.
+void FillPoint(const DeviceRecord& record, std::uint32_t point, const PointState& state,
+               PointSample& sample);
+void FillDevice(const DeviceRecord& record, DeviceSample& sample);
+
+// The final samples of points and devices that a reload has removed. Each point is published once
+// more with its last value, not connected; each device with its last counters, disabled. No I/O:
+// gateway/outputs/dds/notice_sender.h sends them.
+class PointEnds {
+ public:
+  /// Both outlive this.
+  PointEnds(const config::Config& config, const PointStore& store)
+      : config_(config), store_(store) {}
+
+  void Add(PointRef ref) { gone_.push_back(ref); }
+  void Clear() { gone_.clear(); }
+  /// A point that has come back under its name before its end was told has none. Returns the slots
+  /// of these points.
+  std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
+
+  bool empty() const { return gone_.empty(); }
+  /// The one to be sent; null: none now. The same until OnSent.
+  const PointSample* Next();
+  void OnSent() { gone_.pop_front(); }
+
+ private:
+  const config::Config& config_;
+  const PointStore& store_;
+  std::deque<PointRef> gone_;
+  PointSample sample_;  ///< of the first
+};
+
+/// The queue of removed devices.
+class DeviceEnds {
+ public:
+  /// Both outlive this.
+  DeviceEnds(const config::Config& config, const PointStore& store)
+      : config_(config), store_(store) {}
+
+  /// `device`: its number in the store, which keeps the counters of removed devices.
+  void Add(std::uint32_t device) { gone_.push_back(device); }
+  void Clear() { gone_.clear(); }
+  /// Drops devices whose name is still in use: a reload may have begun their line anew.
+  void TakeBack();
+
+  bool empty() const { return gone_.empty(); }
+  /// As PointEnds::Next.
+  const DeviceSample* Next();
+  void OnSent() { gone_.pop_front(); }
+
+ private:
+  const config::Config& config_;
+  const PointStore& store_;
+  std::deque<std::uint32_t> gone_;
+  DeviceSample sample_;
+};
+
+}  // namespace baudgate::dds

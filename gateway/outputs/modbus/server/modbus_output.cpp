@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/server/modbus_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "gateway/outputs/modbus/service/modbus_difference.h"
+#include "gateway/outputs/modbus/service/traffic_json.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate {
+namespace {
+
+struct Ports final : Output::Prepared {
+  modbus::Renewal renewal;
+};
+
+}  // namespace
+
+Status ModbusOutput::Open(const Configuration& config) {
+  if (!config->modbus.enabled) return {};
+  config_ = config;
+  modbus::ModbusLinks links = links_.server;
+  links.lines = links_.lines();
+  modbus::ModbusLimits limits;
+  limits.client_share = links_.make_room(*config);
+  server_ = std::make_unique<modbus::ModbusServer>(*config, links_.store, links_.commands,
+                                                   links_.figures, limits, links);
+  if (Status status = server_->Listen(loop_.io()); !status) {
+    server_.reset();
+    return status;
+  }
+  loop_.Start();
+  return {};
+}
+
+std::size_t ModbusOutput::ClientsAt(const std::string& place) const {
+  return static_cast<std::size_t>(
+      std::ranges::count(Traffic().clients, place, &modbus::ClientStatus::listener));
+}
+
+std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& next) {
+  auto prepared = std::make_unique<Ports>();
+  prepared->renewal.client_share = links_.make_room(next);
+  if (!server_) return prepared;
+  const reload::ModbusDifference difference = reload::CompareModbus(config_->modbus, next.modbus);
+  for (std::size_t i = 0; i < next.modbus.listen.size(); ++i) {
+    const config::Listener& listener = next.modbus.listen[i];
+    const reload::ListenerChange& change = difference.listeners[i];
+    modbus::ListenerOrigin& origin = prepared->renewal.listeners.emplace_back(
+        modbus::ListenerOrigin{change.was, change.action == reload::Action::same});
+    Status status = server_->CanServe(listener);
+    if (status && !origin.keeps_port(listener)) {
+      auto port = server_->OpenPort(listener);
+      if (port) origin.opened = *std::move(port);
+      if (!port) status = Error{port.error()};
+    }
+    if (!status) {
+      prepared->troubles.push_back("listener " + listener.Place() + ": " + status.error());
+    }
+  }
+  for (std::size_t i = 0; i < next.modbus.routes.size(); ++i) {
+    prepared->renewal.routes.push_back(difference.routes[i].was);
+  }
+  return prepared;
+}
+
+std::vector<std::string> ModbusOutput::Apply(const Configuration& config,
+                                             std::unique_ptr<Prepared> prepared) {
+  if (!server_) return {};
+  config_ = config;
+  const modbus::Renewal& renewal = static_cast<Ports&>(*prepared).renewal;
+  const std::vector<RouteTarget*> lines = links_.lines();
+  modbus::ModbusServer::Ended ended;
+  RunOn(loop_.io(), [&] { ended = server_->Apply(*config, lines, renewal); });
+  modbus::ModbusServer::ClosePorts(ended);
+  std::vector<std::string> missing;
+  RunOn(loop_.io(), [&] {
+    server_->Finish(std::move(ended));
+    missing = server_->Missing();
+  });
+  return missing;
+}
+
+void ModbusOutput::StopRequests() {
+  loop_.Stop([this] {
+    if (server_) server_->Stop();
+  });
+}
+
+std::string ModbusOutput::Summary() {
+  std::string summary;
+  if (server_) RunOn(loop_.io(), [&] { summary = server_->Summary(); });
+  return summary;
+}
+
+modbus::TrafficStatus ModbusOutput::Traffic() const {
+  return server_ ? server_->Traffic() : modbus::TrafficStatus{};
+}
+
+std::optional<Output::Json> ModbusOutput::Section(const Wish& wish) const {
+  return control::TrafficJson(Traffic(), wish.line, wish.now.wall);
+}
+
+std::vector<Series> ModbusOutput::Metrics() const { return MetricsOf(Traffic()); }
+
+std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic) {
+  std::vector<Series> metrics = {
+      {kModbusClients, {{"", static_cast<double>(traffic.clients.size())}}}, {kModbusRequests, {}}};
+  for (const modbus::FunctionCount& count : traffic.functions) {
+    metrics[1].values.emplace_back(
+        fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"",
+                    EscapedLabel(count.listener),
+                    count.function > 0 ? fmt::to_string(count.function) : "other",
+                    count.exception > 0 ? fmt::to_string(count.exception) : "none"),
+        static_cast<double>(count.requests));
+  }
+  return metrics;
+}
+
+}  // namespace baudgate

@@ -1,0 +1,68 @@
+// The Modbus server as an output of the gateway, on a thread of its own.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/result.h"
+#include "gateway/outputs/modbus/server/modbus_server.h"
+#include "gateway/outputs/output.h"
+#include "transports/loop_thread.h"
+
+namespace baudgate {
+
+inline constexpr Metric kModbusClients{"baudgate_modbus_clients", "gauge", "",
+                                       "Modbus clients that are connected."};
+inline constexpr Metric kModbusRequests{"baudgate_modbus_requests_total", "counter",
+                                        "listener,function,exception",
+                                        "Requests of Modbus clients that were answered."};
+
+class ModbusOutput final : public Output {
+ public:
+  /// All that is referred to outlives the output.
+  struct Links {
+    const PointStore& store;
+    CommandSink& commands;
+    std::function<modbus::GatewayFigures()> figures;
+    /// Raises the limit of file descriptors for this configuration. Returns the share of
+    /// `max_clients` that may connect.
+    std::function<double(const config::Config& config)> make_room;
+    /// The lines that routes lead to, by their numbers in the store.
+    std::function<std::vector<RouteTarget*>()> lines;
+    modbus::ModbusLinks server;  ///< without `lines`
+  };
+  explicit ModbusOutput(Links links) : links_(std::move(links)) {}
+  ~ModbusOutput() override { StopRequests(); }
+
+  std::string_view name() const override { return "modbus"; }
+  /// Listens, then starts the thread, if the configuration has a server. The error names the port.
+  Status Open(const Configuration& config) override;
+  std::size_t ClientsAt(const std::string& place) const override;
+  std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
+  std::vector<std::string> Apply(const Configuration& config,
+                                 std::unique_ptr<Prepared> prepared) override;
+  /// Closes ports and clients.
+  void StopRequests() override;
+  std::string Summary() override;
+  std::optional<Json> Section(const Wish& wish) const override;
+  std::vector<Series> Metrics() const override;
+  asio::io_context* loop() override { return server_ ? &loop_.io() : nullptr; }
+
+ private:
+  modbus::TrafficStatus Traffic() const;
+
+  const Links links_;
+  Configuration config_;  // as it is served
+  LoopThread loop_{"modbus"};
+  std::unique_ptr<modbus::ModbusServer> server_;  // null: it is off
+};
+
+/// The same of any traffic: for ModbusOutput, and for tests.
+std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic);
+
+}  // namespace baudgate

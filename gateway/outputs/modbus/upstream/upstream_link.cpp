@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/modbus/upstream/upstream_link.h"
+
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <asio/buffer.hpp>
+#include <asio/connect.hpp>
+#include <asio/error.hpp>
+#include <utility>
+
+namespace baudgate::modbus {
+
+UpstreamQueue::Entry UpstreamQueue::Submit(RoutedRequest request) {
+  const MutexLock lock(mutex_);
+  const std::size_t waiting = incoming_.size() + queued_;
+  if (!open_ || waiting >= LimitFor(request, kMostWaiting)) return Entry::refused;
+  incoming_.push_back(std::move(request));
+  return incoming_.size() == 1 ? Entry::first : Entry::more;
+}
+
+void UpstreamQueue::Open() {
+  const MutexLock lock(mutex_);
+  open_ = true;
+}
+
+bool UpstreamQueue::Gather() {
+  const MutexLock lock(mutex_);
+  if (!open_) return false;
+  QueueIncoming();
+  return true;
+}
+
+bool UpstreamQueue::Close() {
+  const MutexLock lock(mutex_);
+  if (!open_) return false;
+  open_ = false;
+  QueueIncoming();
+  return true;
+}
+
+void UpstreamQueue::QueueIncoming() {
+  for (RoutedRequest& request : incoming_) Push(std::move(request));
+  incoming_.clear();
+  Count();
+}
+
+// Looks up, connects, cuts what comes into frames.
+
+namespace {
+
+using asio::ip::tcp;
+
+/// A server that vanished without a word is noticed within half a minute.
+void WatchPeer(tcp::socket& socket) {
+  const auto set = [fd = socket.native_handle()](int level, int name, auto value) {
+    (void)setsockopt(fd, level, name, &value, sizeof value);
+  };
+  set(IPPROTO_TCP, TCP_NODELAY, 1);
+  set(SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(IPPROTO_TCP, TCP_KEEPIDLE, 10);
+  set(IPPROTO_TCP, TCP_KEEPINTVL, 5);
+  set(IPPROTO_TCP, TCP_KEEPCNT, 3);
+  set(IPPROTO_TCP, TCP_USER_TIMEOUT, 15'000U);
+}
+
+}  // namespace
+
+void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
+  asio::error_code not_numeric;
+  const auto address = asio::ip::make_address(host, not_numeric);
+  if (!not_numeric) return Connect({tcp::endpoint(address, port)});
+  look_up_ = HostNames::OfProcess().Ask(
+      host, io_, [self = shared_from_this(), port](const Result<HostNames::Addresses>& found) {
+        if (self->owner_ == nullptr) return;
+        if (!found) return self->owner_->OnBroken("is not known by that name: " + found.error());
+        std::vector<tcp::endpoint> endpoints;
+        for (const asio::ip::address& ip : *found) endpoints.emplace_back(ip, port);
+        self->Connect(endpoints);
+      });
+}
+
+void UpstreamConnection::Connect(const std::vector<tcp::endpoint>& endpoints) {
+  asio::async_connect(
+      socket_, endpoints,
+      [self = shared_from_this()](const asio::error_code& error, const tcp::endpoint&) {
+        if (self->owner_ == nullptr) return;
+        if (!error) return self->Begin();
+        self->owner_->OnBroken("cannot be reached: " + error.message());
+      });
+}
+
+void UpstreamConnection::Begin() {
+  WatchPeer(socket_);
+  asio::error_code failed;
+  socket_.non_blocking(true, failed);
+  if (failed) return owner_->OnBroken("cannot be used: " + failed.message());
+  connected_ = true;
+  Read();
+  owner_->OnConnected();
+}
+
+/// A kernel that has no room for a few hundred bytes means a server that reads nothing. They do not
+/// wait here, because they would go out after their deadlines.
+Status UpstreamConnection::Send(View frame) {
+  asio::error_code error;
+  const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);
+  if (error && error != asio::error::would_block) return Error{"is gone: " + error.message()};
+  if (count < frame.size()) return Error{"takes no data"};
+  return {};
+}
+
+void UpstreamConnection::Close() {
+  owner_ = nullptr;
+  look_up_ = {};
+  asio::error_code ignored;
+  // A reset, so that neither kernel keeps requests that a client was told are lost.
+  socket_.set_option(asio::socket_base::linger(true, 0), ignored);
+  socket_.close(ignored);
+}
+
+void UpstreamConnection::Read() {
+  const auto space = input_.Space();
+  socket_.async_read_some(
+      asio::buffer(space.data(), space.size()),
+      [self = shared_from_this()](const asio::error_code& error, std::size_t count) {
+        if (self->owner_ == nullptr) return;
+        if (error == asio::error::eof) return self->owner_->OnBroken("closed the connection");
+        if (error) return self->owner_->OnBroken("is gone: " + error.message());
+        self->input_.Commit(count);
+        self->TakeFrames();
+      });
+}
+
+void UpstreamConnection::TakeFrames() {
+  View frame;
+  while (input_.Take(frame) == MbapAssembler::State::frame) {
+    owner_->OnFrame(frame);
+    if (owner_ == nullptr) return;
+  }
+  const std::string defect(input_.Defect());
+  if (!defect.empty()) return owner_->OnBroken("sent something that is not Modbus TCP: " + defect);
+  Read();
+  owner_->OnFramesRead();
+}
+
+}  // namespace baudgate::modbus

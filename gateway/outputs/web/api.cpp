@@ -1,0 +1,439 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/web/api.h"
+
+#include <algorithm>
+#include <array>
+#include <asio/post.hpp>
+#include <cmath>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/base/text.h"
+#include "gateway/outputs/status/records_json.h"
+#include "gateway/outputs/status/target.h"
+#include "gateway/outputs/web/metrics.h"
+#include "gateway/outputs/web/points_json.h"
+#include "gateway/records/history/history_view.h"
+
+namespace baudgate::web {
+
+namespace {
+
+using control::Json;
+
+constexpr std::string_view kError = "{\"error\":\"";
+
+int StatusOf(const std::string& kind) {
+  if (kind == "usage") return 400;
+  if (kind == "unknown") return 404;
+  return 503;
+}
+
+}  // namespace
+
+Result<Json> AskOf(const Request& request, std::string_view command,
+                   std::initializer_list<Part> parts) {
+  Json ask = {{"command", command}};
+  std::vector<std::string_view> names;
+  for (const Part& part : parts) names.emplace_back(part.query);
+  for (const auto& [name, value] : request.query) {
+    const auto part = std::ranges::find(parts, name, &Part::query);
+    if (part == parts.end()) {
+      return Error{config::Quoted(name) + " is no parameter of " + request.path + ";" +
+                   config::DidYouMean(name, names) +
+                   (names.empty() ? " it has none" : " there are: " + config::Join(names))};
+    }
+    const char* const member = part->member != nullptr ? part->member : part->query;
+    if (!part->number) {
+      ask[member] = value;
+      continue;
+    }
+    const auto number = ParseInteger<std::int64_t>(value);
+    if (!number) return Error{config::Quoted(name) + " is a whole number"};
+    ask[member] = *number;
+  }
+  return ask;
+}
+
+Response JsonResponse(const Json& json) {
+  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+Response ResponseOf(std::string answer) {
+  if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
+  const Json json = Json::parse(answer, nullptr, false);
+  return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
+}
+
+namespace {
+
+using control::Json;
+
+Response StreamResponse(std::shared_ptr<Stream> stream) {
+  Response response;
+  response.type = "text/event-stream";
+  response.stream = std::move(stream);
+  response.headers.emplace_back("X-Accel-Buffering", "no");  // nginx would keep the first 4 KB
+  return response;
+}
+
+}  // namespace
+
+LiveApi::LiveApi(const config::Config& config, Links links, asio::io_context& io)
+    : config_(std::shared_ptr<void>(), &config),
+      links_(std::move(links)),
+      io_(io),
+      handler_(config, links_.store, links_.lines, no_writes_, links_.info),
+      points_(links_.store, links_.info.events) {}
+
+const std::vector<LiveApi::Route>& LiveApi::Routes() {
+  static const std::vector<Route> kRoutes = {
+      {"/api/v1/status", &LiveApi::Status},
+      {"/api/v1/points", &LiveApi::Points},
+      {"/api/v1/points/stream", &LiveApi::PointsStream},
+      {"/api/v1/alarms", &LiveApi::Alarms},
+      {"/api/v1/map", &LiveApi::Map},
+      {"/api/v1/recorded", &LiveApi::Recorded},
+      {"/api/v1/trace", &LiveApi::TraceStream},
+      {"/api/v1/configuration", &LiveApi::Configuration},
+      {"/metrics", &LiveApi::Metrics},
+  };
+  return kRoutes;
+}
+
+bool LiveApi::Answer(const Request& request, Now now, const Answered& answered) {
+  for (const Route& route : Routes()) {
+    if (route.path != request.path) continue;
+    answered((this->*route.handler)(request, now));
+    return true;
+  }
+  return false;
+}
+
+Response LiveApi::Asked(const Request& request, std::string_view command,
+                        std::initializer_list<Part> parts, Now now) {
+  const auto ask = AskOf(request, command, parts);
+  if (!ask) return Problem(400, ask.error());
+  const std::string text = ask->dump(-1, ' ', false, Json::error_handler_t::replace);
+  return ResponseOf(handler_.Answer(text, {"web:" + request.peer}, now, {}).text);
+}
+
+Response LiveApi::Status(const Request& request, Now now) {
+  return Asked(request, "status", {{"target"}}, now);
+}
+
+Response LiveApi::Alarms(const Request& request, Now now) {
+  return Asked(request, "alarms", {{"after", true}}, now);
+}
+
+Response LiveApi::Recorded(const Request& request, Now now) {
+  Response raw = Asked(request, "recorded", {{"line", false, "target"}, {"device"}}, now);
+  const auto line = control::FindTarget(*config_, request.Query("line").value_or(""));
+  if (raw.status != 200 || !line) return raw;
+  Json answer = Json::parse(raw.body, nullptr, false);
+  FrameLines frames(DecodersFor(*line, request.Query("device").value_or("")));
+  Json lines = Json::array();
+  const auto add = [&lines](const std::vector<std::string>& whole) {
+    for (const std::string& frame : whole) lines.push_back(frame);
+  };
+  for (const Json& record : answer["records"]) add(frames.Take(record.get<std::string>()));
+  add(frames.Flush());
+  answer["records"] = std::move(lines);
+  return JsonResponse(answer);
+}
+
+Decoders LiveApi::DecodersFor(const control::Target& target, const std::string& device) const {
+  if (!links_.protocol) return {};
+  return DecodersOf(config_->lines[target.line], links_.protocol, device);
+}
+
+Result<std::uint32_t> LiveApi::DeviceNamed(const std::string& name) const {
+  if (name.empty()) return Error{"name one device: ?device=LINE.DEVICE"};
+  const auto target = control::FindTarget(*config_, name);
+  if (!target) return Error{target.error()};
+  if (!target->device) return Error{"name one device: " + name + ".DEVICE"};
+  return *target->device;
+}
+
+Response LiveApi::Points(const Request& request, Now now) {
+  const auto known = AskOf(request, "points", {{"q"}, {"line"}, {"device"}});
+  if (!known) return Problem(400, known.error());
+  PointFilter filter;
+  filter.line = request.Query("line").value_or("");
+  filter.text = request.Query("q").value_or("");
+  if (!filter.line.empty()) {
+    const auto line = control::FindTarget(*config_, filter.line);
+    if (!line) return Problem(404, line.error());
+  }
+  if (const auto name = request.Query("device")) {
+    const auto device = DeviceNamed(*name);
+    if (!device) return Problem(404, device.error());
+    filter.device = *device;
+  }
+  return JsonResponse(PointsJson(links_.store, filter, now));
+}
+
+Response LiveApi::PointsStream(const Request& request, Now now) {
+  std::optional<std::uint32_t> only;
+  if (const auto name = request.Query("device")) {
+    const auto device = DeviceNamed(*name);
+    if (!device) return Problem(404, device.error());
+    only = *device;
+  }
+  auto stream = points_.Join(only, now);
+  if (!stream) {
+    return Problem(503, "too many devices are looked at one by one; take the stream of all points");
+  }
+  return StreamResponse(std::move(stream));
+}
+
+Response LiveApi::Map(const Request& request, Now) {
+  const auto device = DeviceNamed(request.Query("device").value_or(""));
+  if (!device) return Problem(404, device.error());
+  return JsonResponse(MapJson(links_.store.device(*device)));
+}
+
+Response LiveApi::TraceStream(const Request& request, Now) {
+  const auto line = control::FindTarget(*config_, request.Query("line").value_or(""));
+  if (!line) return Problem(404, line.error());
+  std::erase_if(traces_, [](const auto& trace) { return trace.expired(); });
+  if (traces_.size() >= kMostTraces) return Problem(503, "too many traces are looked at");
+  auto trace = std::make_shared<LiveTrace>(DecodersFor(*line, ""));
+  const std::weak_ptr<LiveTrace> weak = trace;
+  auto queue = links_.lines.Trace(line->line, [weak, &io = io_] {
+    asio::post(io, [weak] {
+      if (const auto self = weak.lock()) self->Wake();
+    });
+  });
+  if (!queue) return Problem(404, "the line has ended this moment");
+  trace->SetQueue(std::move(queue));
+  traces_.push_back(trace);
+  return StreamResponse(std::move(trace));
+}
+
+Response LiveApi::Configuration(const Request&, Now) {
+  if (!links_.configuration || !links_.info.reload) {
+    return Problem(503, "this gateway was not started with a file");
+  }
+  const auto text = links_.configuration();
+  if (!text) return Problem(503, text.error());
+  const control::ReloadState state = links_.info.reload();
+  Json json = {{"text", *text}, {"file", state.file}};
+  json["confirm_until"] =
+      state.confirm_until ? Json(FormatWallTime(*state.confirm_until)) : Json(nullptr);
+  return JsonResponse(json);
+}
+
+Response LiveApi::Metrics(const Request&, Now now) {
+  return TextResponse(200, "text/plain; version=0.0.4; charset=utf-8",
+                      MetricsText(*config_, links_.store, links_.info, now));
+}
+
+void LiveApi::Acknowledge(const Request& request, const Answered& answered) {
+  const Json body = Json::parse(request.body, nullptr, false);
+  if (!body.is_object() || !body.contains("target") || !body["target"].is_string()) {
+    return answered(Problem(400, "write {\"target\":\"LINE.DEVICE\"}, or the number of an event"));
+  }
+  const Json ask = {{"command", "ack"}, {"target", body["target"]}};
+  const auto later = [answered](std::string text) { answered(ResponseOf(std::move(text))); };
+  const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const control::Reply reply = handler_.Answer(text, {"web:" + request.peer}, ReadClocks(), later);
+  if (!reply.text.empty()) answered(ResponseOf(reply.text));
+}
+
+void LiveApi::Apply(std::shared_ptr<const config::Config> config,
+                    std::shared_ptr<const history::HistorySource> history) {
+  config_ = config;
+  links_.info.history = history;
+  handler_.Apply(std::move(config), std::move(history));
+  EndStreams();
+}
+
+bool LiveApi::Tick(Now now) { return points_.watched() && points_.Tick(now); }
+
+void LiveApi::Beat() {
+  for (const auto& weak : traces_) {
+    if (const auto trace = weak.lock()) trace->Beat();
+  }
+}
+
+void LiveApi::EndStreams() {
+  points_.EndAll();
+  for (const auto& weak : traces_) {
+    if (const auto trace = weak.lock()) trace->End();
+  }
+  traces_.clear();
+}
+
+namespace {
+
+using control::Json;
+
+constexpr std::array<std::string_view, 3> kPaths = {"/api/v1/events", "/api/v1/history",
+                                                    "/api/v1/history.csv"};
+
+Json RowsJson(const history::Chart& chart) {
+  Json rows = Json::array();
+  for (const history::Trend& row : chart.rows) {
+    const double share = static_cast<double>(row.good) / static_cast<double>(chart.step);
+    rows.push_back(
+        {row.begin, row.min, row.mean, row.max, std::round(std::min(1.0, share) * 1000) / 1000});
+  }
+  return rows;
+}
+
+}  // namespace
+
+/// A table that is read page by page, as fast as it is taken.
+class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
+ public:
+  Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
+      : api_(std::move(api)),
+        io_(io),
+        ask_(std::move(ask)),
+        text_(control::HistoryCsvHead(false)) {}
+
+  std::ptrdiff_t Read(std::span<char> into) override {
+    const MutexLock lock(mutex_);
+    if (sent_ == text_.size()) {
+      if (ended_) return kEnd;
+      if (!std::exchange(asked_, true)) {
+        asio::post(io_, [self = shared_from_this()] { self->ReadPage(); });
+      }
+      return 0;
+    }
+    const std::size_t bytes = std::min(into.size(), text_.size() - sent_);
+    std::memcpy(into.data(), text_.data() + sent_, bytes);
+    sent_ += bytes;
+    return static_cast<std::ptrdiff_t>(bytes);
+  }
+  void SetWake(std::function<void()> wake) override {
+    const MutexLock lock(mutex_);
+    wake_ = std::move(wake);
+  }
+
+ private:
+  /// On the thread of the past. A page that fails ends it: what has come is good.
+  void ReadPage() {
+    const auto api = api_.lock();
+    const Json page =
+        api ? Json::parse((*api)->Page(ask_, ReadClocks()), nullptr, false) : Json(nullptr);
+    std::string text;
+    const bool good = page.is_object() && page.contains("records");
+    if (good) {
+      for (const Json& record : page["records"]) text += control::HistoryCsvRow(record, false);
+      ask_["after"] = page["next"];
+    }
+    std::function<void()> wake;
+    {
+      const MutexLock lock(mutex_);
+      text_ = std::move(text);
+      sent_ = 0;
+      asked_ = false;
+      ended_ = !good || !page.value("more", false);
+      wake = wake_;
+    }
+    if (wake) wake();
+  }
+
+  const std::weak_ptr<PastApi*> api_;
+  asio::io_context& io_;
+  Json ask_;  // of the next page; on the thread of the past
+  Mutex mutex_;
+  std::string text_ BAUDGATE_GUARDED_BY(mutex_);
+  std::size_t sent_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  bool asked_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  std::function<void()> wake_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+PastApi::PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
+                 control::GatewayInfo info, asio::io_context& io)
+    : io_(io), handler_(config, store, lines, no_writes_, std::move(info)) {}
+
+bool PastApi::Has(std::string_view path) { return std::ranges::find(kPaths, path) != kPaths.end(); }
+
+bool PastApi::Answer(const Request& request, Now now, const Answered& answered) {
+  if (request.path == kPaths[0]) {
+    answered(Events(request, now));
+  } else if (request.path == kPaths[1]) {
+    answered(History(request, now));
+  } else if (request.path == kPaths[2]) {
+    answered(HistoryCsv(request, now));
+  } else {
+    return false;
+  }
+  return true;
+}
+
+std::string PastApi::Page(const Json& ask, Now now) {
+  const std::string text = ask.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return handler_.Answer(text, {"web"}, now, {}).text;
+}
+
+Response PastApi::Events(const Request& request, Now now) {
+  const auto ask = AskOf(request, "events", {{"after", true}, {"since_ms", true}, {"target"}});
+  if (!ask) return Problem(400, ask.error());
+  return ResponseOf(Page(*ask, now));
+}
+
+Response PastApi::History(const Request& request, Now now) {
+  const auto ask = AskOf(request, "chart",
+                         {{"point"}, {"since_ms", true}, {"until_ms", true}, {"pixels", true}});
+  if (!ask) return Problem(400, ask.error());
+  history::ChartQuery query;
+  query.point = ask->value("point", "");
+  const history::Millis now_ms = history::ToMillis(now.wall);
+  query.until = std::min(ask->value("until_ms", now_ms), now_ms);
+  query.since = ask->value("since_ms", query.until - history::kHour);
+  query.pixels = ask->value("pixels", query.pixels);
+  if (query.pixels < 1 || query.pixels > history::kMostPixels) {
+    return Problem(400, "'pixels' is a number from 1 to " + std::to_string(history::kMostPixels));
+  }
+  constexpr history::Millis kMost = 20 * 366 * history::kDay;
+  if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
+    return Problem(400, "'since_ms' is before 'until_ms', by twenty years at most");
+  }
+  // Why a point has nothing, the control socket says.
+  const auto gateway = handler_.gateway();
+  if (!gateway->info.history)
+    return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
+  const auto chart = history::ReadChart(*gateway->info.history, query);
+  if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
+  const auto point = control::FindPoint(*gateway->config, query.point);
+  if (!chart->known) {
+    const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);
+    if (page.starts_with("{\"error\"")) return ResponseOf(page);
+  }
+  std::string unit;
+  if (point) {
+    std::uint32_t device = 0;
+    for (const config::Line& line : gateway->config->lines) {
+      for (const config::Device& its : line.devices) {
+        if (device++ == point->device) unit = its.points[point->point].unit;
+      }
+    }
+  }
+  return JsonResponse({{"point", query.point},
+                       {"unit", unit},
+                       {"step_ms", chart->step},
+                       {"rows", RowsJson(*chart)}});
+}
+
+Response PastApi::HistoryCsv(const Request& request, Now now) {
+  const auto ask = AskOf(request, "history", {{"point"}, {"since_ms", true}, {"until_ms", true}});
+  if (!ask) return Problem(400, ask.error());
+  const std::string first = Page(*ask, now);
+  if (first.starts_with("{\"error\"")) return ResponseOf(first);
+  std::string name = request.Query("point").value_or("");
+  std::erase_if(name, [](char c) { return c == '"' || c == '\\' || c < 0x21 || c > 0x7E; });
+  Response response;
+  response.type = "text/csv; charset=utf-8";
+  response.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + name + ".csv\"");
+  response.stream = std::make_shared<Download>(alive_, io_, *ask);
+  return response;
+}
+
+}  // namespace baudgate::web

@@ -1,0 +1,145 @@
+// What is sent to all viewers of the same points: frames, made once and shared. Each viewer keeps
+// the number of the frame that it sends next. One that falls so far behind that its frame is gone
+// starts again with a snapshot; no viewer has a queue of its own. LivePoints streams points, and
+// LiveTrace the bytes of a line.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gateway/base/guarded.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/diagnosis/decode/frame_lines.h"
+#include "gateway/outputs/web/request.h"
+#include "gateway/records/events/event_source.h"
+#include "gateway/records/trace/trace_text.h"
+
+namespace baudgate::web {
+
+class Frames {
+ public:
+  using Text = std::shared_ptr<const std::string>;
+  static constexpr std::size_t kMostFrames = 25;
+  static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
+
+  /// For all viewers that have the frame before.
+  void Push(std::string text);
+  /// How all stands now, with all frames until now.
+  void SetSnapshot(std::string text);
+  /// Nothing follows this.
+  void End(std::string farewell);
+  /// A viewer waits for a snapshot.
+  bool wants_snapshot() const;
+
+  struct Next {
+    Text text{};  ///< null: nothing yet
+    bool ended = false;
+  };
+  /// `position`: 0 at first; the viewer's alone.
+  Next Take(std::uint64_t& position);
+
+ private:
+  mutable Mutex mutex_;
+  std::deque<Text> frames_ BAUDGATE_GUARDED_BY(mutex_);
+  std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of frames_.front()
+  Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
+  std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;  ///< the frame that follows it
+  bool wanted_ BAUDGATE_GUARDED_BY(mutex_) = false;
+  bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
+};
+
+// Streams of points (server-sent events): at first how all stands, then what changes, five times a
+// second at most, and a beat each second. A frame is made once for all viewers of the same points,
+// and none without a viewer. One thread, except the streams that it gives out.
+class LivePoints {
+ public:
+  static constexpr Duration kTick = 200ms;
+  static constexpr Duration kBeat = 1s;
+  static constexpr std::size_t kMostKinds = 32;  ///< all points, or those of one device
+
+  /// `events`: null: there are no alarms. Both outlive it.
+  LivePoints(PointStore& store, const events::EventSource* events)
+      : store_(store), events_(events) {}
+  ~LivePoints() { Drop(); }
+
+  /// One more viewer, of all or of a device. Null: too many different devices are looked at.
+  std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
+  /// Call it each kTick while there is a viewer. False: there is none any more.
+  bool Tick(Now now);
+  bool watched() const { return !channels_.empty(); }
+  /// A reload: the points have other numbers. All streams end.
+  void EndAll();
+
+ private:
+  class Viewer;
+  using Device = std::optional<std::uint32_t>;
+  struct Channel {
+    std::shared_ptr<Frames> frames = std::make_shared<Frames>();
+    std::vector<std::weak_ptr<Viewer>> viewers;
+  };
+  struct AlarmCounts {
+    std::size_t active = 0;
+    std::size_t unacknowledged = 0;
+    std::int64_t newest = 0;
+    bool operator==(const AlarmCounts&) const = default;
+  };
+
+  void Drop();
+  std::string Snapshot(Device device, Now now);
+  std::string Changed(Device device, Now now);
+  std::string AlarmsEvent() const;
+  AlarmCounts CountAlarms() const;
+  void Wake(Channel& channel);
+
+  PointStore& store_;
+  const events::EventSource* events_;
+  std::shared_ptr<ChangeFeed> feed_;  // null: no client looks
+  Changes changes_;
+  std::map<Device, Channel> channels_;
+  AlarmCounts alarms_;
+  Instant next_beat_{};
+  std::uint64_t generation_ = 1;
+};
+
+// A stream of what goes over a line: the frames of a trace as server-sent events.
+class LiveTrace final : public Stream {
+ public:
+  explicit LiveTrace(Decoders decoders) : frames_(std::move(decoders)) {}
+  /// Where its records come from; before the first Read.
+  void SetQueue(std::shared_ptr<TraceQueue> queue) { queue_ = std::move(queue); }
+
+  std::ptrdiff_t Read(std::span<char> into) override;
+  void SetWake(std::function<void()> wake) override;
+
+  // From any thread.
+
+  /// There are records.
+  void Wake();
+  /// A sign of life, so that a client that has left is noticed.
+  void Beat();
+  void End();
+
+ private:
+  void Append(const std::vector<std::string>& frames);
+
+  std::shared_ptr<TraceQueue> queue_;
+  FrameLines frames_;
+  std::string text_;
+  std::size_t sent_ = 0;
+  std::atomic<bool> beat_ = false;
+  std::atomic<bool> ended_ = false;
+  Mutex mutex_;
+  std::function<void()> wake_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate::web

@@ -1,0 +1,60 @@
+// The web server as an output of the gateway: at this address, at another one, or not at all.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/guarded.h"
+#include "gateway/base/result.h"
+#include "gateway/outputs/output.h"
+#include "gateway/outputs/web/web_server.h"
+
+namespace baudgate {
+
+class WebOutput final : public Output {
+ public:
+  /// All of `links` outlives it.
+  WebOutput(web::LiveApi::Links links, const web::Limits& limits)
+      : links_(std::move(links)), limits_(limits) {}
+
+  std::string_view name() const override { return "web"; }
+  /// Opens the port; the page is served from Begin on.
+  Status Open(const Configuration& config) override;
+  Status Begin(const Configuration& config) override;
+  /// Tells whether the token file has another token than the one in use, or none.
+  void Examine(const config::Config& next, std::vector<std::string>& settings,
+               std::vector<std::string>& restart) const override;
+  std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
+  std::vector<std::string> Apply(const Configuration& config,
+                                 std::unique_ptr<Prepared> prepared) override;
+  void SetHistory(const Configuration& config,
+                  const std::shared_ptr<const history::HistorySource>& history) override;
+  void StopRequests() override;
+  /// "web page on 127.0.0.1:8502". From any thread.
+  std::string Summary() override;
+
+ private:
+  struct Port final : Prepared {
+    web::WebServer::Opened opened{};
+  };
+  bool HasOtherToken(const config::Web& next) const;
+  std::unique_ptr<Port> OpenFor(const config::Web& next) const;
+  std::string Serve(const Configuration& config, Port& port);
+
+  web::LiveApi::Links links_;
+  const web::Limits limits_;
+  config::Web web_;             // as it is served
+  std::unique_ptr<Port> port_;  // of Open, until Begin
+  std::optional<std::string> token_;
+  std::unique_ptr<web::WebServer> server_;
+  mutable Mutex mutex_;
+  std::string summary_ BAUDGATE_GUARDED_BY(mutex_);
+};
+
+}  // namespace baudgate

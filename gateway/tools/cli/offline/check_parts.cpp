@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/tools/cli/offline/check_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/model/config.h"
+#include "gateway/base/shown.h"
+#include "gateway/base/text.h"
+#include "gateway/outputs/web/access.h"
+#include "gateway/outputs/web/metrics.h"
+#include "gateway/records/disk/state_folder.h"
+#include "gateway/records/history/folder_files.h"
+#include "gateway/tools/terminal/tables.h"
+
+namespace baudgate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string Megabytes(std::uint64_t bytes) {
+  return FormatNumber(std::round(static_cast<double>(bytes) / 1e5) / 10) + " MB";
+}
+
+}  // namespace
+
+void PrintEvents(const config::Config& config, std::ostream& out) {
+  std::string names = config.events.given ? "the gateway" : "";
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      if (!device.events && !device.point_events) continue;
+      names += (names.empty() ? "" : ", ") + line.name + "." + device.name;
+      if (!device.events) names += " (points)";
+      bool first = true;
+      for (const config::Record& record : device.records) {
+        names += (std::exchange(first, false) ? " with " : " and ") + record.name;
+      }
+    }
+  }
+  if (names.empty()) return;
+  const auto folder = EventsFolderOf(config);
+  out << "events of " << names;
+  if (!folder.empty()) out << ", and every write, in " << folder.string();
+  out << '\n';
+}
+
+/// "load profiles of meters.m1 (1, 2), meters.m2 (1)": what meters keep themselves and is read
+/// back.
+void PrintOfMeters(const config::Config& config, std::ostream& out) {
+  constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
+      {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
+  for (const auto& [option, title] : kKinds) {
+    std::string text;
+    for (const config::Line& line : config.lines) {
+      for (const config::Device& device : line.devices) {
+        if (!device.options.Has(option) || device.options.Texts(option).empty()) continue;
+        std::string words;
+        for (const std::string& word : device.options.Texts(option)) {
+          words += (words.empty() ? "" : ", ") + word;
+        }
+        text += (text.empty() ? title : ", ") + line.name + "." + device.name + " (" + words + ")";
+      }
+    }
+    if (!text.empty()) out << text << '\n';
+  }
+}
+
+void PrintHistory(const config::Config& config, std::ostream& out) {
+  const config::History& history = config.history;
+  if (!history.on()) return;
+  const history::Estimate estimate = history::EstimateOf(config);
+  const auto folder = HistoryFolderOf(config);
+  const auto days = [&](std::uint64_t bytes) {
+    return Plural(estimate.Days(history.limit, bytes), "day");
+  };
+  out << "history of " << Plural(history.points.size(), "point");
+  if (!folder.empty()) out << " in " << folder.string();
+  out << ": about " << Megabytes(estimate.least) << " a day while nothing changes, at most "
+      << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)
+      << " of minutes; the limit of " << Megabytes(history.limit) << " is reached after "
+      << days(estimate.least) << ", or " << days(estimate.most) << " if every reading differs; "
+      << "days older than " << FormatDuration(history.keep) << " go\n";
+}
+
+Json HistoryJson(const config::Config& config) {
+  if (!config.history.on()) return {};
+  const history::Estimate estimate = history::EstimateOf(config);
+  return {{"points", config.history.points.size()},
+          {"limit", config.history.limit},
+          {"bytes_a_day_least", estimate.least},
+          {"bytes_a_day_most", estimate.most},
+          {"bytes_of_minutes", estimate.minutes},
+          {"days_least", estimate.Days(config.history.limit, estimate.most)},
+          {"days_most", estimate.Days(config.history.limit, estimate.least)}};
+}
+
+namespace {
+
+constexpr std::size_t kMostNamed = 8;
+
+/// "a, b, c and 4 more".
+std::string Listed(const std::vector<std::string>& all) {
+  std::string text;
+  for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
+    text += (i == 0 ? "" : ", ") + all[i];
+  }
+  if (all.size() > kMostNamed) text += " and " + std::to_string(all.size() - kMostNamed) + " more";
+  return text;
+}
+
+/// Those with rules, which are to be seen, and then the others.
+std::string ListedWithRules(const std::vector<std::string>& ruled,
+                            const std::vector<std::string>& plain) {
+  std::string text;
+  for (const std::string& one : ruled) text += (text.empty() ? "" : ", ") + one;
+  if (plain.empty()) return text;
+  return text + (text.empty() ? "" : ", ") + Listed(plain);
+}
+
+/// " (0.5 to 40 xIn, selected first)", or nothing.
+std::string Rules(const config::Point& point) {
+  const config::Writing& writing = point.writing;
+  std::vector<std::string> rules;
+  const std::string unit = point.unit.empty() ? "" : " " + point.unit;
+  const std::string min = writing.min ? writing.min->ToText() + unit : *writing.min_point;
+  const std::string max = writing.max ? writing.max->ToText() + unit : *writing.max_point;
+  if (writing.min && writing.max) {
+    rules.push_back(writing.min->ToText() + " to " + max);
+  } else if (!min.empty() && !max.empty()) {
+    rules.push_back(min + " to " + max);
+  } else if (!min.empty()) {
+    rules.push_back("from " + min);
+  } else if (!max.empty()) {
+    rules.push_back("to " + max);
+  }
+  if (writing.step) rules.push_back("steps of " + writing.step->ToText());
+  if (writing.select) rules.emplace_back("selected first");
+  for (const config::AllowWhen& interlock : writing.allow_when) {
+    rules.push_back("when " + interlock.point + " is " + ToText(interlock.is));
+  }
+  return rules.empty() ? "" : " (" + Listed(rules) + ")";
+}
+
+struct Writes {
+  std::vector<std::string> allowed;
+  std::vector<std::string> ruled;  ///< of those, what has rules, and these
+  std::vector<std::string> plain;  ///< of those, all others
+  std::vector<std::string> off;
+};
+
+Writes WritesOf(const config::Device& device) {
+  Writes writes;
+  for (const config::Point& point : device.points) {
+    if (point.writing.allowed) {
+      const std::string rules = Rules(point);
+      writes.allowed.push_back(point.name);
+      (rules.empty() ? writes.plain : writes.ruled).push_back(point.name + rules);
+    } else if (point.access != config::Access::read) {
+      writes.off.push_back(point.name);
+    }
+  }
+  return writes;
+}
+
+}  // namespace
+
+void PrintWrites(const config::Line& line, std::ostream& out) {
+  for (const config::Device& device : line.devices) {
+    const Writes writes = WritesOf(device);
+    if (writes.allowed.empty() && writes.off.empty()) continue;
+    out << "  writes to " << device.name << ": "
+        << (writes.allowed.empty() ? "none" : ListedWithRules(writes.ruled, writes.plain));
+    if (!writes.off.empty()) {
+      out << "; " << Listed(writes.off) << " could be written: add 'write: allow', or a list of "
+          << "points, to the device";
+    }
+    out << '\n';
+  }
+}
+
+nlohmann::ordered_json WritesJson(const config::Device& device) {
+  const Writes writes = WritesOf(device);
+  return {{"allowed", writes.allowed}, {"off", writes.off}};
+}
+
+void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
+  if (!config.web.on || config.web.token_file.empty()) return;
+  const auto token = web::ReadToken(config.web.token_file);
+  // `check` may run as another user, who cannot read the token file.
+  if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
+}
+
+void PrintWeb(const config::Config& config, std::ostream& out) {
+  const config::Web& web = config.web;
+  if (!web.on) {
+    out << "web off\n";
+    return;
+  }
+  out << "web http://" << web.Place() << "/, ";
+  out << (web.token_file.empty() ? "without a token" : "with the token of " + web.token_file);
+  for (std::size_t i = 0; i < web.allow.size(); ++i) {
+    out << (i == 0 ? ", for " : ", ") << web.allow[i].text;
+  }
+  if (web.allow.empty()) out << ", for everybody who reaches it";
+  if (web.acknowledge) out << "; alarms may be acknowledged";
+  out << "\n  metrics    at most " << web::SeriesOf(config) << " series\n";
+}
+
+nlohmann::ordered_json WebJson(const config::Config& config) {
+  if (!config.web.on) return nullptr;
+  return {{"listen", config.web.Place()},
+          {"token", !config.web.token_file.empty()},
+          {"series", web::SeriesOf(config)}};
+}
+
+namespace {
+
+using config::Listener;
+using config::Route;
+using config::UnitSet;
+using config::UnitsText;
+using Rows = std::vector<UnitRow>;
+
+std::string Numbered(const std::string& word, const UnitSet& units) {
+  return word + (units.count() == 1 ? " " : "s ") + UnitsText(units);
+}
+
+void AddDevices(const config::Config& config, Rows& rows) {
+  std::map<std::uint8_t, UnitRow> by_unit;
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) {
+      if (!device.unit) continue;
+      by_unit[*device.unit] = {std::to_string(*device.unit),
+                               "device " + device.name + " on line " + line.name +
+                                   (device.enabled ? " (cached)" : " (cached, disabled)"),
+                               ""};
+    }
+  }
+  for (const auto& [unit, row] : by_unit) rows.push_back(row);
+}
+
+template <typename Predicate>
+std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predicate) {
+  std::vector<std::string> places;
+  for (const Listener& listener : modbus.listen) {
+    if (predicate(listener)) places.push_back(listener.Place());
+  }
+  return places;
+}
+
+/// Writes to unit 0 that no route names.
+std::vector<std::string> Passing(const config::Modbus& modbus) {
+  return PlacesOf(modbus, [](const Listener& listener) {
+    return listener.broadcast == Listener::Broadcast::pass;
+  });
+}
+
+/// Writes to unit 0 go to all slaves; reads of it stay the gateway's.
+bool IsBroadcast(const Route& route) {
+  return route.first == 0 && !route.remap && !route.line.empty();
+}
+
+void AddRoute(const config::Modbus& modbus, const Route& route, UnitSet units, Rows& rows) {
+  const std::string deadline = FormatDuration(route.deadline);
+  if (units[0] && IsBroadcast(route)) {
+    const bool passed = !Passing(modbus).empty();
+    rows.push_back({"0 (writes)",
+                    route.Target() + ", all slaves, never answered" +
+                        (passed ? "" : "; but no listener has broadcast: pass"),
+                    deadline});
+    units.reset(0);
+  }
+  if (units.none()) return;
+  UnitSet there;
+  for (std::size_t unit = 0; unit < units.size(); ++unit) {
+    if (units[unit]) there.set(route.SlaveOf(static_cast<std::uint8_t>(unit)));
+  }
+  const std::string word = route.line.empty() ? "unit" : "slave";
+  rows.push_back({UnitsText(units), route.Target() + ", " + Numbered(word, there), deadline});
+}
+
+template <typename Texts>
+std::string Joined(const Texts& texts) {
+  std::string joined;
+  for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
+  return joined;
+}
+
+std::vector<std::string> RoutedLines(const config::Config& config) {
+  std::vector<std::string> names;
+  for (const Route& route : config.modbus.routes) {
+    const bool is_new = std::find(names.begin(), names.end(), route.line) == names.end();
+    if (!route.line.empty() && is_new) names.push_back(route.line);
+  }
+  return names;
+}
+
+void AddBroadcasts(const config::Config& config, Rows& rows) {
+  const auto lines = RoutedLines(config);
+  const auto places = Passing(config.modbus);
+  if (lines.empty() || places.empty()) return;
+  std::string target = "all slaves of line" + std::string(lines.size() == 1 ? " " : "s ") +
+                       Joined(lines) + ", never answered";
+  if (places.size() < config.modbus.listen.size()) target += " (from " + Joined(places) + ")";
+  rows.push_back({"0 (writes)", std::move(target), ""});
+}
+
+std::string OthersGet(const config::Modbus& modbus) {
+  const auto silent = PlacesOf(
+      modbus, [](const Listener& listener) { return listener.errors == Listener::Errors::silent; });
+  if (silent.empty()) return "nothing: exception 0x0A";
+  if (silent.size() == modbus.listen.size()) return "nothing: no answer";
+  return "nothing: exception 0x0A; no answer at " + Joined(silent);
+}
+
+}  // namespace
+
+std::vector<UnitRow> UnitRows(const config::Config& config) {
+  Rows rows;
+  AddDevices(config, rows);
+  const auto reached = config::RouteUnits(config);
+  UnitSet own = UnitSet().set(0).set(255);
+  bool zero_routed = false;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    const Route& route = config.modbus.routes[i];
+    AddRoute(config.modbus, route, reached[i], rows);
+    zero_routed = zero_routed || reached[i][0];
+    UnitSet taken = reached[i];
+    if (IsBroadcast(route)) taken.reset(0);
+    own &= ~taken;
+  }
+  if (!zero_routed) AddBroadcasts(config, rows);
+  if (own.any()) {
+    rows.push_back({UnitsText(own), "the gateway itself: its status from register 9000", ""});
+  }
+  rows.push_back({"others", OthersGet(config.modbus), ""});
+  return rows;
+}
+
+void PrintRouteTable(const config::Config& config, std::ostream& out) {
+  out << "\nModbus units, in the order of matching\n";
+  config::TextTable table({"unit", "goes to", "deadline"});
+  for (const UnitRow& row : UnitRows(config)) table.Add({row.units, row.target, row.deadline});
+  table.PrintAligned(out, "  ");
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string_view Describe(config::Permit permit) {
+  switch (permit) {
+    case config::Permit::read:
+      return "reading only (functions 1-4)";
+    case config::Permit::data:
+      return "reading and writing data (functions 1-6, 15, 16)";
+    case config::Permit::all:
+      return "reading and writing (all functions)";
+  }
+  return "";
+}
+
+std::string Describe(const config::Listener& listener) {
+  std::string text = listener.Place() + ", ";
+  if (listener.is_serial()) {
+    text += listener.serial.ToString();
+    if (listener.serial.software_parity) text += " (software parity)";
+    text += ", " + std::string(Title(listener.framing)) + ", ";
+  } else {
+    text +=
+        std::string(Title(listener.framing)) + (listener.speaks_serial() ? " over TCP, " : ", ");
+  }
+  text += Describe(listener.permit);
+  if (listener.is_serial()) return text + ", for the master there";
+  return text + ", for " + Whom(listener.allow);
+}
+
+/// In the order in which they decide.
+std::string DescribePriorities(const config::Listener& listener) {
+  std::string text;
+  for (const config::FunctionPriority& rule : listener.functions) {
+    text += std::string(Name(rule.priority)) + " for functions " +
+            Joined(rule.codes, [](std::uint8_t code) { return std::to_string(code); }) + "; ";
+  }
+  for (const config::ClientPriority& rule : listener.clients) {
+    text += std::string(Name(rule.priority)) + " for " + rule.from.text + "; ";
+  }
+  return text + std::string(Name(listener.priority)) + (text.empty() ? " for all" : " for others");
+}
+
+Json ToJson(const config::Listener& listener) {
+  using config::Listener;
+  Json one = {{"at", listener.Place()}};
+  one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
+  one["framing"] = Name(listener.framing);
+  one["permit"] = Name(listener.permit);
+  one["priority"] = Name(listener.priority);
+  one["priorities"] = DescribePriorities(listener);
+  one["errors"] = listener.errors == Listener::Errors::silent ? "silent" : "exception";
+  one["broadcast"] = listener.broadcast == Listener::Broadcast::pass ? "pass" : "ignore";
+  return one;
+}
+
+}  // namespace
+
+void PrintListener(const config::Listener& listener, std::ostream& out) {
+  out << "modbus " << Describe(listener) << '\n';
+  out << "  priority   " << DescribePriorities(listener) << '\n';
+  const bool silent = listener.errors == config::Listener::Errors::silent;
+  out << "  errors     "
+      << (silent ? "silent: nothing is answered instead of 0x06, 0x0A and 0x0B"
+                 : "exceptions 0x06, 0x0A and 0x0B are answered")
+      << '\n';
+  const bool pass = listener.broadcast == config::Listener::Broadcast::pass;
+  out << "  broadcast  "
+      << (pass ? "passed to all slaves of every line with a route" : "not passed on") << '\n';
+  if (listener.is_serial()) return;
+  out << "  clients    at most " << listener.max_clients << ", closed after "
+      << FormatDuration(listener.idle_timeout) << " without a request\n";
+}
+
+Json ModbusJson(const config::Modbus& modbus) {
+  Json listeners = Json::array();
+  for (const config::Listener& listener : modbus.listen) listeners.push_back(ToJson(listener));
+  return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
+}
+
+}  // namespace baudgate

@@ -1,0 +1,97 @@
+// Status byte to outcome, quality, patience and a sentence for the log.
+// SPDX-License-Identifier: Apache-2.0
+#include "protocols/set4tm/meter/status.h"
+
+#include <algorithm>
+
+#include "gateway/base/text.h"
+
+namespace baudgate::protocols::set4tm {
+
+namespace {
+
+StatusMeaning ByCode(std::uint8_t code, bool opening) {
+  switch (code) {
+    case kOk:
+      return {};
+    case kNotAllowed:
+      return {Outcome::unsupported,
+              "this meter does not know the request; it is not asked again",
+              Quality(Quality::bad_configuration, Reason::not_fitted),
+              {}};
+    case kInternalError:
+      return {Outcome::refused, "internal error of the meter; read its status word (08 0A)",
+              Quality(Quality::bad_device_failure, Reason::device_fault), 10s};
+    case kLevelTooLow:
+      if (opening) {
+        return {Outcome::refused, "the meter refuses the password", std::nullopt, {}};
+      }
+      return {Outcome::refused,
+              "access level too low for this request; it is not asked again",
+              Quality(Quality::bad_communication, Reason::no_permission),
+              {}};
+    case kClockAlreadyCorrected:
+      return {Outcome::refused, "the clock was corrected already today", std::nullopt, {}};
+    case kChannelClosed:
+      return {Outcome::refused,
+              "channel not open, although it was just opened; is another master on the line?",
+              std::nullopt, 10s};
+    case kRepeat:
+      return {Outcome::busy, "the meter asks for the request again", std::nullopt, {}};
+    case kNotReady:
+      return {Outcome::busy,
+              "result not ready yet; the last value stays",
+              Quality(Quality::uncertain_last_usable, Reason::not_ready),
+              {}};
+    case kBusy:
+      return {Outcome::busy, "busy with a task of this kind", std::nullopt, 1s};
+    case 0x9:
+      return {Outcome::refused, "payment register overflow", std::nullopt, {}};
+    case 0xA:
+      return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
+    case kMeterSilent:
+      return {Outcome::no_reply,
+              "the communicator says that the meter does not answer",
+              std::nullopt,
+              {}};
+    default:
+      return {Outcome::refused, "not documented", std::nullopt, 10s};
+  }
+}
+
+std::string_view RemedyOf(std::uint8_t code) {
+  switch (code) {
+    case kNotAllowed:
+      return "does the profile fit this type of meter?";
+    case kInternalError:
+      return "the meter reports a fault of its own: look at its display, restart or replace it";
+    case kLevelTooLow:
+      return "set `password` to that of a higher level";
+    case kChannelClosed:
+      return "keep other programs and masters off the meter";
+    case kNotReady:
+      return "wait: the meter has just started, or it has no voltage at its inputs";
+    case kRepeat:
+    case kBusy:
+      return {};
+    case kMeterSilent:
+      return "check the meter behind the communicator";
+    default:
+      return "look it up in the manual of the meter";
+  }
+}
+
+}  // namespace
+
+StatusMeaning Explain(std::uint8_t status, bool opening) {
+  StatusMeaning meaning = ByCode(CodeOf(status), opening);
+  const Duration asked = std::chrono::seconds(status >> 4U);
+  meaning.wait = std::max(meaning.wait, asked);
+  if (meaning.outcome != Outcome::ok) {
+    meaning.reason = "status " + HexByte(status) + ": " + meaning.reason;
+    meaning.remedy = RemedyOf(CodeOf(status));
+  }
+  return meaning;
+}
+
+}  // namespace baudgate::protocols::set4tm

@@ -1,0 +1,154 @@
+// The DDS output in the status: fields, sentences and the line that people see.
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/dds/output/dds_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gateway/outputs/status/status_json.h"
+#include "gateway/tools/cli/client/status_view.h"
+#include "tests/gateway/outputs/fake_output.h"
+#include "tests/gateway/outputs/status/two_lines.h"
+
+namespace baudgate::control {
+namespace {
+
+using dds::LinkState;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+LinkState Up() {
+  LinkState state;
+  state.phase = LinkState::Phase::up;
+  state.heard = kNow.instant - 300ms;
+  state.subscribers = {.points = 3, .events = 1};
+  state.written = 1234;
+  return state;
+}
+
+LinkState Lost() {
+  LinkState state = Up();
+  state.phase = LinkState::Phase::waiting;
+  state.reason = "was ended by signal 6";
+  state.next_start = kNow.instant + 2s;
+  state.times_lost = 3;
+  state.subscribers = {};
+  return state;
+}
+
+std::string Shown(const LinkState& state, const std::string& target = {}) {
+  const config::Config config = TwoLines();
+  PointStore store(config);
+  OutputList outputs;
+  outputs.push_back(std::make_unique<FakeOutput>("dds", DdsJson(0, state, kNow.instant)));
+  const GatewayInfo info{"1.2.3", kStarted, &outputs};
+  std::optional<Target> found;
+  if (!target.empty()) found = FindTarget(config, target).value();
+  return RenderStatus(StatusJson(config, store, info, found, kNow), target, {});
+}
+
+TEST(DdsJson, Fields) {
+  EXPECT_EQ(
+      DdsJson(7, Up(), kNow.instant).dump(),
+      R"({"domain":7,"state":"up","subscribers":3,)"
+      R"("readers":{"points":3,"devices":0,"events":1,"alarms":0},"samples":1234,"refused":0,)"
+      R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
+      R"("requests":null,"events":null,"datagrams":{"let_in":0,"refused":{"not_rtps":0,"length":0,"fragment":0,)"
+      R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
+      R"("participants":0,"address":0,"endpoints":0,"secured":0,"clear_text":0,)"
+      R"("handshakes":0},"participants":0,"text":""},"advice":[]})");
+  const auto lost = DdsJson(7, Lost(), kNow.instant);
+  EXPECT_EQ(lost["state"], "waiting");
+  EXPECT_EQ(lost["heard_ms"], nullptr);
+  EXPECT_EQ(lost["next_start_ms"], 2000);
+  EXPECT_EQ(lost["last_end"], "was ended by signal 6");
+}
+
+TEST(DdsJson, OneLineWhenAllIsWell) {
+  EXPECT_THAT(Shown(Up()),
+              HasSubstr("\nDDS domain 0: 3 subscribers of points, none of devices, 1 of "
+                        "events, none of alarms, 1234 samples\n"));
+  LinkState equal = Up();
+  equal.subscribers = {3, 3, 3, 3};
+  EXPECT_THAT(Shown(equal), HasSubstr("\nDDS domain 0: 3 subscribers, 1234 samples\n"));
+  EXPECT_THAT(Shown(Up(), "bay-1"), Not(HasSubstr("DDS")));
+}
+
+TEST(DdsJson, NamesSubscribersThatCanGetNothing) {
+  LinkState state = Up();
+  state.remarks = {"10.0.0.9 was heard and cannot be answered"};
+  EXPECT_EQ(DdsJson(7, state, kNow.instant)["advice"].dump(),
+            R"(["10.0.0.9 was heard and cannot be answered"])");
+  EXPECT_THAT(Shown(state), HasSubstr("10.0.0.9 was heard and cannot be answered"));
+}
+
+LinkState Attacked(LinkState state) {
+  state.datagrams.passed = 12345;
+  state.datagrams.participants = 4;
+  state.datagrams.refused[static_cast<std::size_t>(dds::Refusal::fragment)] = 38;
+  state.datagrams.refused[static_cast<std::size_t>(dds::Refusal::parameters)] = 1;
+  return state;
+}
+
+TEST(DdsJson, WhatWasRefusedAndWhy) {
+  const auto json = DdsJson(7, Attacked(Up()), kNow.instant)["datagrams"];
+  EXPECT_EQ(json["let_in"], 12345);
+  EXPECT_EQ(json["participants"], 4);
+  EXPECT_EQ(json["refused"]["fragment"], 38);
+  EXPECT_EQ(json["refused"]["parameters"], 1);
+  EXPECT_THAT(Shown(Attacked(Up())),
+              HasSubstr(" samples\nDDS let in 12345 datagrams, refused 39: 38 fragments, a broken "
+                        "parameter list\n\n"));
+  EXPECT_THAT(Shown(Attacked(Lost())), HasSubstr("\n\nDDS let in 12345 datagrams, refused 39: "));
+  EXPECT_THAT(Shown(Up()), Not(HasSubstr("let in")));
+  LinkState peaceful = Up();
+  peaceful.datagrams.passed = 1;
+  EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
+}
+
+TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
+  EXPECT_EQ(DdsJson(7, Up(), kNow.instant)["requests"], nullptr);
+  LinkState state = Up();
+  state.requests = 1;
+  EXPECT_THAT(Shown(state), HasSubstr(" samples\nDDS took 1 write request\n"));
+  state.requests = 12;
+  state.requests_dropped = 3;
+  const auto json = DdsJson(7, state, kNow.instant)["requests"];
+  EXPECT_EQ(json["taken"], 12);
+  EXPECT_EQ(json["dropped"], 3);
+  EXPECT_THAT(Shown(Attacked(state)),
+              HasSubstr("\nDDS took 12 write requests, 3 more came too fast\nDDS let in 12345 "));
+}
+
+TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {
+  LinkState state = Up();
+  state.refused = 2;
+  EXPECT_THAT(Shown(state), HasSubstr(", 1234 samples, 2 not taken by the library\n"));
+}
+
+TEST(DdsJson, ASentenceWhenItIsNot) {
+  EXPECT_THAT(Shown(Lost()), HasSubstr("\nDDS: the process was ended by signal 6; it is started "
+                                       "again in 2.0 s (lost 3 times)\n"));
+  EXPECT_THAT(Shown(Lost()), Not(HasSubstr("DDS domain")));
+  LinkState silent = Up();
+  silent.phase = LinkState::Phase::silent;
+  silent.heard = kNow.instant - 5s;
+  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has been opening DDS for 5.0 s; "));
+  silent.opened = true;
+  EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has not read for 5.0 s\n"));
+  LinkState awaited;
+  EXPECT_THAT(Shown(awaited), HasSubstr("\nDDS: the process has not connected yet\n"));
+}
+
+TEST(DdsJson, NothingWhereItIsOff) {
+  const config::Config config = TwoLines();
+  PointStore store(config);
+  OutputList outputs;
+  outputs.push_back(std::make_unique<FakeOutput>("dds", nullptr));
+  const Json status = StatusJson(config, store, {"1.2.3", kStarted, &outputs}, std::nullopt, kNow);
+  EXPECT_EQ(status.at("dds"), nullptr);
+  EXPECT_THAT(RenderStatus(status, {}, {}), Not(HasSubstr("DDS")));
+}
+
+}  // namespace
+}  // namespace baudgate::control
