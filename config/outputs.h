@@ -1,5 +1,5 @@
-// The sections gateway, modbus and dds: the gateway's name, whom it serves, and where it passes
-// Modbus requests on. YAML nodes come from config/loader; structs go to config::Config.
+// The sections gateway, modbus, dds and web: the gateway's name, whom it serves, and where it
+// passes Modbus requests on. YAML nodes come from config/loader; structs go to config::Config.
 // ReadDdsPeers, ReadDdsSecurity and ReadWeb read sections of their own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -16,12 +16,12 @@
 namespace baudgate::config {
 
 // Who is asked beside the multicast group, or in its place: `dds: { peers, discovery_servers,
-// multicast }`. YAML nodes come from config/outputs.
+// multicast }`.
 
 /// After `interfaces`, which must reach what stands here.
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems);
 
-// `dds: { security: … }`: a folder, or the files one by one. YAML nodes come from config/outputs.
+// `dds: { security: … }`: a folder, or the files one by one.
 
 /// Paths come out absolute. The files are not looked at: what is wrong with them is a state of the
 /// gateway, and for `baudgate check` to say.

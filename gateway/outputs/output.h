@@ -7,8 +7,9 @@
 //   at the stop     StopRequests for each; when the lines have ended, Stop for each
 //   at any time     Section for the status document, Metrics for /metrics
 //
-// A new output is a folder beside this file, a reader of its configuration and one line in the
-// list.
+// A new output is a folder beside this file, which docs/modules.txt names; its configuration
+// (config/model/outputs.h, config/model/config.h) with a reader (config/outputs.cpp); and one line
+// in the list. docs/architecture.md, "Where is it?", says where outputs are named.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -70,8 +70,8 @@ class DeviceStates {
 };
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
-// much line time they took. Shown in the point store. Driven by gateway/bus/poller/poller.cpp and
-// its parts.
+// much line time they took. Shown in the point store. Driven by Upkeep, EffectApplier and the
+// phases of a job.
 class DeviceAccounts {
  public:
   /// All references outlive it.

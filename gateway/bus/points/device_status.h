@@ -1,5 +1,5 @@
 // What the gateway knows of a device apart from its values: state, counters, round trips.
-// Written by gateway/bus/poller/poller.cpp, held by gateway/bus/points/point_store.h, shown by
+// Written by gateway/bus/counters/ledger.cpp, held by gateway/bus/points/point_store.h, shown by
 // every output. FailureRuns and LastHour are parts of DeviceStatus: runs of unanswered exchanges,
 // and the last hour in minutes.
 // SPDX-License-Identifier: Apache-2.0

@@ -30,14 +30,13 @@
 
 namespace baudgate {
 
-// One exchange, for the parts of the poller that learn from it.
-
 /// The most tries beyond `retries`. Example: a server that is three replies late gives the fourth
 /// try the reply to the first, and one more try makes up for a lost one.
 inline constexpr int kMostTriesMore = 4;
 /// The most probes in a row that find out by how many replies a device lags.
 inline constexpr int kMostProbesMore = 16;
 
+/// One exchange, for the parts of the poller that learn from it.
 struct Asked {
   const Member* member = nullptr;
   const Request* request = nullptr;

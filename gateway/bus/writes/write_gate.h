@@ -1,15 +1,14 @@
-// Every write to points passes here: from Modbus clients, the command line and DDS. Routed writes
-// do not: only the listener's `permit` holds for them
+// Every write to points passes here: from Modbus clients, the command line, DDS and the correction
+// of clocks. Routed writes do not: only the listener's `permit` holds for them
 // (gateway/outputs/modbus/service/client_requests.cpp). The rules, in this order, before anything
 // is sent:
 //
 //   may the point be written?            read_only     rw in the profile and `write: allow`
 //   may it have this value?              value         type, min, max, step
 //   was it selected?                     not_selected  where `select: yes` stands
-//   does another point forbid it?        locked        allow_when, min and max that name a point
-//   and
-//                                                      are not known (beyond them: value); checked
-//                                                      again when it is sent
+//   does another point forbid it?        locked        allow_when; min and max that name a point
+//                                                      whose value is not known (beyond a known
+//                                                      one: value); asked again before sending
 //   is there room in the line's queue?   busy
 //
 // That is the order of what is reported. A selection is taken before anything else, so it is used

@@ -4,7 +4,7 @@
 //
 //   WriteLog   the interface for writers of records   AuditSource    for readers of its state
 //   AuditLog   this: the thread and the lock          AuditedWrites  the sink before the lines
-//   AuditBook  records that are not in the file yet   Repeats        folds equal denials
+//   AuditBook  records that are not in the file yet   Repeats        folds equal records
 //   AuditFile  opens the file, WriteTable its rows    Witness        records a routed write
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,6 +1,6 @@
 // How a value looks in 16-bit registers or in a bit, and what stands there when it cannot be
-// trusted. Pure. Values come from the point store (register_contents.cpp) or from a client
-// (ConvertWrites). ConvertWrites gives what a client's registers mean.
+// trusted. Pure. Values come from the point store (register_contents.cpp) or from a
+// client: ConvertWrites gives what its registers mean.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -51,7 +51,7 @@ class ClientSession final : public ClientPoll::Client,
     ~Owner() = default;
   };
 
-  /// Owns `socket`, which is connected and non-blocking. Clients, listener, points and owner
+  /// Owns `socket`, which is connected and non-blocking. Clients, listener, `shared` and owner
   /// outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
@@ -60,7 +60,7 @@ class ClientSession final : public ClientPoll::Client,
   void Start();
   void Close();
   /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
-  /// requests whose deadline has passed, if the service has not done so.
+  /// requests whose deadline has passed, if the line has not done so.
   void Sweep(const Now& now);
   /// When Sweep has a request to answer. Empty: no request waits.
   std::optional<Instant> Deadline() const { return requests_.Deadline(); }

@@ -62,7 +62,7 @@ class PassedSockets {
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
-  /// Points outlive the listener until Stop.
+  /// `shared` outlives the listener until Stop.
   Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
   /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one

@@ -29,8 +29,6 @@
 
 namespace baudgate::modbus {
 
-// What a reload leaves of the listeners and routes that run: the composition root says so, and
-// ModbusServer acts on it.
 class Listener;
 class SerialListener;
 
@@ -52,6 +50,8 @@ struct ListenerOrigin {
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
+/// What a reload leaves of the listeners and routes that run: ModbusOutput says so, and
+/// ModbusServer acts on it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;

@@ -32,11 +32,13 @@ struct RoutedReport {
 /// On the server's thread; returns at once.
 using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
-/// What routes and RTU clients need beside the store; all of it outlives the server.
+/// What routes, RTU clients, events and alarms need beside the store; all of it outlives the
+/// server.
 struct ModbusLinks {
   std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
   Frames frames{};                  ///< of clients that speak as on a serial line
-  audit::WriteLog* writes = nullptr;  ///< of routed writes; null: they are not recorded
+  /// Of routed writes and acknowledgements; null: they are not recorded.
+  audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
   events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
   OnRoutedReport routed{};                            ///< may be null

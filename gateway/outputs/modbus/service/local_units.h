@@ -124,10 +124,6 @@ class UnitReader {
   std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
 };
 
-// Writes to the units that the gateway answers itself. By the register a write is for points, the
-// selection of a point, the acknowledgement of alarms, or the first event that is shown. On the
-// server's thread.
-
 /// A client that waits for its write.
 struct Asker {
   Writer writer{};
@@ -135,6 +131,9 @@ struct Asker {
   std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
 };
 
+/// Writes to the units that the gateway answers itself. By the register a write is for points, the
+/// selection of a point, the acknowledgement of alarms, or the first event that is shown. On the
+/// server's thread.
 class UnitWriter {
  public:
   using Done = std::function<void(const WriteResult&)>;

@@ -5,18 +5,19 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 #include <unistd.h>
-#include <zlib.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -32,84 +33,76 @@ namespace baudgate {
 
 namespace {
 
-constexpr std::size_t kBlock = 512;
-constexpr std::size_t kLongestName = 90;  // of 100 in a header
+constexpr const char* kFolder = "baudgate-support";  // in the archive
 
-std::string SafeName(std::string_view name) {
-  std::string safe(name.substr(0, kLongestName));
-  for (char& c : safe) {
-    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       std::string_view(".-_/").find(c) != std::string_view::npos;
-    if (!plain) c = '_';
-  }
-  return safe;
-}
-
-/// A header of ustar: fields at fixed places, numbers in octal.
-std::string HeaderOf(const std::string& name, std::size_t size, WallTime at) {
-  std::string header(kBlock, '\0');
-  const auto put = [&header](std::size_t place, const std::string& text) {
-    header.replace(place, text.size(), text);
-  };
-  put(0, name.substr(0, kLongestName));
-  put(100, "0000600");  // mode
-  put(108, "0000000");  // owner
-  put(116, "0000000");  // group
-  put(124, fmt::format("{:011o}", size));
-  put(136, fmt::format("{:011o}", std::max<std::int64_t>(0, at.time_since_epoch() / 1s)));
-  put(148, "        ");  // in place of the checksum
-  put(156, "0");         // a file
-  put(257, "ustar");
-  put(263, "00");
-  unsigned sum = 0;
-  for (const char c : header) sum += static_cast<unsigned char>(c);
-  put(148, fmt::format("{:06o}", sum) + std::string(1, '\0') + " ");
-  return header;
-}
-
-}  // namespace
-
-Archive::Archive(std::string folder, WallTime at) : folder_(std::move(folder)), at_(at) {}
-
-void Archive::Add(std::string_view name, std::string_view content) {
-  tar_ += HeaderOf(SafeName(folder_ + "/" + std::string(name)), content.size(), at_);
-  tar_ += content;
-  tar_.append((kBlock - content.size() % kBlock) % kBlock, '\0');
-}
-
-Result<std::string> Archive::Packed() const {
-  constexpr int kWithGzipHeader = 15 + 16;
-  constexpr int kMemory = 8;
-  std::string plain = tar_ + std::string(2 * kBlock, '\0');  // the end of a tar
-  z_stream stream{};
-  if (::deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kWithGzipHeader, kMemory,
-                     Z_DEFAULT_STRATEGY) != Z_OK) {
-    return Error{"there is no memory to pack it"};
-  }
-  std::string packed(::deflateBound(&stream, static_cast<uLong>(plain.size())), '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(plain.data());
-  stream.avail_in = static_cast<uInt>(plain.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  const int code = ::deflate(&stream, Z_FINISH);
-  packed.resize(stream.total_out);
-  ::deflateEnd(&stream);
-  if (code != Z_STREAM_END) return Error{"it cannot be packed"};
-  return packed;
-}
-
-Result<std::string> SystemLog() {
-  constexpr const char* kCommand =
-      "journalctl --quiet --no-pager --utc --output=short-iso-precise --lines=5000 "
-      "--unit=baudgate --unit=baudgate-dds 2>/dev/null";
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(kCommand, "r"), ::pclose);
-  if (!pipe) return Error{"journalctl cannot be started"};
+/// What a program writes to its standard output; empty: it cannot be started.
+std::optional<std::string> OutputOf(const std::string& command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
+  if (!pipe) return std::nullopt;
   std::string text;
   std::array<char, 65536> chunk{};
   while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), pipe.get())) {
     text.append(chunk.data(), count);
   }
-  if (!text.empty()) return text;
+  return text;
+}
+
+/// The files of a bundle: in a folder that only its owner may read, until tar(1) has packed them.
+class Archive {
+ public:
+  /// `at`: the time of every file.
+  explicit Archive(WallTime at) : at_(at) {
+    std::error_code gone;
+    std::string path = (std::filesystem::temp_directory_path(gone) / "baudgate-XXXXXX").string();
+    if (!gone && ::mkdtemp(path.data()) != nullptr) folder_ = path;
+  }
+  ~Archive() {
+    std::error_code gone;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, gone);
+  }
+  Archive(const Archive&) = delete;
+  Archive& operator=(const Archive&) = delete;
+
+  /// In `name` characters other than letters, digits, '.', '-', '_' and '/' become '_', and so does
+  /// a '.' before another one.
+  void Add(std::string name, const std::string& content) {
+    for (char& c : name) {
+      const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
+                         (c >= 'A' && c <= 'Z') ||
+                         std::string_view(".-_/").find(c) != std::string_view::npos;
+      if (!plain) c = '_';
+    }
+    for (auto at = name.find(".."); at != std::string::npos; at = name.find("..")) name[at] = '_';
+    const std::filesystem::path file = folder_ / kFolder / name;
+    std::error_code failed;
+    std::filesystem::create_directories(file.parent_path(), failed);
+    whole_ = (std::ofstream(file) << content).flush().good() && whole_;
+  }
+  Result<std::string> Packed() const {
+    if (folder_.empty() || !whole_) return Error{"there is no place for it in a temporary folder"};
+    const auto packed = OutputOf(fmt::format(
+        "tar --create --gzip --sort=name --owner=root:0 --group=root:0 --mode=u=rwX,go= "
+        "--mtime=@{} --directory='{}' {}",
+        at_.time_since_epoch() / 1s, folder_.string(), kFolder));
+    if (!packed || packed->empty()) return Error{"tar cannot pack it"};
+    return *packed;
+  }
+
+ private:
+  const WallTime at_;
+  std::filesystem::path folder_;
+  bool whole_ = true;
+};
+
+}  // namespace
+
+Result<std::string> SystemLog() {
+  constexpr const char* kCommand =
+      "journalctl --quiet --no-pager --utc --output=short-iso-precise --lines=5000 "
+      "--unit=baudgate --unit=baudgate-dds 2>/dev/null";
+  const auto text = OutputOf(kCommand);
+  if (!text) return Error{"journalctl cannot be started"};
+  if (!text->empty()) return *text;
   return Error{
       "journalctl has no line of the service: it is not installed, the gateway is not run by "
       "systemd, or you may not read its journal (group adm or systemd-journal, or sudo)"};
@@ -140,7 +133,7 @@ std::string SystemText() {
 class Bundle {
  public:
   Bundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now)
-      : options_(options), catalog_(catalog), now_(now), archive_("baudgate-support", now) {}
+      : options_(options), catalog_(catalog), now_(now), archive_(now) {}
 
   void Fill() {
     AddGateway();

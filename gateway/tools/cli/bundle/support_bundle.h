@@ -1,38 +1,18 @@
 // `baudgate support-bundle`: status, traces, log, configuration and versions in one archive for a
 // bug report; no secret is in it. Without a running gateway it has less, and says what is missing.
-// Archive is the tar.gz, and SystemLog the log of the service.
+// SystemLog is the log of the service.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>
 #include <ostream>
 #include <string>
-#include <string_view>
 
 #include "config/catalog/catalog.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
 namespace baudgate {
-
-// A tar.gz in memory: POSIX ustar, packed by zlib.
-class Archive {
- public:
-  /// `folder`: in front of every name; `at`: the time of every file.
-  Archive(std::string folder, WallTime at);
-
-  /// A file that its owner may read and write. Characters of `name` other than letters, digits,
-  /// '.',
-  /// '-', '_' and '/' become '_', and what is longer than 90 is cut.
-  void Add(std::string_view name, std::string_view content);
-  /// All of it, packed.
-  Result<std::string> Packed() const;
-
- private:
-  const std::string folder_;
-  const WallTime at_;
-  std::string tar_;
-};
 
 // The log of the service, as systemd keeps it.
 

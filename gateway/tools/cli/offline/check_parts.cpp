@@ -287,7 +287,7 @@ void AddRoute(const config::Modbus& modbus, const Route& route, UnitSet units, R
 }
 
 template <typename Texts>
-std::string Joined(const Texts& texts) {
+std::string ListOf(const Texts& texts) {
   std::string joined;
   for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
   return joined;
@@ -307,8 +307,8 @@ void AddBroadcasts(const config::Config& config, Rows& rows) {
   const auto places = Passing(config.modbus);
   if (lines.empty() || places.empty()) return;
   std::string target = "all slaves of line" + std::string(lines.size() == 1 ? " " : "s ") +
-                       Joined(lines) + ", never answered";
-  if (places.size() < config.modbus.listen.size()) target += " (from " + Joined(places) + ")";
+                       ListOf(lines) + ", never answered";
+  if (places.size() < config.modbus.listen.size()) target += " (from " + ListOf(places) + ")";
   rows.push_back({"0 (writes)", std::move(target), ""});
 }
 
@@ -317,7 +317,7 @@ std::string OthersGet(const config::Modbus& modbus) {
       modbus, [](const Listener& listener) { return listener.errors == Listener::Errors::silent; });
   if (silent.empty()) return "nothing: exception 0x0A";
   if (silent.size() == modbus.listen.size()) return "nothing: no answer";
-  return "nothing: exception 0x0A; no answer at " + Joined(silent);
+  return "nothing: exception 0x0A; no answer at " + ListOf(silent);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ bool Continues(const Capture& capture, const TraceLine& piece) {
 }
 
 /// A request that was sent; its reply follows.
-Capture Begun(const TraceLine& marked, int number, const MaskedHex& hex) {
+Capture Begun(const TraceLine& marked, int number, const ParsedHex& hex) {
   Capture capture;
   capture.line = number;
   capture.request = hex.bytes;
@@ -37,7 +37,7 @@ Capture Begun(const TraceLine& marked, int number, const MaskedHex& hex) {
 }
 
 /// Bytes that came unasked.
-Capture Heard(const TraceLine& marked, int number, const MaskedHex& hex) {
+Capture Heard(const TraceLine& marked, int number, const ParsedHex& hex) {
   return {.unasked = true,
           .line = number,
           .reply = hex.bytes,

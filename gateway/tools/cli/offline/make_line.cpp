@@ -46,7 +46,7 @@ void SetOption(const std::string& setting, const Protocol& protocol, config::Opt
     if (!value) return problems.Error(kCommandLine, "--set: " + key + ": " + value.error());
     config::Options given;
     given.Set(key, std::move(*value));
-    return Override(options, given);
+    return config::Override(options, given);
   }
   problems.Error(kCommandLine, "--set: unknown key " + problems.ShownKey(key) + ";" +
                                    config::DidYouMean(key, names) +

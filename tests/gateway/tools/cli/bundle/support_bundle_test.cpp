@@ -5,11 +5,13 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "tests/gateway/outputs/control/fixture.h"
-#include "tests/gateway/tools/cli/bundle/unpacked.h"
 
 namespace baudgate::control {
 namespace {
@@ -29,9 +31,19 @@ class BundleTest : public ControlTest {
   }
   int Run() { return RunSupportBundle(options_, {}, kNow.wall, out_, err_); }
   std::map<std::string, std::string> Files() const {
-    std::ostringstream packed;
-    packed << std::ifstream(options_.file, std::ios::binary).rdbuf();
-    return Unpacked(packed.str());
+    const auto into = directory_ / "unpacked";
+    std::filesystem::create_directory(into);
+    const std::string unpack =
+        "tar --extract --gzip --file='" + options_.file + "' --directory='" + into.string() + "'";
+    EXPECT_EQ(std::system(unpack.c_str()), 0);
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(into)) {
+      if (!entry.is_regular_file()) continue;
+      std::ostringstream content;
+      content << std::ifstream(entry.path(), std::ios::binary).rdbuf();
+      files[std::filesystem::relative(entry.path(), into).string()] = content.str();
+    }
+    return files;
   }
 
   BundleOptions options_;
