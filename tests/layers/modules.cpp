@@ -7,8 +7,11 @@
 namespace baudgate::layers {
 namespace {
 
-const Entry* Find(const std::vector<Entry>& table, std::string_view name) {
-  const auto found = std::ranges::find(table, name, &Entry::name);
+/// A layer and a module may have the same name.
+const Entry* Find(const std::vector<Entry>& table, std::string_view name, bool is_layer) {
+  const auto found = std::ranges::find_if(table, [&](const Entry& entry) {
+    return entry.name == name && entry.layer.empty() == is_layer;
+  });
   return found == table.end() ? nullptr : &*found;
 }
 
@@ -56,14 +59,14 @@ std::vector<std::string> WrongIncludes(const std::vector<Entry>& table, const st
                                        std::string_view source,
                                        std::map<std::string, std::set<std::string>>* used) {
   const std::string own = FolderOf(path);
-  const Entry* module = Find(table, own);
+  const Entry* module = Find(table, own, false);
   if (module == nullptr) return {path + ": " + own + " is not in docs/modules.txt"};
-  const Entry* layer = Find(table, module->layer);
+  const Entry* layer = Find(table, module->layer, true);
   std::vector<std::string> wrong;
   for (const Include& include : IncludesOf(source)) {
     const std::string folder = FolderOf(include.header);
     if (folder == own) continue;
-    const Entry* other = Find(table, folder);
+    const Entry* other = Find(table, folder, false);
     const bool near = other != nullptr && other->layer == module->layer;
     const Entry* by = near ? module : layer;
     const std::string wanted = near || other == nullptr ? folder : other->layer;
@@ -71,7 +74,7 @@ std::vector<std::string> WrongIncludes(const std::vector<Entry>& table, const st
       wrong.push_back(path + ":" + std::to_string(include.line) + ": " + own + " may not include " +
                       include.header);
     } else if (used != nullptr) {
-      (*used)[by->name].insert(wanted);
+      (*used)[by->layer + "|" + by->name].insert(wanted);
     }
   }
   return wrong;

@@ -32,7 +32,7 @@ std::string FolderOf(std::string_view path);
 
 /// One sentence for each include of `path` that its module may not have:
 /// "gateway/bus/exchange/line.cpp:12: gateway/bus/exchange may not include gateway/lines/lines.h".
-/// What `path` uses of the table is added to `used`: entry → names in its `may`.
+/// What `path` uses of the table is added to `used`: "LAYER|NAME" of an entry → names in its `may`.
 std::vector<std::string> WrongIncludes(
     const std::vector<Entry>& table, const std::string& path, std::string_view source,
     std::map<std::string, std::set<std::string>>* used = nullptr);

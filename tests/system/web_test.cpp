@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <asio/ip/address_v4.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "tests/gateway/outputs/web/http_client.h"
 #include "tests/system/reload_fixture.h"
+#include "transports/listen_socket.h"
 
 namespace baudgate::system_test {
 namespace {
@@ -108,7 +110,9 @@ TEST_F(Web, ComesMovesAndGoesByReload) {
 }
 
 TEST_F(Web, APortThatIsTakenIsSaidBeforeAnythingIsAsked) {
-  web_ = port();
+  const auto other = ListenSocket::Open({asio::ip::address_v4::loopback(), 0}, "");
+  ASSERT_TRUE(other) << other.error();
+  web_ = other->port();
   Write("baudgate.yaml", WithWeb());
   const Finished run = Command({"run", "--config", file().string()});
   EXPECT_EQ(run.code, 4);

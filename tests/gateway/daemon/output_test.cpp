@@ -61,6 +61,7 @@ class RememberingOutput final : public Output {
   }
   std::vector<std::string> Apply(const Configuration& config, std::unique_ptr<Prepared>) override {
     Count(*config, "apply");
+    feed_->Wake();
     return {};
   }
   void StopRequests() override { Call("stop requests"); }
@@ -86,19 +87,25 @@ class RememberingOutput final : public Output {
     seen_.Note([&] { seen_.devices = devices; });
     Call(what);
   }
+  /// All points as they are; then each as it changes.
   void Run(const std::stop_token& stop) {
+    std::uint32_t known = 0;
     Changes changes;
     while (!stop.stop_requested()) {
+      for (; known < store_.device_count(); ++known) Take(known);
       feed_->Drain(ReadClocks().instant + 1s, changes);
-      for (const PointRef& at : changes.points) {
-        store_.Read(at.device, [&](const DeviceRecord& record) {
-          const Quality quality = QualityAt(record, at.point, ReadClocks().instant);
-          std::string sample = record.device->name + " " + record.device->points[at.point].name +
-                               " " + std::to_string(quality.word());
-          seen_.Note([&] { seen_.samples.push_back(std::move(sample)); });
-        });
-      }
+      for (const PointRef& at : changes.points) Take(at.device);
     }
+  }
+  void Take(std::uint32_t device) {
+    store_.Read(device, [&](const DeviceRecord& record) {
+      for (std::size_t point = 0; point < record.points.size(); ++point) {
+        const Quality quality = QualityAt(record, point, ReadClocks().instant);
+        std::string sample = record.device->name + " " + record.device->points[point].name + " " +
+                             std::to_string(quality.word());
+        seen_.Note([&] { seen_.samples.push_back(std::move(sample)); });
+      }
+    });
   }
 
   PointStore& store_;
