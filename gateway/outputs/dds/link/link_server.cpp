@@ -15,7 +15,7 @@ constexpr Duration kAcknowledgeTime = 250ms;
 constexpr Duration kEventRetry = 1s;
 // Time for the programs of subscribers to take samples. Their DDS library acknowledges a sample
 // before the program takes it, and drops samples that are not taken when the writer leaves.
-constexpr Duration kTakingTime = 100ms;
+constexpr Duration kTakingTime = 200ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
 // Leave publishes at the usual pace of samples. A faster burst could overflow the socket of a
 // subscriber, and to send the lost samples again would take longer than Leave waits.
