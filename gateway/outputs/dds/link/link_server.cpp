@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_server.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "gateway/base/value.h"
@@ -11,21 +12,30 @@ namespace {
 
 constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
-constexpr Duration kAcknowledgeTime = 250ms;
+// What a subscriber has lost comes again with the heartbeats, 100 ms apart: this is time for five.
+constexpr Duration kAcknowledgeTime = 500ms;
 constexpr Duration kEventRetry = 1s;
 // Time for the programs of subscribers to take samples. Their DDS library acknowledges a sample
 // before the program takes it, and drops samples that are not taken when the writer leaves.
 constexpr Duration kTakingTime = 200ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
-// Leave publishes at the usual pace of samples. A faster burst could overflow the socket of a
-// subscriber, and to send the lost samples again would take longer than Leave waits.
-constexpr Duration kEndInterval = 50us;
-constexpr std::uint32_t kEndBurst = 100;
+// Leave publishes slowly while there is time: a burst overflows the socket of a subscriber that
+// waits for the processor, and sending the lost samples again may take longer than Leave waits.
+// 1,000 points take 0.2 s; from 12,000 on the pace is the usual one.
+constexpr Duration kTellingTime = 600ms;
+constexpr Duration kShortestInterval = 50us;
+constexpr Duration kLongestInterval = 200us;
+constexpr std::uint32_t kEndBurst = 20;
+
+Pacer PacerOfEnds(std::size_t points) {
+  const auto each = kTellingTime / static_cast<std::int64_t>(std::max<std::size_t>(points, 1));
+  return {std::clamp<Duration>(each, kShortestInterval, kLongestInterval), kEndBurst};
+}
 
 }  // namespace
 
 LinkServer::LinkServer(MakeWriter make, std::function<void()> wake)
-    : make_(std::move(make)), requests_(std::move(wake)), end_pacer_(kEndInterval, kEndBurst) {}
+    : make_(std::move(make)), requests_(std::move(wake)) {}
 
 Status LinkServer::Take(View packet) {
   const auto message = ParseLink(packet);
@@ -95,9 +105,12 @@ void LinkServer::Remember(View body) {
 
 std::optional<Instant> LinkServer::Leave(Instant now) {
   if (!writer_) return std::nullopt;
-  if (!leave_by_) leave_by_ = now + kEndTime;
+  if (!leave_by_) {
+    leave_by_ = now + kEndTime;
+    end_pacer_ = PacerOfEnds(latest_.size());
+  }
   while (!latest_.empty() && now < *leave_by_) {
-    if (!end_pacer_.Take(now)) return end_pacer_.ReadyAt();
+    if (!end_pacer_->Take(now)) return end_pacer_->ReadyAt();
     Decode(latest_.begin()->second, point_);
     point_.quality = Quality(Quality::bad_not_connected).word();
     writer_->Write(point_);

@@ -34,7 +34,7 @@ class LinkServer {
   bool ended() const { return ended_; }
   /// Ends publishing after the daemon has ended or is gone. Publishes the latest sample of each
   /// point once more with quality bad_not_connected, unless it has that quality already, for at
-  /// most kEndTime. Then waits at most 450 ms for subscribers and destroys the writers. Returns
+  /// most kEndTime. Then waits at most 700 ms for subscribers and destroys the writers. Returns
   /// when to call it again; empty: finished.
   std::optional<Instant> Leave(Instant now);
 
@@ -58,7 +58,7 @@ class LinkServer {
   /// The latest sample of each point, encoded, by device and point. A point whose latest sample has
   /// the quality bad_not_connected has no entry: Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
-  Pacer end_pacer_;
+  std::optional<Pacer> end_pacer_;  // since Leave
   std::optional<Instant> leave_by_;
   bool acknowledged_ = false;  ///< subscribers have been waited for
   std::optional<Instant> closes_at_;

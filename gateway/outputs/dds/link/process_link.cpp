@@ -100,7 +100,7 @@ namespace {
 
 // The process tells the ends of the points, gives subscribers 200 ms to take them, and deletes its
 // participant and writers.
-constexpr Duration kGoodbye = kEndTime + 450ms;
+constexpr Duration kGoodbye = kEndTime + 700ms;
 constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
 
 }  // namespace
