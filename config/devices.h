@@ -1,5 +1,6 @@
-// One device of a line: its own keys, over those of its profile, over what its line and protocol
-// say. YAML nodes come from config/lines. ApplyRatios applies `ratios` to the points.
+// ReadDevice reads one device of a line. Its own keys win over its profile, and its profile wins
+// over its line and protocol. YAML nodes come from config/lines.cpp. ApplyRatios applies `ratios`
+// to the points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

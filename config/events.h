@@ -8,7 +8,8 @@
 //     - { channel: 2, code: 1, text: "…" }          of one channel; state: message if not said
 //     - { code: 3, state: on, text: "…", alarm: high, until: 4 }
 //
-// ReadEventAlarms reads the keys for alarms, and ReadPointEvents the key `events:` of a point.
+// ReadAlarmSetting reads the key `alarms:`, ReadEventAlarms the key `event_alarms:`, and
+// ReadPointEvents the key `events:` of a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

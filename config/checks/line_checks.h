@@ -56,7 +56,7 @@ void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& key
               Problems& problems);
 
 // Whether the port of a line may be passed on over the network, and to whom. Structs come from
-// config/port_server; what is wrong goes to Problems.
+// config/lines.h; what is wrong goes to Problems.
 
 /// Reports clients beyond loopback: an error without `allow`, a warning with it. `key`:
 /// "serial_server" or "lend".

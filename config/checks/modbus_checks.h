@@ -1,5 +1,5 @@
-// Units and registers in messages: "7", "33…40". CheckListener checks listeners, and CheckRoutes
-// checks routes.
+// RangeText gives units and registers for messages: "7", "33…40". CheckListener checks listeners,
+// and CheckRoutes checks routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // What happens at a point and is kept, and what of it is an alarm: the key `events:` of a point.
-// EventText says what an event of a device means, and AlarmSetting which alarms the gateway raises
-// itself.
+// EventText says what an event of a device means. AlarmSetting gives the priority and the delay of
+// the alarms that the gateway raises itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
-// The options of one device or line, as its protocol declares them (protocols/protocol.h). Traits
-// are the particulars of a protocol that other parts need.
+// The options of one device or line, as its protocol declares them (protocols/protocol.h).
+// Description is a part of a file that only the protocol understands, and Traits are the
+// particulars of a protocol that other parts need.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

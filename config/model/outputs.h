@@ -1,5 +1,5 @@
-// The outputs of the gateway: Modbus TCP and DDS. Listener and Route belong to Modbus, DdsSecurity
-// to Dds, and Web is the web page.
+// The outputs of the gateway: Modbus on TCP and serial ports, DDS, and the web page. Listener and
+// Route belong to Modbus, DdsSecurity to Dds, and Web is the web page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

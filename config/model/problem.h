@@ -1,6 +1,6 @@
 // What is wrong with a configuration, and where: gathered while files are read, shown all at once.
-// Written by the readers of config/, printed by gateway/tools/cli/check. Mark is where something
-// stands in its file.
+// Written by the readers of config/, printed by gateway/tools/cli/offline/check.h. Mark is where
+// something stands in its file, and Keys where the keys of one map stand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

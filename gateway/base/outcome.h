@@ -1,5 +1,5 @@
-// How an exchange ended. The order and spelling are a public contract: registers, JSON, logs, DDS.
-// WriteResult is the result of a write.
+// Outcome says how an exchange ended, WriteEnd and WriteResult how a write ended. The order and
+// spelling of the words are a public contract: registers, JSON, logs, DDS.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,6 @@
-// Names the cause and the cure of a failed system call in words for users. NameOfUser names a user,
-// and FindHolders finds the programs that have a serial port open.
+// SystemTrouble names the cause and the cure of a failed system call in words for users. NoFileLeft
+// and MostFileBytes tell limits of this process, and NameOfUser names a user. FindHolders and
+// NameHolders find the programs that have a serial port open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

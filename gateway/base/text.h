@@ -1,5 +1,5 @@
-// Text forms that exist once: hex, numbers (locale-free), splitting and trimming. Nearest finds the
-// known word that a misspelt one was meant to be.
+// Functions for text: hex, numbers, UTF-8, patterns, quoting, splitting and trimming. None uses the
+// locale. Nearest finds the known word that a misspelt one was meant to be.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

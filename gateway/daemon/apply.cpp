@@ -135,13 +135,17 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     Restore(manual[line->name], dispatcher, *line, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
-  ApplyHistory(*before);
+  // Points of the history are numbers, too: nobody reads it with numbers of another configuration.
+  const bool renews = before->history.on() || running->history.on();
+  if (renews) SetHistory(nullptr);
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     for (std::string& trouble : outputs[i]->Apply(running, std::move(prepared[i]))) {
       missing.push_back(std::move(trouble));
     }
   }
+  if (renews) records.RenewHistory(running, store);
+  SetHistory(records.history());
   lines.Start();
   if (EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
@@ -150,16 +154,8 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   return missing;
 }
 
-/// Points of the history are numbers, too. A reader meanwhile goes on with what it has.
-void Daemon::Impl::ApplyHistory(const config::Config& before) {
-  const auto set = [this](const std::shared_ptr<const history::HistorySource>& history) {
-    for (const auto& output : outputs) output->SetHistory(running, history);
-  };
-  if (before.history.on() || running->history.on()) {
-    set(nullptr);
-    records.RenewHistory(running, store);
-  }
-  set(records.history());
+void Daemon::Impl::SetHistory(const std::shared_ptr<const history::HistorySource>& history) {
+  for (const auto& output : outputs) output->SetHistory(running, history);
 }
 
 reload::Healths Daemon::Impl::Healths() const {

@@ -36,6 +36,8 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
+  // Before anything opens files: each line has some.
+  modbus::RaiseDescriptorLimit(modbus::DescriptorNeedsOf(impl_->config).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
   impl_->MakeOutputs();
@@ -205,6 +207,8 @@ void Daemon::Impl::EndLines() {
 
 // ---------------------------------------------------------------- outputs
 
+/// Modbus stands before DDS, because its port is the one that is taken when a gateway is started
+/// twice: the second gateway must not publish, and then end, the points of the first.
 void Daemon::Impl::MakeOutputs() {
   outputs.push_back(MakeControl());
   outputs.push_back(MakeWeb());
@@ -222,6 +226,7 @@ Status Daemon::Impl::OpenOutputs() {
 
 Status Daemon::Impl::BeginOutputs() {
   for (const auto& output : outputs) {
+    output->SetHistory(running, records.history());
     if (Status status = output->Begin(running); !status) return status;
     if (auto* const loop = output->loop()) lines.Watch(std::string(output->name()), *loop);
   }

@@ -54,7 +54,8 @@ struct Daemon::Impl {
   /// `own` null: on a shared thread, because the system has none left.
   void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
   reload::Healths Healths() const;
-  void ApplyHistory(const config::Config& before);
+  /// For all outputs, and with the configuration that runs.
+  void SetHistory(const std::shared_ptr<const history::HistorySource>& history);
   void SetReload(ReloadOptions options);
 
   /// Raises the limit of file descriptors. Returns which part of each listener's max_clients may

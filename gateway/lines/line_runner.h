@@ -1,8 +1,8 @@
 // Runs one line for real on an event loop that it may share with other lines: joins a transport and
 // the clocks with the parts of the line, which hold the rules. On a shared loop
 // nothing here blocks; a local serial port, whose driver may, gets a loop of its own (lines.h).
-// LineParts holds the parts, LineServers serves the port over the network, and LineSlot keeps the
-// number of a line over reloads.
+// LineParts holds the parts, LineServers serves the port over the network, and LineSlot is the
+// place of a line, which stays over reloads although the line may go.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,8 +1,11 @@
-// When a connection has proven that it works. A local port does so by opening; a server may take
-// the connection although it is in use by another client, and say so or close it.
+// ConnectionProof tells when a connection has proven that it works. A local port does so by
+// opening; a server may take the connection although it is in use by another client, and say so or
+// close it.
 //
 //   bytes within 500 ms of the opening      heard: it may be the greeting of a server in use
-//   it has held for 500 ms behind that      proven
+//   these, and it still holds at 500 ms     proven
+//   bytes later than that                   proven at once
+//   a device has answered                   proven at once
 //   nothing came, and it has held for 30 s  proven: it works, although no device answers
 //   it ended before                         useless: the next one is news only once it is proven
 //

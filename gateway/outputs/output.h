@@ -2,10 +2,10 @@
 // and the control socket. The daemon has a list of outputs (gateway/daemon/daemon.cpp) and calls
 // them in the order of the list:
 //
-//   at the start    Open, before the first device is asked; then Begin, when the lines run
-//   at a reload     Examine; Prepare, which may fail; Apply
-//   at the stop     StopRequests for each; when the lines have ended, Stop for each
-//   at any time     Section for the status document, Metrics for /metrics
+//   at the start    Open, before the first device is asked; SetHistory and Begin, when the lines
+//   run at a reload     Examine, ClientsAt; Prepare, which may fail; Apply; SetHistory at the stop
+//   StopRequests for each; when the lines have ended, Stop for each at any time     Section for the
+//   status document, Metrics for /metrics
 //
 // A new output is a folder beside this file, which docs/modules.txt names; its configuration
 // (config/model/outputs.h, config/model/config.h) with a reader (config/outputs.cpp); and one line
@@ -105,10 +105,11 @@ class Output {
 
   /// No request reaches the lines through this output after it returns. Idempotent.
   virtual void StopRequests() {}
-  /// The lines have ended: says so to clients and closes everything. Idempotent.
+  /// The lines have ended, or one of them hangs: says so to clients and closes what StopRequests
+  /// has left open. Idempotent.
   virtual void Stop() {}
 
-  /// For the log: "Modbus TCP on 0.0.0.0:502"; empty: nothing is served.
+  /// For the log: "Modbus TCP on 0.0.0.0:502"; empty: nothing is served. Not after StopRequests.
   virtual std::string Summary() { return {}; }
   /// From any thread: its part of the status document, null while it is off; empty: it has none.
   virtual std::optional<Json> Section(const Wish& /*wish*/) const { return std::nullopt; }

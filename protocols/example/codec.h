@@ -1,8 +1,8 @@
 // The wire format of the example: how requests and replies are written. Text, one line each:
 //   request  ?A7<CR>      read item 7 of device A       ?A0: item 0, the type of the device
 //            WA7=5<CR>    write 5 to it
-//   reply    !A7=5*0B<CR> its value, or confirms the write; 0B: sum of the bytes in front of '*',
-//   hex
+//   reply    !A7=5*0B<CR> its value, or confirms the write; 0B is the low byte of the sum of the
+//                         bytes in front of '*', in hex
 //            !A7~*17<CR>  refuses: there is no item 7, or it does not take the value
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,5 @@
-// What a reader says, tag by tag. Where it answers commands it is asked for the tag that is there,
-// and once for what it is.
+// ReaderConversation reports each tag or text that a reader sends. With `commands: ask` the gateway
+// asks it for the tag that is present, and once for its name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,7 @@
 // Replies of the SPA Bus: their text, their checksum in all its readings, and continued lines.
 // Bytes come from the line through rules.h to the conversation; the twin makes them here, too.
-// RuleOf has the refusals, ContinuationChecksum the reading of continued replies that a line uses,
-// and Decode says what an exchange means.
+// RuleOf says what a refusal (NACK 0-9) means and what to do about it, ContinuationChecksum has the
+// reading of continued replies that a line uses, and Decode says what an exchange means.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

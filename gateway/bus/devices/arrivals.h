@@ -1,7 +1,7 @@
-// When bytes came that are read now. While bytes are awaited, the line looks for them every kLook.
-// If a look is late, the program was stopped or starved, or its machine was paused: what is read
-// then may have come at any time since the look before. The same holds for what is read directly
-// behind, because one read does not empty a port.
+// ArrivalTime tells since when bytes that are read now may have been waiting. While bytes are
+// awaited, the line looks for them every kLook. If a look is late, the program was stopped or
+// starved, or its machine was paused: what is read then may have come at any time since the look
+// before. The same holds for what is read directly behind, because one read does not empty a port.
 //
 //   look before    this look    what is read has come
 //   1.0 s          1.1 s        now
@@ -9,10 +9,11 @@
 //                  61.4 s       since 1.0 s: it may have waited as well
 //                  61.6 s       now
 //
-// A part of gateway/bus/poller/line_inputs.h.
+// ArrivalTime is a part of gateway/bus/poller/line_inputs.h.
 //
 // SamplesOf makes readings ready for the store, LatestReadings keeps the points that were read and
-// stored last, and EventBacklog counts events that are not on the disk yet.
+// stored last, and EventBacklog counts batches of events that are not on the disk yet, and the
+// events that were lost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -100,7 +101,7 @@ class LatestReadings {
 };
 
 // Events that are not on the disk yet, of a device that sends unasked. It cannot be made to wait,
-// so their number is bounded here: events beyond it are lost and counted.
+// so the number of batches is bounded here: events beyond it are lost and counted.
 //
 //   Take() 1000 times, OnKept() never    true
 //   Take()                               false: one is lost

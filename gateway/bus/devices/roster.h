@@ -1,6 +1,7 @@
 // The members of a line: the devices of the configuration, and slaves that only transparent routes
-// reach. It makes them from the configuration. The parts of the poller keep what they know of a
-// member by its place here. ByMember is a container with a place for each member.
+// reach. Roster makes the devices from the configuration, and a slave when it is first asked. The
+// parts of the poller keep what they know of a member by its place here. ByMember is a container
+// with a place for each member.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

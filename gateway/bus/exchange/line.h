@@ -1,8 +1,9 @@
-// One exchange at a time on one bus: the line discipline as a state machine without sockets, clock
-// or YAML. Bytes and time come in as arguments; their effect is returned as LineNews. The client is
-// asked one thing only: what a frame means. Driven by gateway/bus/poller/line_inputs.cpp, in tests
-// under virtual time. Transmission, SecondReply and UnaskedReceiver are parts of Line; Tap is the
-// interface for viewers of its bytes.
+// Line carries out one exchange at a time on one bus: the line discipline as a state machine
+// without sockets, clock or YAML. Bytes and time come in as arguments; their effect is returned as
+// LineNews. Exchange is one request with its LineTimes. LineClient judges its frames, and is asked
+// nothing else. Line is driven by gateway/bus/poller/line_inputs.cpp, for a telegram by hand by
+// gateway/bus/poller/device_side.cpp, and in tests under virtual time. Transmission, SecondReply
+// and UnaskedReceiver are parts of Line; Tap is the interface for viewers of its bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -95,8 +96,7 @@ class SecondReply {
 };
 
 // Receives what a device sends unasked: whole messages out of bytes that come at any time. Sans-I/O
-// and pure as the line, which owns it. Bytes of no message are left
-// for the exchange under way.
+// and pure as the line, which owns it. Bytes of no message are left for the exchange under way.
 //
 //   what is held          what it becomes
 //   whole by its rule     a message, at once
@@ -299,8 +299,9 @@ class Line {
 };
 
 // The interface for viewers of the bytes of one line, with direction, time and the end of every
-// exchange: the trace and the flight recorder. Fed by gateway/bus/poller/poller.h with what is left
-// after the echo filter.
+// exchange: the trace and the flight recorder. Fed by gateway/bus/counters/line_account.cpp with
+// what is left after the echo filter, by gateway/bus/counters/ledger.cpp with states of devices,
+// and by gateway/lines/telegram_queue.cpp with all bytes of a telegram by hand.
 
 /// Slaves that only transparent routes reach stand in no store: they are numbered by their address
 /// from here on.

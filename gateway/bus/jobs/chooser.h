@@ -1,6 +1,7 @@
 // What a line does next: asks the parts in the order of gateway/bus/schedule/turns.h and makes a
 // job of the first that has something. Called by gateway/bus/jobs/job_run.cpp whenever the line
-// is idle. ParkedJobs, RoutedJobs and Agenda keep what waits; Chooser decides.
+// is idle. ParkedJobs keeps jobs that were put aside, and Agenda all that waits. RoutedJobs
+// picks requests of routes, and Chooser decides.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -97,7 +98,7 @@ struct Agenda {
 };
 
 // Requests of transparent routes as jobs: which of them may be sent now, and for whom a client
-// waits. gateway/bus/schedule/write_queue.h keeps them.
+// waits. gateway/bus/writes/route_queue.h keeps them.
 class RoutedJobs {
  public:
   /// All references outlive it.

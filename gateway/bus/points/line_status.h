@@ -1,7 +1,8 @@
 // What the gateway knows of a line apart from its devices: port, counters, round trips, line use.
-// Written by gateway/bus/poller/poller.cpp (exchanges) and gateway/lines/line_port.cpp (port), held
-// by gateway/bus/points/point_store.h, shown by `baudgate status`. LineUse and RecentTimes are
-// parts of LineStatus: what the time of the line goes to, and when something happened.
+// Written by gateway/bus/counters/line_account.cpp (exchanges), gateway/lines/line_reporter.cpp and
+// gateway/lines/line_port.cpp (port), and gateway/lines/port_loan.cpp (services), held by
+// gateway/bus/points/point_store.h, shown by `baudgate status`. LineUse and RecentTimes are parts
+// of LineStatus: what the time of the line goes to, and when something happened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,8 +1,8 @@
-// The latest value of every point with its quality and time, and the status of every device: the
-// one meeting place of lines (which write) and outputs (which read). Thread-safe. Each device has
-// one lock, so a reader sees a consistent record of a device. ChangeFeed tells an output what has
-// changed, AgedQuality makes a quality worse by age, and ToSample and ToRaw convert between raw and
-// shown values.
+// The latest value of every point with its quality and time, and the status of every device and
+// line: the one meeting place of lines (which write) and outputs (which read). Thread-safe. Each
+// device has one lock, so a reader sees a consistent record of a device. ChangeFeed tells an output
+// what has changed, AgedQuality makes a quality worse by age, and ToSample and ToRaw convert
+// between raw and shown values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -8,7 +8,8 @@
 //   the job takes its turn               Start
 //   its request may be too late by now   Withdraw
 //
-// ReplyJudge, Reception and LineSide are the steps from bytes to the job, in this order.
+// LineInputs drives LineSide, which joins the line and the job. LineSide drives Reception, which
+// takes out the echo, and Reception asks ReplyJudge what a frame means.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,7 @@
 // Writes to points of one line, in order: waiting, sent in time or not at all, confirmed, and read
 // back before their clients are answered. gateway/bus/jobs/waiting_clients.cpp puts them in, and
 // ends those that were not sent or have been read back. RoutedSide keeps when the clients of
-// transparent routes were served last.
+// transparent routes were served last, and which offline slaves they want back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

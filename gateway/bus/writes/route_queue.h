@@ -1,10 +1,10 @@
 // Routed requests that wait for one line, and which of them goes next: three priorities, clients in
 // turn, short writes before everything else, and never a write before an earlier one to its slave.
-// Requests come from gateway/lines/line_runner.h by way of gateway/bus/poller/poller.cpp, which
-// asks for the next one whenever the line is idle. Has no clock, and does not know the bytes of the
-// line. A choice is made for every exchange, and takes time in proportion to the number of waiting
-// requests. RoutedRequest and RoutedReply are what is passed on, and RouteTarget is the line that
-// takes it.
+// Requests come from gateway/lines/line_runner.h by way of gateway/bus/poller/poller.cpp.
+// gateway/bus/jobs/chooser.cpp asks for the next one whenever the line is idle. Has no clock, and
+// does not know the bytes of the line. A choice is made for every exchange, and takes time in
+// proportion to the number of waiting requests. RoutedRequest and RoutedReply are what is passed
+// on, and RouteTarget is the line, or the server elsewhere, that takes it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,11 +1,15 @@
-// A write to points on its way from an output back to a line, one object from the gate of all
-// writers to its end; routed requests have gateway/bus/writes/route_queue.h. It passes the audit
-// and the queue of its line; the device confirms or refuses it, or its deadline passes; End tells
-// all that it has passed, and its client. Its values are raw: the output has made values of its
-// client's words, and the gate has checked them and made raw values of those. Example: a point with
-// scale 0.1; registers "00 19" are the value 25, which is 250 for the device. From here on nothing
-// converts them. EndUnheard tells how a write ends that nobody answered, and CommandRoom limits how
-// many commands wait for a line.
+// WriteCommand is a write to points, a read (Reads) or a telegram by hand (Telegram) on its way
+// from an output back to a line, one object to its end; routed requests have
+// gateway/bus/writes/route_queue.h. Only writes pass the gate of all writers. What may write passes
+// the audit, and all pass the queue of the line. The device confirms or refuses the command, or its
+// deadline passes; End tells all that it has passed, and its client.
+//
+// The values of a write are raw: the output has made values of its client's words, and the gate has
+// checked them and made raw values of those. Example: a point with scale 0.1; registers "00 19" are
+// the value 25, which is 250 for the device. From here on nothing converts them.
+//
+// WriteState says how far a command has come, and EndUnheard how a write ends that nobody answered.
+// CommandSink takes commands, and CommandRoom limits how many wait for a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,7 +16,8 @@
 // part denies or finds no room for (Deny). If the sink itself says busy, it has recorded that
 // already (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
 //
-// ParseValue, WhyOutside, WhyLocked and Selections check one rule each.
+// WhyOutside, WhyInexact, WhyLocked, WhyBeyond and Selections check one rule each. ParseValue reads
+// a value from text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
-// Looks now and then whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
-// tells when that has changed: only then may devices be told the time. On a thread of its own,
-// because who is asked may take seconds. AskTimeService asks systemd.
+// HostClock tells whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
+// tells every change. Devices are told the time only while it is. HostClock looks now and then, on
+// a thread of its own, because the answer may take seconds. AskTimeService asks systemd.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

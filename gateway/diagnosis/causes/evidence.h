@@ -1,6 +1,7 @@
-// What is known of a device or a line that does not work as it should: the facts of the latest
-// exchanges, of its own past and of its neighbours, for gateway/diagnosis/causes/hypotheses.h.
-// Pure. FindAbsences tells single losses from outages.
+// Evidence holds what is known of a device or a line that does not work as it should: the facts of
+// the latest exchanges, of its own past and of its neighbours, for
+// gateway/diagnosis/causes/hypotheses.h. Pure. FindAbsences tells single losses from outages, and
+// Coincidences counts the failures of one device that stand where another one fails as well.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

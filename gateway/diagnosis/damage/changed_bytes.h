@@ -1,7 +1,8 @@
 // What converters and serial servers do to the bytes of a reply: put some in, take some out, give
-// others in their place, turn every bit round. Undone, the reply is whole. Pure; used by
-// gateway/diagnosis/damage/nearly_reply.h. OtherBitRate recognises characters that were sent at
-// half or twice the bit rate.
+// others in their place, turn every bit round. Undone, the reply is whole. Pure.
+// OtherBitRate recognises characters that were sent at half or twice the bit rate. In this folder
+// nearly_reply.cpp uses ChangedBytes, examine.cpp DecimalComma and DoubledBytes, and
+// earlier_replies.cpp LacksSome.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

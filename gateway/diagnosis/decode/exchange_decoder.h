@@ -1,5 +1,5 @@
-// What the exchanges of one device mean, by the rules and codecs of the daemon. For `decode`,
-// `trace` and the page. Capture is one exchange as it was recorded.
+// ExchangeDecoder says what the exchanges of one device mean, by the rules and codecs of the
+// daemon, for `decode`, `trace` and the web page. Capture is one exchange as it was recorded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // What a client asks of the port by RFC 2217 (COM-PORT-OPTION), and what it is told: settings,
-// control lines, modem and line states, purging, suspension. The port is a transport; times and
-// sockets are session.cpp's.
+// control lines, modem and line states, purging, suspension. The port is a transport; sockets
+// are server.cpp's, times session.cpp's.
 //
 //   01 00 00 25 80     SET-BAUDRATE 9600      answered by 65 00 00 25 80: what the port does now
 //   01 00 00 00 00     the same as a question

@@ -25,7 +25,7 @@
 namespace baudgate::serial_server {
 
 // What a server of a port and the line that the port belongs to say to each other, on the loop of
-// the line. Implemented by gateway/daemon (the line) and server.h.
+// the line. Implemented by gateway/lines (the line) and server.h.
 //
 //   the client's first byte   Want       from the server to the line
 //   its answer                Grant, or TakeBack

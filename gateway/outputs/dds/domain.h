@@ -1,7 +1,8 @@
 // In which DDS domain and on which interfaces a gateway or a subscriber takes part. Comes from
 // `dds:` of the configuration or from the command line, goes to
 // gateway/outputs/dds/fast/participant.h. WriterId names who wrote a sample, Refusal and
-// DatagramCounters tell what became of datagrams, and Neighbours counts other participants.
+// DatagramCounters tell what became of datagrams, Subscribers counts readers, and Neighbours has
+// the addresses of subscribers and remarks about them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

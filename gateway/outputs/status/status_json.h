@@ -1,6 +1,6 @@
 // What a running gateway knows of itself, its lines and its devices, as one JSON object: the answer
 // to `baudgate status`. docs/status.md has it field by field; fields are only ever added.
-// ReloadState is the configuration that runs, FilesJson tells of files without a part of their own,
+// ReloadState tells which configuration runs, FilesJson tells of files without a part of their own,
 // and SettingsJson gives the settings of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

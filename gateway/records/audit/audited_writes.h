@@ -1,5 +1,6 @@
-// The sink before the lines: every write to a point waits until its record is on the disk, at most
-// 500 ms, and then goes to the line; its end completes the record. Commands keep their order.
+// The sink before the lines: every write to a point, and every telegram by hand that may write,
+// waits until its record is on the disk, at most 500 ms, and then goes to the line; its end
+// completes the record. Writes keep their order; what only reads goes to the line at once.
 //
 //   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not kept, require      → w.End(denied)

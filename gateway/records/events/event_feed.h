@@ -4,8 +4,8 @@
 // consumer that takes all of them has a cursor; events that are no longer in memory
 // it gets from the file, by way of that thread. A consumer that only looks misses these, and can
 // count them by their numbers. Events have the names of their devices; the number of a device is
-// looked up when it is asked for. CursorBook, Backlog, RecentEvents and FeedListeners are parts of
-// EventFeed.
+// looked up when it is asked for. Backlog, RecentEvents and FeedListeners are parts of EventFeed.
+// CursorBook keeps the cursors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // The gateway's own events, in the codes and words that users read (docs/events.md). No lock, no
-// clock, no disk. CodeOf has the codes, OwnRun the start and the end of the gateway, and
+// clock, no disk. OwnCode has the codes, OwnRun the start and the end of the gateway, and
 // LastingFacts what has begun and is not over.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,7 +1,6 @@
 // Out of what changes in the point store: what is kept, and what it comes to by minutes and hours.
-// No thread, no clock, no disk: gateway/records/history/history_log.h has the first two,
-// history_log.h the third. LogRule decides about each reading, and ChangeRecorder drives Recorder
-// from the change feed.
+// No thread, no clock, no disk: gateway/records/history/history_log.h has them. LogRule decides
+// about each reading, and ChangeRecorder drives Recorder from the change feed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

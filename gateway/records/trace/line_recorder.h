@@ -1,7 +1,8 @@
 // The flight recorder of one line and the source of its live traces: keeps the last exchanges as
-// they were on the wire, without secrets, and says when they are worth a file. Fed by
-// gateway/bus/poller/poller.h and gateway/lines/line_runner.h, read by gateway/outputs/control and
-// Recordings. Sans-I/O: time is an argument. Recordings writes the files.
+// they were on the wire, without secrets, and says when they are worth a file. Fed as
+// a Tap (gateway/bus/exchange/line.h) and by gateway/lines/line_reporter.cpp, read by
+// gateway/outputs/control and Recordings. Sans-I/O: time is an argument. Recordings writes the
+// files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

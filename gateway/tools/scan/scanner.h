@@ -1,5 +1,5 @@
 // The loop of a scan: listens, asks what the plan says (plan.h), judges what comes back (judge.h),
-// asks again where that is not clear. Sends nothing but what the ScanRules of the protocols list.
+// asks again where that is not clear. Sends nothing but what the ScanRule of each protocol lists.
 // The wire and the clock are the caller's; so is what is done with what was found.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

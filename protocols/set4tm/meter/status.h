@@ -1,5 +1,5 @@
-// What the one-byte status of a SET-4TM means for the exchange, the points and the next request.
-// The functions behind Explain are small steps that the parts of the conversation share.
+// Explain says what the one-byte status of a SET-4TM means for the exchange, the points and the
+// next request. The functions behind it are small steps that the parts of the conversation share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -26,7 +26,7 @@ inline constexpr std::size_t kLinkHeaderBytes = 4;
 /// No message is longer; a packet that is longer is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
 /// The process takes this long at most to tell the ends of all points.
-inline constexpr Duration kEndTime = 900ms;
+inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
   // From the daemon.

@@ -12,24 +12,26 @@ namespace {
 
 constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
-// What a subscriber has lost comes again with the heartbeats, 100 ms apart: this is time for five.
-constexpr Duration kAcknowledgeTime = 500ms;
+// What a subscriber has lost comes again with the heartbeats, 100 ms apart: this is time for four.
+constexpr Duration kAcknowledgeTime = 400ms;
 constexpr Duration kEventRetry = 1s;
 // Time for the programs of subscribers to take samples. Their DDS library acknowledges a sample
 // before the program takes it, and drops samples that are not taken when the writer leaves.
-constexpr Duration kTakingTime = 200ms;
+constexpr Duration kTakingTime = 150ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for it
 // Leave publishes slowly while there is time: a burst overflows the socket of a subscriber that
 // waits for the processor, and sending the lost samples again may take longer than Leave waits.
-// 1,000 points take 0.2 s; from 12,000 on the pace is the usual one.
-constexpr Duration kTellingTime = 600ms;
+// 1,000 points take 0.2 s; from 10,000 on the pace is the usual one.
+constexpr Duration kTellingTime = 500ms;
 constexpr Duration kShortestInterval = 50us;
 constexpr Duration kLongestInterval = 200us;
-constexpr std::uint32_t kEndBurst = 20;
+constexpr std::uint32_t kSlowBurst = 20;
+constexpr std::uint32_t kUsualBurst = 100;
 
 Pacer PacerOfEnds(std::size_t points) {
   const auto each = kTellingTime / static_cast<std::int64_t>(std::max<std::size_t>(points, 1));
-  return {std::clamp<Duration>(each, kShortestInterval, kLongestInterval), kEndBurst};
+  if (each <= kShortestInterval) return {kShortestInterval, kUsualBurst};
+  return {std::min<Duration>(each, kLongestInterval), kSlowBurst};
 }
 
 }  // namespace

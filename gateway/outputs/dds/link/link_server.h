@@ -34,7 +34,7 @@ class LinkServer {
   bool ended() const { return ended_; }
   /// Ends publishing after the daemon has ended or is gone. Publishes the latest sample of each
   /// point once more with quality bad_not_connected, unless it has that quality already, for at
-  /// most kEndTime. Then waits at most 700 ms for subscribers and destroys the writers. Returns
+  /// most kEndTime. Then waits at most 550 ms for subscribers and destroys the writers. Returns
   /// when to call it again; empty: finished.
   std::optional<Instant> Leave(Instant now);
 

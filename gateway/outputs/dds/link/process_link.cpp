@@ -98,9 +98,9 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
 
 namespace {
 
-// The process tells the ends of the points, gives subscribers 200 ms to take them, and deletes its
-// participant and writers.
-constexpr Duration kGoodbye = kEndTime + 700ms;
+// The process tells the ends of the points, waits 400 ms at most until they are acknowledged,
+// gives subscribers 150 ms to take them, and deletes its participant and writers.
+constexpr Duration kGoodbye = kEndTime + 550ms;
 constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
 
 }  // namespace

@@ -1,6 +1,6 @@
 // What the registers and bits of a request contain: values, their quality and age, status blocks.
 // Pure. Reads one consistent DeviceRecord of the point store; fills the private copy in
-// responder.h. EventBlockOf holds the events of a unit.
+// responder.h. EventBlockOf gives the block of events of a unit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

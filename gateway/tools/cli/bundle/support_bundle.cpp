@@ -15,7 +15,6 @@
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -35,16 +34,20 @@ namespace {
 
 constexpr const char* kFolder = "baudgate-support";  // in the archive
 
-/// What a program writes to its standard output; empty: it cannot be started.
-std::optional<std::string> OutputOf(const std::string& command) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  if (!pipe) return std::nullopt;
+struct Ran {
+  std::string output;
+  bool well = false;  ///< it could be started, and its exit code is 0
+};
+/// `command`: for a shell.
+Ran Run(const std::string& command) {
+  FILE* const pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return {};
   std::string text;
   std::array<char, 65536> chunk{};
-  while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), pipe.get())) {
+  while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), pipe)) {
     text.append(chunk.data(), count);
   }
-  return text;
+  return {std::move(text), ::pclose(pipe) == 0};
 }
 
 /// The files of a bundle: in a folder that only its owner may read, until tar(1) has packed them.
@@ -66,6 +69,7 @@ class Archive {
   /// In `name` characters other than letters, digits, '.', '-', '_' and '/' become '_', and so does
   /// a '.' before another one.
   void Add(std::string name, const std::string& content) {
+    if (folder_.empty()) return;
     for (char& c : name) {
       const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
                          (c >= 'A' && c <= 'Z') ||
@@ -79,13 +83,15 @@ class Archive {
     whole_ = (std::ofstream(file) << content).flush().good() && whole_;
   }
   Result<std::string> Packed() const {
-    if (folder_.empty() || !whole_) return Error{"there is no place for it in a temporary folder"};
-    const auto packed = OutputOf(fmt::format(
+    const bool quotable = folder_.string().find('\'') == std::string::npos;
+    if (folder_.empty() || !whole_ || !quotable)
+      return Error{"there is no place for it in a temporary folder"};
+    Ran packed = Run(fmt::format(
         "tar --create --gzip --sort=name --owner=root:0 --group=root:0 --mode=u=rwX,go= "
         "--mtime=@{} --directory='{}' {}",
         at_.time_since_epoch() / 1s, folder_.string(), kFolder));
-    if (!packed || packed->empty()) return Error{"tar cannot pack it"};
-    return *packed;
+    if (!packed.well) return Error{"tar cannot pack it"};
+    return std::move(packed.output);
   }
 
  private:
@@ -100,9 +106,8 @@ Result<std::string> SystemLog() {
   constexpr const char* kCommand =
       "journalctl --quiet --no-pager --utc --output=short-iso-precise --lines=5000 "
       "--unit=baudgate --unit=baudgate-dds 2>/dev/null";
-  const auto text = OutputOf(kCommand);
-  if (!text) return Error{"journalctl cannot be started"};
-  if (!text->empty()) return *text;
+  std::string text = Run(kCommand).output;
+  if (!text.empty()) return text;
   return Error{
       "journalctl has no line of the service: it is not installed, the gateway is not run by "
       "systemd, or you may not read its journal (group adm or systemd-journal, or sudo)"};

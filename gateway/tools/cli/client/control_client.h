@@ -1,5 +1,5 @@
-// The other end of the control socket, for `status`, `release`, `trace`, `enable` and `disable`:
-// finds the running gateway, sends one JSON line, reads JSON lines.
+// The other end of the control socket, for all commands that ask a running gateway, such as
+// `status` and `release`: finds the running gateway, sends one JSON line, reads JSON lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// A directory of a command's own, gone when the command ends. PortConfig makes a configuration of
-// one port, and RunBridge and RunReadPort are commands that use it.
+// ScratchDirectory is a directory of a command's own, gone when the command ends. PortConfig makes
+// a configuration of one port, and RunBridge and RunReadPort are commands that use it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -53,7 +53,7 @@ class LinkServerTest : public ::testing::Test {
     writer_->there = there;
     EXPECT_TRUE(Take(EncodeBare(LinkKind::end)));
     EXPECT_TRUE(server_.ended());
-    EXPECT_EQ(Leave(), 200ms);
+    EXPECT_EQ(Leave(), 150ms);
     return server_.Answer(kStart);
   }
   static PointSample Point(const std::string& name) {
@@ -260,9 +260,9 @@ TEST_F(LinkServerTest, TheEndIsPacedAndTakesNotLong) {
   }
   writer_->points.clear();
   const Duration took = Leave();
-  EXPECT_GE(took, 1000ms);
-  EXPECT_LE(took, 1103ms);
-  EXPECT_GE(written_.size(), 18'000U) << "20 a millisecond";
+  EXPECT_GE(took, 850ms);
+  EXPECT_LE(took, 853ms);
+  EXPECT_GE(written_.size(), 14'000U) << "20 a millisecond";
 }
 
 TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
