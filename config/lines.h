@@ -38,7 +38,7 @@ Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base);
 /// `serial:` as text or as a map { baud, data, parity, stop, … }, put over `base`.
 SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems);
 
-/// What may stand beside `serial:` on a line: `parity: software`, `rs485: {…}`.
+/// Reads the keys beside `serial:` of a line: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
 /// `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which may stand in every one of

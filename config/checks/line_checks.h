@@ -18,8 +18,8 @@
 
 namespace baudgate::config {
 
-// What asking for the points of a group once takes of the line, if the device answers without
-// thinking. From a conversation of the device's protocol; told by `check` and its warnings.
+// Round: the line time of one poll of a group, if the device answers at once. A conversation of the
+// device's protocol gives the requests; `check` shows the result and warns.
 struct Round {
   std::size_t requests = 0;
   Duration time{};  ///< quiet times and characters, the shortest replies
@@ -47,7 +47,7 @@ void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
 /// Whether characters of the protocol fit into these. `mark`: of what chose the one or the other.
 void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
                    Problems& problems);
-/// What only a port of this machine can do. `mark`: of the settings.
+/// Refuses settings that only a port of this machine can have. `mark`: of the settings.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
 /// What Protocol::tcp excludes: a serial port, and the keys of one. `keys`: of the line or device

@@ -16,7 +16,7 @@
 
 namespace baudgate::config {
 
-// What gateways, lines, devices and points may be called.
+// Names that gateways, lines, devices and points may have.
 
 /// Letters, digits and single '_' or '-' between them, at most 64 (the key length of the DDS
 /// topics).

@@ -61,13 +61,13 @@ void VisitFields(const History*, Visit visit) {
   visit(Field<&History::points>());
 }
 
-/// What becomes of a write whose record cannot be kept (gateway/records/audit).
+/// Audit decides about a write whose record cannot be kept (gateway/records/audit).
 enum class Audit : std::uint8_t {
   best_effort,  ///< it is sent; the record waits in memory
   require,      ///< it is refused
 };
 
-/// What happens is kept (gateway/records/events): in devices, to their points, and to the gateway
+/// Events are kept (gateway/records/events): those of devices, of their points, and of the gateway
 /// itself.
 struct Events {
   bool given = false;     ///< without it only of devices that say `events: on`
@@ -132,7 +132,7 @@ std::string UnitsText(const UnitSet& units);
 UnitSet UnitsOf(const Route& route);
 /// Unit ids of all devices.
 UnitSet DeviceUnits(const Config& config);
-/// What each route of config.modbus really gets: without what devices and earlier routes take.
+/// The units that each route of config.modbus serves: without those of devices and earlier routes.
 std::vector<UnitSet> RouteUnits(const Config& config);
 
 }  // namespace baudgate::config

@@ -1,4 +1,4 @@
-// What happens at a point and is kept, and what of it is an alarm: the key `events:` of a point.
+// Events of a point, and which of them are alarms: the key `events:` of a point.
 // EventText says what an event of a device means. AlarmSetting gives the priority and the delay of
 // the alarms that the gateway raises itself.
 // SPDX-License-Identifier: Apache-2.0
@@ -55,7 +55,7 @@ std::string_view Name(PointEvent::On on);  ///< "above"
 /// "change", "above 5": what tells one of a point from another.
 std::string ConditionOf(const PointEvent& event);
 
-// What an event of a device means: the table `events:` of a profile.
+// The meaning of an event of a device: the table `events:` of a profile.
 
 /// As Modbus and the command line say it.
 enum class EventState : std::uint8_t { off, on, message };

@@ -99,7 +99,7 @@ class Options;
 struct Point;
 
 struct Traits {
-  /// What the server at the other end of a connection speaks: "Modbus TCP". Empty: the protocol is
+  /// The protocol of the server at the other end: "Modbus TCP". Empty: the protocol is
   /// spoken on serial lines.
   std::string_view service{};
   /// The protocol for the same devices at the other kind of port. "modbus_tcp" of modbus_rtu: a

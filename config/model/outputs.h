@@ -23,7 +23,7 @@ namespace baudgate::config {
 // Where Modbus masters come in, and what they may do.
 enum class Priority : std::uint8_t { low, normal, high };
 
-/// What a listener's clients may ask for. Others get exception 0x01.
+/// The requests that clients of a listener may send. Others get exception 0x01.
 enum class Permit : std::uint8_t {
   read,  ///< functions 1-4
   data,  ///< functions 1-6, 15 and 16
