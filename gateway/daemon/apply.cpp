@@ -56,12 +56,6 @@ void Daemon::Impl::SetReload(ReloadOptions options) {
   reloader = std::make_unique<Reloader>(std::move(options), std::move(links));
 }
 
-std::vector<RouteTarget*> Daemon::Impl::Targets() const {
-  std::vector<RouteTarget*> targets;
-  for (std::uint32_t line = 0; line < lines.size(); ++line) targets.push_back(&lines.at(line));
-  return targets;
-}
-
 void Daemon::Impl::Examine(const config::Config& next, reload::Difference& difference) const {
   for (const auto& output : outputs) {
     output->Examine(next, difference.settings, difference.restart);

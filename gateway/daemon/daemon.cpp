@@ -11,11 +11,6 @@
 #include "gateway/base/version.h"
 #include "gateway/daemon/daemon_impl.h"
 #include "gateway/daemon/descriptors.h"
-#include "gateway/outputs/control/control_output.h"
-#include "gateway/outputs/dds/output/dds_output.h"
-#include "gateway/outputs/dds/output/event_samples.h"
-#include "gateway/outputs/modbus/server/modbus_output.h"
-#include "gateway/outputs/web/web_output.h"
 
 namespace baudgate {
 namespace {
@@ -37,7 +32,7 @@ Daemon::~Daemon() {
 
 Status Daemon::Start() {
   // Before anything opens files: each line has some.
-  modbus::RaiseDescriptorLimit(modbus::DescriptorNeedsOf(impl_->config).all());
+  RaiseDescriptorLimit(DescriptorNeedsOf(impl_->config, impl_->output_rows).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
   impl_->MakeOutputs();
@@ -80,7 +75,7 @@ bool Daemon::Stop() {
 
 bool Daemon::Look() { return impl_->lines.Look(ReadClocks().wall); }
 
-void Daemon::Add(MakeOutput make) { impl_->more_outputs.push_back(std::move(make)); }
+void Daemon::Add(OutputRow output) { impl_->output_rows.push_back(std::move(output)); }
 
 std::vector<std::string_view> Daemon::outputs() const {
   std::vector<std::string_view> names;
@@ -111,22 +106,22 @@ std::string Daemon::Summary() const {
                             Plural(impl_->store.present_count(), "device"));
 }
 
-double Daemon::Impl::MakeRoomFor(const config::Config& its_config) {
-  const modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(its_config);
-  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
-  const double share = modbus::ClientShare(needs, limit);
-  if (share < 1) log::Warn("modbus: {}", modbus::ExplainClientShare(needs, limit));
-  return share;
-}
-
 Status Daemon::Impl::OpenRecords() {
+  std::set<std::string> consumers;
+  for (const OutputRow& row : output_rows) {
+    if (row.consumer) consumers.insert(row.consumer(config));
+  }
+  consumers.erase("");
   const Records::Links links{
-      store, dispatcher,
+      store,
+      dispatcher,
       [this](std::uint32_t device, const std::string& said, bool reported) {
         lines.OfDevice(device).Post(
             [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
       },
-      [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); }, troubles};
+      [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); },
+      troubles,
+      std::move(consumers)};
   if (NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
   return {};
@@ -207,14 +202,14 @@ void Daemon::Impl::EndLines() {
 
 // ---------------------------------------------------------------- outputs
 
-/// Modbus stands before DDS, because its port is the one that is taken when a gateway is started
-/// twice: the second gateway must not publish, and then end, the points of the first.
 void Daemon::Impl::MakeOutputs() {
-  outputs.push_back(MakeControl());
-  outputs.push_back(MakeWeb());
-  outputs.push_back(MakeModbus());
-  outputs.push_back(MakeDds());
-  for (const MakeOutput& make : more_outputs) outputs.push_back(make(store));
+  const control::GatewayInfo info = GatewayForStatus();
+  const auto needs = [this](const config::Config& its) {
+    return DescriptorNeedsOf(its, output_rows);
+  };
+  const OutputLinks links{config,     catalog, store,          lines, dispatcher,
+                          Commands(), records, reloader.get(), info,  needs};
+  for (const OutputRow& row : output_rows) outputs.push_back(row.make(links));
 }
 
 Status Daemon::Impl::OpenOutputs() {
@@ -248,71 +243,6 @@ control::GatewayInfo Daemon::Impl::GatewayForStatus() {
     return control::FilesState{count.open, count.limit, troubles.all()};
   };
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
-  return info;
-}
-
-std::unique_ptr<Output> Daemon::Impl::MakeControl() {
-  return std::make_unique<ControlOutput>(
-      config,
-      ControlOutput::Links{store, dispatcher, Commands(), GatewayForStatus(), reloader.get()});
-}
-
-std::unique_ptr<Output> Daemon::Impl::MakeWeb() {
-  web::LiveApi::Links links{store, dispatcher, GatewayForStatus()};
-  links.protocol = [this](const std::string& name) { return catalog.FindProtocol(name); };
-  if (reloader) links.configuration = [this] { return reloader->ConfigurationText(); };
-  modbus::DescriptorNeeds needs = modbus::DescriptorNeedsOf(config);
-  needs.web = modbus::kWebDescriptors;  // a reload may add the page
-  const std::size_t limit = modbus::RaiseDescriptorLimit(needs.all());
-  return std::make_unique<WebOutput>(std::move(links),
-                                     web::Limits::Of(modbus::WebShare(needs, limit)));
-}
-
-std::unique_ptr<Output> Daemon::Impl::MakeModbus() {
-  modbus::ModbusLinks server;
-  server.frames = {catalog.FramesOf(modbus::Framing::rtu),
-                   catalog.FramesOf(modbus::Framing::ascii)};
-  if (records.write_path() != nullptr) server.writes = &records.write_path()->log();
-  if (records.events() != nullptr) {
-    server.events = records.events()->feed();
-    server.alarms = &records.events()->log();
-    server.routed = [events = records.events()](const modbus::RoutedReport& end, Now now) {
-      events->OnRouted(end, now);
-    };
-  }
-  return std::make_unique<ModbusOutput>(
-      ModbusOutput::Links{store, Commands(), [this] { return Figures(); }, &MakeRoomFor,
-                          [this] { return Targets(); }, std::move(server)});
-}
-
-std::unique_ptr<Output> Daemon::Impl::MakeDds() {
-  const audit::AuditSource* const audit =
-      records.write_path() != nullptr ? &records.write_path()->log() : nullptr;
-  DdsOutput::Links links{store, Commands(), [audit] { return audit::PastOf(audit); }};
-  if (const EventPath* const events = records.events(); events != nullptr && config.dds.enabled) {
-    links.events = std::make_shared<EventSamples>(config.name, events->feed(), events->cursors(),
-                                                  records.keeps_events());
-  }
-  links.keeps_events = records.keeps_events();
-  return std::make_unique<DdsOutput>(std::move(links));
-}
-
-modbus::GatewayFigures Daemon::Impl::Figures() const {
-  modbus::GatewayFigures info;
-  info.version_major = kVersionMajor;
-  info.version_minor = kVersionMinor;
-  info.version_patch = kVersionPatch;
-  info.uptime = ReadClocks().instant - started;
-  info.lines = lines.present();
-  info.lines_up = lines.open();
-  info.devices = store.present_count();
-  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device)) continue;
-    store.Read(device, [&](const DeviceRecord& record) {
-      // A device keeps its state while its line is down.
-      info.devices_online += Answers(record.status.state) && !record.override_quality ? 1 : 0;
-    });
-  }
   return info;
 }
 

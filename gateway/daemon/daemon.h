@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -13,9 +12,9 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
+#include "gateway/daemon/outputs.h"
 #include "gateway/daemon/reload_options.h"
 #include "gateway/lines/line_control.h"
-#include "gateway/outputs/output.h"
 
 namespace baudgate {
 
@@ -25,10 +24,8 @@ class Daemon {
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
 
-  /// Before Start: one more output, behind the others in the list. Start calls `make`; the store
-  /// outlives the output.
-  using MakeOutput = std::function<std::unique_ptr<Output>(PointStore& store)>;
-  void Add(MakeOutput make);
+  /// Before Start: one more output, behind the others in the list.
+  void Add(OutputRow output);
   /// The names of the outputs, in the order in which they are stopped. After Start.
   std::vector<std::string_view> outputs() const;
 

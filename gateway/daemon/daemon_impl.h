@@ -14,13 +14,12 @@
 #include "gateway/daemon/clocks/host_clock.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/descriptors.h"
+#include "gateway/daemon/outputs.h"
 #include "gateway/daemon/records.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/daemon/ticker.h"
 #include "gateway/lines/lines.h"
-#include "gateway/outputs/modbus/registers/register_contents.h"
-#include "gateway/outputs/output.h"
 #include "gateway/outputs/status/status_json.h"
 #include "gateway/records/trace/line_recorder.h"
 
@@ -39,8 +38,6 @@ struct Daemon::Impl {
     return recorded != nullptr ? *recorded : dispatcher;
   }
 
-  /// By the numbers of the store.
-  std::vector<RouteTarget*> Targets() const;
   /// See Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
@@ -58,26 +55,16 @@ struct Daemon::Impl {
   void SetHistory(const std::shared_ptr<const history::HistorySource>& history);
   void SetReload(ReloadOptions options);
 
-  /// Raises the limit of file descriptors. Returns which part of each listener's max_clients may
-  /// connect.
-  static double MakeRoomFor(const config::Config& its_config);
   Status OpenRecords();
   void TellUnsettled(const std::set<audit::Target>& devices);
   void MakeLines();
   void MakeClocks();
-  /// The list of all outputs. They stop in its order: first those through which people and clients
-  /// write.
   void MakeOutputs();
-  std::unique_ptr<Output> MakeControl();
-  std::unique_ptr<Output> MakeWeb();
-  std::unique_ptr<Output> MakeModbus();
-  std::unique_ptr<Output> MakeDds();
   Status OpenOutputs();
   Status BeginOutputs();
   void StopOutputs();
   control::GatewayInfo GatewayForStatus();
   void EndLines();
-  modbus::GatewayFigures Figures() const;
 
   const config::Config config;  // of the start: what only a restart can change is in it
   /// By the numbers of the store. Points to `config` without owning it until the first reload.
@@ -95,8 +82,8 @@ struct Daemon::Impl {
   std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;
   Instant started = ReadClocks().instant;
+  OutputRows output_rows = AllOutputs();
   OutputList outputs;
-  std::vector<MakeOutput> more_outputs;
   /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
   /// store hold references to them.
   std::vector<std::shared_ptr<const config::Line>> updated_lines;

@@ -8,44 +8,34 @@
 
 #include "gateway/lines/serial_server/server.h"
 
-namespace baudgate::modbus {
+namespace baudgate {
 
 namespace {
 
 // Each with some room: a port is opened before the old one is gone. Serial ports have a loop of
 // their own.
 constexpr std::size_t kForGateway = 64;  // control socket and its clients, log, recordings
-constexpr std::size_t kForDds = 64;
 constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;
-constexpr std::size_t kForListener = 4;
-constexpr std::size_t kForServer = 2;
 constexpr std::size_t kForPortServer = serial_server::Server::kMostClients + 2;
-constexpr std::size_t kPartForWeb = 8;
+constexpr std::size_t kPartForViewers = 8;
 
 std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
-  const std::size_t kept = needs.others + WebShare(needs, limit);
+  const std::size_t kept = needs.others + ViewerShare(needs, limit);
   return limit > kept ? std::min(limit - kept, needs.clients) : 1;
 }
 
 }  // namespace
 
-DescriptorNeeds DescriptorNeedsOf(const config::Config& config) {
+DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs) {
   DescriptorNeeds needs;
   needs.others = kForGateway;
   for (const config::Line& line : config.lines) {
     needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
     if (line.server() != nullptr) needs.others += kForPortServer;
   }
-  if (config.dds.enabled) needs.others += kForDds;
-  if (config.web.on) needs.web = kWebDescriptors;
-  if (!config.modbus.enabled) return needs;
-  needs.others += config.modbus.routes.size() * kForServer;
-  for (const config::Listener& listener : config.modbus.listen) {
-    needs.others += listener.is_serial() ? kForSerialPort : kForListener;
-    if (!listener.is_serial()) {
-      needs.clients += static_cast<std::size_t>(std::max(listener.max_clients, 1));
-    }
+  for (const OutputRow& output : outputs) {
+    if (output.descriptors) needs += output.descriptors(config);
   }
   return needs;
 }
@@ -66,8 +56,8 @@ double ClientShare(const DescriptorNeeds& needs, std::size_t limit) {
   return static_cast<double>(RoomForClients(needs, limit)) / static_cast<double>(needs.clients);
 }
 
-std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit) {
-  return limit >= needs.all() ? needs.web : std::min(needs.web, limit / kPartForWeb);
+std::size_t ViewerShare(const DescriptorNeeds& needs, std::size_t limit) {
+  return limit >= needs.all() ? needs.viewers : std::min(needs.viewers, limit / kPartForViewers);
 }
 
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) {
@@ -75,13 +65,9 @@ std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) 
       "at most {} clients may connect, not {}, and the same part of each listener's max_clients: "
       "of the {} files that this process may have open {} are kept for ports and sockets; raise "
       "LimitNOFILE of the service (ulimit -Hn) to {} or lower max_clients",
-      RoomForClients(needs, limit), needs.clients, limit, needs.others + WebShare(needs, limit),
+      RoomForClients(needs, limit), needs.clients, limit, needs.others + ViewerShare(needs, limit),
       needs.all());
 }
-
-}  // namespace baudgate::modbus
-
-namespace baudgate {
 
 OpenFiles::OpenFiles() {
   const MutexLock lock(mutex_);

@@ -1,7 +1,7 @@
-// File descriptors: how many the gateway needs by its configuration, and how many Modbus clients
-// and viewers of the page may connect if the system allows fewer. Neither may take descriptors that
-// are needed to open a port again or to answer the control socket; nor may viewers take those of
-// clients. Used once, by daemon.cpp. OpenFiles counts the descriptors that are open.
+// File descriptors: how many the gateway needs by its configuration, and how many clients and
+// viewers may connect if the system allows fewer. Neither may take descriptors that are needed to
+// open a port again or to answer the control socket; nor may viewers take those of clients.
+// OpenFiles counts the descriptors that are open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,38 +13,25 @@
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
+#include "gateway/daemon/outputs.h"
 
-namespace baudgate::modbus {
+namespace baudgate {
 
-/// Descriptors for the page: web::Limits::at_all, and some.
-inline constexpr std::size_t kWebDescriptors = 352;
-
-struct DescriptorNeeds {
-  std::size_t clients = 0;  ///< max_clients of all listeners
-  std::size_t others = 0;   ///< ports, sockets, files; generously
-  std::size_t web = 0;      ///< connections of the page
-
-  std::size_t all() const { return clients + others + web; }
-};
-
-DescriptorNeeds DescriptorNeedsOf(const config::Config& config);
+/// Of the gateway, its lines and these outputs.
+DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
 
 /// Raises this process's soft limit towards `needed`, as far as the hard one allows; never lowers
 /// it. Returns the new limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
-/// Which part of each listener's max_clients may connect, above 0 and at most 1.
+/// Which part of `needs.clients` may connect, above 0 and at most 1.
 double ClientShare(const DescriptorNeeds& needs, std::size_t limit);
 
-/// How many of `needs.web` the page may use: all, or an eighth of the limit.
-std::size_t WebShare(const DescriptorNeeds& needs, std::size_t limit);
+/// How many of `needs.viewers` may be used: all, or an eighth of the limit.
+std::size_t ViewerShare(const DescriptorNeeds& needs, std::size_t limit);
 
 /// For the log, if it is less than all.
 std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);
-
-}  // namespace baudgate::modbus
-
-namespace baudgate {
 
 /// Counts the files that this process has open, also at its limit. From any thread.
 class OpenFiles {

@@ -140,12 +140,6 @@ namespace {
 /// A disk that hangs does not keep outputs from ending in time.
 constexpr Duration kEndTime = 300ms;
 
-std::set<std::string> ConsumersOf(const config::Config& config) {
-  std::set<std::string> consumers;
-  if (config.dds.enabled) consumers.insert(events::kDdsConsumer);
-  return consumers;
-}
-
 events::SourceNames SourcesOf(const config::Config& config) {
   events::SourceNames sources;
   for (const config::Line& line : config.lines) {
@@ -218,7 +212,7 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       kept_(std::move(kept)),
       facts_(config),
       feed_(std::make_shared<events::EventFeed>()),
-      cursors_(std::make_shared<events::CursorBook>(ConsumersOf(config))),
+      cursors_(std::make_shared<events::CursorBook>(place.consumers)),
       records_(
           store,
           {.clocks = ReadClocks,

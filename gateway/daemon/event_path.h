@@ -38,7 +38,8 @@ namespace baudgate {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
-  bool in_memory = false;  ///< only the gateway's own alarms, until it ends
+  bool in_memory = false;             ///< only the gateway's own alarms, until it ends
+  std::set<std::string> consumers{};  ///< see CursorBook
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 

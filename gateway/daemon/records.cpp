@@ -141,8 +141,8 @@ void Records::OpenAlarms(const config::Config& config, const Links& links) {
   MakeEvents(config, links, place);
 }
 
-void Records::MakeEvents(const config::Config& config, const Links& links,
-                         const EventsPlace& place) {
+void Records::MakeEvents(const config::Config& config, const Links& links, EventsPlace place) {
+  place.consumers = links.consumers;
   auto events = std::make_unique<EventPath>(config, links.store, place, links.lines, links.kept);
   const MutexLock lock(mutex_);
   events_ = std::move(events);

@@ -103,6 +103,7 @@ class Records {
     EventPath::Kept kept;  ///< see EventPath
     WritePath::Unsettled unsettled;
     FileTroubles& troubles;
+    std::set<std::string> consumers{};  ///< of events; see CursorBook
   };
   /// The error: another gateway has the folder. `config` outlives this.
   Status Open(const config::Config& config, const Links& links);
@@ -149,7 +150,7 @@ class Records {
   void EndEvents();
 
  private:
-  void MakeEvents(const config::Config& config, const Links& links, const EventsPlace& place);
+  void MakeEvents(const config::Config& config, const Links& links, EventsPlace place);
   Status PlaceEvents(const config::Config& config, EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
   void StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);

@@ -54,6 +54,21 @@ inline std::string EscapedLabel(std::string_view text) {
   return out;
 }
 
+/// Files that an output may have open at once, generously.
+struct DescriptorNeeds {
+  std::size_t clients = 0;  ///< connections of clients; if the system allows less, a part of them
+  std::size_t others = 0;   ///< ports, sockets, files: always
+  std::size_t viewers = 0;  ///< connections of viewers; if the system allows less, an eighth of it
+
+  std::size_t all() const { return clients + others + viewers; }
+  DescriptorNeeds& operator+=(const DescriptorNeeds& more) {
+    clients += more.clients;
+    others += more.others;
+    viewers += more.viewers;
+    return *this;
+  }
+};
+
 class Output {
  public:
   using Configuration = std::shared_ptr<const config::Config>;

@@ -19,6 +19,11 @@ namespace baudgate {
 
 class WebOutput final : public Output {
  public:
+  /// For the page, if it is on: web::Limits::at_all, and some.
+  static constexpr std::size_t kDescriptors = 352;
+  static DescriptorNeeds Descriptors(const config::Config& config) {
+    return {.viewers = config.web.on ? kDescriptors : 0};
+  }
   /// All of `links` outlives it.
   WebOutput(web::LiveApi::Links links, const web::Limits& limits)
       : links_(std::move(links)), limits_(limits) {}

@@ -29,9 +29,6 @@ namespace baudgate::events {
 // The position of each consumer of all events, by its name, kept in the file: after a restart it
 // goes on where it was. From any thread.
 
-/// The gateway's own consumers. The names stand in the file.
-inline constexpr char kDdsConsumer[] = "dds";
-
 struct Cursor {
   std::int64_t seq = 0;  ///< it has got this event, and all before
   /// It has confirmed them. Else the last ones may have been lost on their way when the gateway was

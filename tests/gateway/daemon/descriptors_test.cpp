@@ -5,28 +5,34 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
-namespace baudgate::modbus {
+namespace baudgate {
 namespace {
 
 using testing::HasSubstr;
 
+DescriptorNeeds Needs(const config::Config& config) {
+  return DescriptorNeedsOf(config, AllOutputs());
+}
+
 TEST(DescriptorsTest, EveryClientPortAndServerNeedsSome) {
   config::Config config;
   config.dds.enabled = false;
-  const std::size_t base = DescriptorNeedsOf(config).others;
-  EXPECT_EQ(DescriptorNeedsOf(config).clients, 0U);
+  const std::size_t base = Needs(config).others;
+  EXPECT_EQ(Needs(config).clients, 0U);
   EXPECT_GE(base, 32U);
   config.lines.resize(100);
-  const std::size_t with_lines = DescriptorNeedsOf(config).others;
+  const std::size_t with_lines = Needs(config).others;
   EXPECT_GE(with_lines, base + 400) << "port and loop of each";
   config.modbus.listen.resize(3);
   config.modbus.listen[1].max_clients = 10;
   config.modbus.listen[2].path = "/dev/ttyS1";
   config.modbus.routes.resize(50);
-  EXPECT_EQ(DescriptorNeedsOf(config).clients, 266U) << "a serial port has no clients";
-  EXPECT_GE(DescriptorNeedsOf(config).others, with_lines + 50 + 3);
+  EXPECT_EQ(Needs(config).clients, 266U) << "a serial port has no clients";
+  EXPECT_GE(Needs(config).others, with_lines + 50 + 3);
   config.modbus.enabled = false;
-  EXPECT_EQ(DescriptorNeedsOf(config).clients, 0U);
+  EXPECT_EQ(Needs(config).clients, 0U);
+  config.dds.enabled = true;
+  EXPECT_GE(Needs(config).others, with_lines + 32);
 }
 
 TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
@@ -44,11 +50,16 @@ TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
 }
 
 TEST(DescriptorsTest, ViewersOfThePageTakeNoPlaceOfAClient) {
-  const DescriptorNeeds needs{256, 100, kWebDescriptors};
-  EXPECT_EQ(WebShare(needs, needs.all()), kWebDescriptors);
-  EXPECT_EQ(WebShare(needs, 160), 20U);
+  config::Config config;
+  EXPECT_EQ(Needs(config).viewers, 0U);
+  config.web.on = true;
+  const std::size_t page = Needs(config).viewers;
+  EXPECT_GT(page, 256U);
+  const DescriptorNeeds needs{256, 100, page};
+  EXPECT_EQ(ViewerShare(needs, needs.all()), page);
+  EXPECT_EQ(ViewerShare(needs, 160), 20U);
   EXPECT_DOUBLE_EQ(ClientShare(needs, 160), 40.0 / 256);
-  EXPECT_EQ(WebShare({256, 100, 0}, 160), 0U) << "there is no page";
+  EXPECT_EQ(ViewerShare({256, 100, 0}, 160), 0U) << "there is no page";
 }
 
 TEST(DescriptorsTest, TheSoftLimitIsRaisedAsFarAsItMay) {
@@ -68,4 +79,4 @@ TEST(DescriptorsTest, TheSoftLimitIsRaisedAsFarAsItMay) {
 }
 
 }  // namespace
-}  // namespace baudgate::modbus
+}  // namespace baudgate

@@ -1,4 +1,4 @@
-// What a new output costs: the interface, and one call. It gets samples, stands in the status
+// What a new output costs: the interface, and one row. It gets samples, stands in the status
 // document, takes a reload, and stops at its place.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/output.h"
@@ -130,12 +130,14 @@ config::Config WithLines(int count) {
   return config;
 }
 
-TEST(Output, IsOneLineInTheListOfTheDaemon) {
+TEST(Output, IsOneRowInTheListOfTheDaemon) {
   config::Catalog catalog;
   catalog.protocols["toy"] = &ToyProtocol();
   Seen seen;
   Daemon daemon(WithLines(1), catalog);
-  daemon.Add([&](PointStore& store) { return std::make_unique<RememberingOutput>(store, seen); });
+  daemon.Add({[&](const OutputLinks& links) {
+    return std::make_unique<RememberingOutput>(links.store, seen);
+  }});
   ReloadOptions reload;
   reload.file = "plant.yaml";
   reload.read = [] { return std::string("with a second line"); };

@@ -9,7 +9,7 @@ namespace baudgate {
 
 void EventConsumers::Begin(EventKeeper& keeper) {
   feed_ = std::make_shared<events::EventFeed>();
-  cursors_ = std::make_shared<events::CursorBook>(std::set<std::string>{events::kDdsConsumer});
+  cursors_ = std::make_shared<events::CursorBook>(std::set<std::string>{EventSamples::kConsumer});
   samples_ = std::make_unique<EventSamples>("plant", feed_, cursors_);
   sender_.emplace(samples_.get());
   keeper.SetFeed(feed_, cursors_);
@@ -64,7 +64,7 @@ void EventConsumers::End() {
   } while (sender_->Next() != nullptr);
   ReadRing();
   sender_->Confirm();
-  const auto kept = cursors_->Of(events::kDdsConsumer);
+  const auto kept = cursors_->Of(EventSamples::kConsumer);
   may_repeat_ = !kept || !kept->sure;
 }
 

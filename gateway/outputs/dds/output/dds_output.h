@@ -14,6 +14,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/outputs/dds/link/process_link.h"
+#include "gateway/outputs/dds/output/event_samples.h"
 #include "gateway/outputs/dds/publisher.h"
 #include "gateway/outputs/dds/writes/write_service.h"
 #include "gateway/outputs/output.h"
@@ -34,6 +35,13 @@ class DdsOutput final : public Output {
     bool keeps_events = false;                   ///< else only alarms are published
   };
   explicit DdsOutput(Links links) : links_(std::move(links)) {}
+  static DescriptorNeeds Descriptors(const config::Config& config) {
+    return {.others = config.dds.enabled ? std::size_t(64) : 0};
+  }
+  /// See OutputRow.
+  static std::string Consumer(const config::Config& config) {
+    return config.dds.enabled ? EventSamples::kConsumer : "";
+  }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }

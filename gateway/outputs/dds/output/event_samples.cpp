@@ -15,14 +15,14 @@ std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_
 }
 
 std::optional<dds::EventSupply::Place> EventSamples::place() const {
-  const auto cursor = cursors_ ? cursors_->Of(events::kDdsConsumer) : std::nullopt;
+  const auto cursor = cursors_ ? cursors_->Of(kConsumer) : std::nullopt;
   if (!cursor) return std::nullopt;
   return Place{static_cast<std::uint64_t>(std::max<std::int64_t>(cursor->seq, 0)), cursor->sure};
 }
 
 void EventSamples::Keep(Place place) {
   if (!cursors_) return;
-  cursors_->Set(events::kDdsConsumer, {static_cast<std::int64_t>(place.seq), place.sure});
+  cursors_->Set(kConsumer, {static_cast<std::int64_t>(place.seq), place.sure});
 }
 
 std::vector<dds::EventSupply::Alarm> EventSamples::TakeAlarms(std::uint64_t after,

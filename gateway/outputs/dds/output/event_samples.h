@@ -15,6 +15,9 @@ namespace baudgate {
 
 class EventSamples final : public dds::EventSupply {
  public:
+  /// The name of DDS in the file of the cursors.
+  static constexpr char kConsumer[] = "dds";
+
   /// Without `events` only alarms: the numbers of events would start again at each start.
   /// `cursors`: keep the place among the events; null: nothing does.
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed,

@@ -19,6 +19,23 @@ struct Ports final : Output::Prepared {
 
 }  // namespace
 
+/// With some room: a port is opened before the old one is gone. A serial port has a loop of its
+/// own.
+DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
+  constexpr std::size_t kForSerialPort = 8;
+  constexpr std::size_t kForListener = 4;
+  constexpr std::size_t kForServer = 2;
+  DescriptorNeeds needs;
+  if (!config.modbus.enabled) return needs;
+  needs.others = config.modbus.routes.size() * kForServer;
+  for (const config::Listener& listener : config.modbus.listen) {
+    needs.others += listener.is_serial() ? kForSerialPort : kForListener;
+    if (listener.is_serial()) continue;
+    needs.clients += static_cast<std::size_t>(std::max(listener.max_clients, 1));
+  }
+  return needs;
+}
+
 Status ModbusOutput::Open(const Configuration& config) {
   if (!config->modbus.enabled) return {};
   config_ = config;

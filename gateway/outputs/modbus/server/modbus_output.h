@@ -38,6 +38,7 @@ class ModbusOutput final : public Output {
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
   ~ModbusOutput() override { StopRequests(); }
+  static DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
   /// Listens, then starts the thread, if the configuration has a server. The error names the port.

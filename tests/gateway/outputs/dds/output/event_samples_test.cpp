@@ -35,7 +35,7 @@ TEST(EventSamples, SayWhoseEventItIs) {
 
 TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
   const auto cursors =
-      std::make_shared<events::CursorBook>(std::set<std::string>{events::kDdsConsumer});
+      std::make_shared<events::CursorBook>(std::set<std::string>{EventSamples::kConsumer});
   EventSamples samples("plant", std::make_shared<events::EventFeed>(), cursors);
   EXPECT_FALSE(samples.place());
   samples.Keep({7, true});

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/daemon/outputs.h"
+
+#include <utility>
+
+#include "gateway/base/log.h"
+#include "gateway/base/version.h"
+#include "gateway/daemon/descriptors.h"
+#include "gateway/daemon/records.h"
+#include "gateway/daemon/reloader.h"
+#include "gateway/lines/lines.h"
+#include "gateway/outputs/control/control_output.h"
+#include "gateway/outputs/dds/output/dds_output.h"
+#include "gateway/outputs/modbus/server/modbus_output.h"
+#include "gateway/outputs/web/web_output.h"
+
+namespace baudgate {
+namespace {
+
+std::unique_ptr<Output> MakeControl(const OutputLinks& links) {
+  return std::make_unique<ControlOutput>(
+      links.config,
+      ControlOutput::Links{links.store, links.control, links.commands, links.info, links.reloader});
+}
+
+std::unique_ptr<Output> MakeWeb(const OutputLinks& links) {
+  web::LiveApi::Links api{links.store, links.control, links.info};
+  api.protocol = [&catalog = links.catalog](const std::string& name) {
+    return catalog.FindProtocol(name);
+  };
+  if (links.reloader != nullptr) {
+    api.configuration = [reloader = links.reloader] { return reloader->ConfigurationText(); };
+  }
+  DescriptorNeeds needs = links.needs(links.config);
+  needs.viewers = WebOutput::kDescriptors;  // a reload may add the page
+  const std::size_t limit = RaiseDescriptorLimit(needs.all());
+  return std::make_unique<WebOutput>(std::move(api), web::Limits::Of(ViewerShare(needs, limit)));
+}
+
+modbus::GatewayFigures FiguresOf(const PointStore& store, const Lines& lines, Instant started) {
+  modbus::GatewayFigures info;
+  info.version_major = kVersionMajor;
+  info.version_minor = kVersionMinor;
+  info.version_patch = kVersionPatch;
+  info.uptime = ReadClocks().instant - started;
+  info.lines = lines.present();
+  info.lines_up = lines.open();
+  info.devices = store.present_count();
+  for (std::uint32_t device = 0; device < store.device_count(); ++device) {
+    if (store.gone(device)) continue;
+    store.Read(device, [&](const DeviceRecord& record) {
+      // A device keeps its state while its line is down.
+      info.devices_online += Answers(record.status.state) && !record.override_quality ? 1 : 0;
+    });
+  }
+  return info;
+}
+
+std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
+  modbus::ModbusLinks server;
+  server.frames = {links.catalog.FramesOf(modbus::Framing::rtu),
+                   links.catalog.FramesOf(modbus::Framing::ascii)};
+  if (WritePath* const writes = links.records.write_path()) server.writes = &writes->log();
+  if (EventPath* const events = links.records.events()) {
+    server.events = events->feed();
+    server.alarms = &events->log();
+    server.routed = [events](const modbus::RoutedReport& end, Now now) {
+      events->OnRouted(end, now);
+    };
+  }
+  const auto figures = [&store = links.store, &lines = links.lines, started = links.info.started] {
+    return FiguresOf(store, lines, started);
+  };
+  const auto make_room = [needs_of = links.needs](const config::Config& config) {
+    const DescriptorNeeds needs = needs_of(config);
+    const std::size_t limit = RaiseDescriptorLimit(needs.all());
+    const double share = ClientShare(needs, limit);
+    if (share < 1) log::Warn("modbus: {}", ExplainClientShare(needs, limit));
+    return share;
+  };
+  const auto targets = [&lines = links.lines] {
+    std::vector<RouteTarget*> all;
+    for (std::uint32_t line = 0; line < lines.size(); ++line) all.push_back(&lines.at(line));
+    return all;
+  };
+  return std::make_unique<ModbusOutput>(ModbusOutput::Links{links.store, links.commands, figures,
+                                                            make_room, targets, std::move(server)});
+}
+
+std::unique_ptr<Output> MakeDds(const OutputLinks& links) {
+  Records& records = links.records;
+  WritePath* const writes = records.write_path();
+  const audit::AuditSource* const audit = writes != nullptr ? &writes->log() : nullptr;
+  DdsOutput::Links dds{links.store, links.commands, [audit] { return audit::PastOf(audit); }};
+  if (const EventPath* const events = records.events()) {
+    dds.events = std::make_shared<EventSamples>(links.config.name, events->feed(),
+                                                events->cursors(), records.keeps_events());
+  }
+  dds.keeps_events = records.keeps_events();
+  return std::make_unique<DdsOutput>(std::move(dds));
+}
+
+}  // namespace
+
+OutputRows AllOutputs() {
+  return {
+      {&MakeControl},  // its few descriptors are counted with those of the gateway
+      {&MakeWeb, &WebOutput::Descriptors},
+      {&MakeModbus, &ModbusOutput::Descriptors},
+      {&MakeDds, &DdsOutput::Descriptors, &DdsOutput::Consumer},
+  };
+}
+
+}  // namespace baudgate
