@@ -238,14 +238,10 @@ std::vector<std::string> AdviceOf(const Json& status) {
   for (const Json& route : PartOf(modbus, "routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
-  if (const Json& dds = DdsOf(status); !dds.is_null()) add("DDS", dds);
-  if (const Json& audit = PartOf(status, "audit"); !audit.is_null()) add("audit", audit);
-  if (const Json& events = PartOf(status, "events"); !events.is_null()) add("events", events);
-  if (const Json& history = PartOf(status, "history"); !history.is_null()) add("history", history);
-  if (const Json& configuration = PartOf(status, "configuration"); !configuration.is_null()) {
-    add("configuration", configuration);
+  for (const auto& [name, section] : status.items()) {  // in the order of the gateway
+    if (section.is_object() && section.contains("advice"))
+      add(name == "dds" ? "DDS" : name, section);
   }
-  if (const Json& files = PartOf(status, "files"); !files.is_null()) add("files", files);
   return sentences;
 }
 

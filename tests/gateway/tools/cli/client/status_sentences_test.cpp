@@ -33,5 +33,16 @@ TEST(StatusSentences, WhatFailsStandsAboveWhatSuffersFromIt) {
                                             "bay.healthy: two replies were late"));
 }
 
+TEST(StatusSentences, EachSectionHasItsOwn) {
+  const Json status = {{"gateway", "plant"},
+                       {"lines", Json::array()},
+                       {"dds", {{"advice", Json::array({"the process has not connected yet"})}}},
+                       {"new-output", {{"advice", Json::array({"nobody listens"})}}},
+                       {"audit", nullptr},
+                       {"files", {{"advice", Json::array()}}}};
+  EXPECT_THAT(AdviceOf(status),
+              ElementsAre("DDS: the process has not connected yet", "new-output: nobody listens"));
+}
+
 }  // namespace
 }  // namespace baudgate
