@@ -134,6 +134,9 @@ namespace {
 
 constexpr std::uint16_t kFirstFreePort = 1024;
 constexpr std::uint16_t kAbovePrivileged = 1000;
+/// The sections that a trial may have.
+const std::set<std::string> kSections = {"gateway", "lines",  "modbus", "web",
+                                         "dds",     "events", "history"};
 
 class Trial {
  public:
@@ -198,6 +201,14 @@ class Trial {
     }
     for (const char* kept : {"events", "history"}) {
       if (root[kept] && root[kept].IsMap()) root[kept].remove("directory");
+    }
+    std::vector<std::string> others;
+    for (const auto& section : root) {
+      if (!kSections.contains(section.first.Scalar())) others.push_back(section.first.Scalar());
+    }
+    for (const std::string& section : others) {
+      root.remove(section);
+      left_out.push_back(section + ": nothing says where it may reach in a trial");
     }
   }
 

@@ -33,8 +33,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   context.events = config.events.given;
   const auto history = map.Get("history");
   const auto modbus = map.Get("modbus");
-  if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
-  if (const auto node = map.Get("web")) config.web = ReadWeb(*node, problems);
+  ReadOutputs(map, config, context);
   const auto lines = map.Get("lines");
   if (lines) config.lines = ReadLines(*lines, context);
   map.Finish();

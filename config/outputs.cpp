@@ -63,8 +63,8 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   dds.discovery_servers.push_back(*server);
 }
 
-}  // namespace
-
+/// Who is asked beside the multicast group, or in its place: `dds: { peers, discovery_servers,
+/// multicast }`. After `interfaces`, which must reach what stands here.
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto peers = map.Get("peers")) {
     for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
@@ -87,8 +87,6 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   }
 }
 
-namespace {
-
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLongestPath = 255;  // what goes to the DDS process
@@ -104,8 +102,9 @@ std::string PathOf(const std::string& path, const std::string& key, const Mark& 
   return {};
 }
 
-}  // namespace
-
+/// `dds: { security: … }`: a folder, or the files one by one. Paths come out absolute. The files
+/// are not looked at: what is wrong with them is a state of the gateway, and for `baudgate check`
+/// to say.
 DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   if (node.kind() == YamlNode::Kind::scalar) {
     const auto folder = ReadText(node, "security", context.problems);
@@ -131,8 +130,6 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   map.Finish();
   return security;
 }
-
-namespace {
 
 constexpr std::size_t kMostHosts = 100;
 constexpr std::array<Word<bool>, 2> kAcknowledge = {{{"deny", false}, {"allow", true}}};
@@ -170,8 +167,15 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   map.Finish();
 }
 
-}  // namespace
-
+/// The key web: the page for browsers, JSON for programs, metrics for Prometheus. A server that
+/// listens beyond loopback without a token is a problem.
+///
+///   web:
+///     listen: 127.0.0.1:8502
+///     allow: [10.0.0.0/8]
+///     hosts: [gate.example.com]
+///     token: { file: /etc/baudgate/web.token }
+///     acknowledge: allow
 Web ReadWeb(const YamlNode& node, Problems& problems) {
   Web web;
   web.on = true;
@@ -193,8 +197,6 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   }
   return web;
 }
-
-namespace {
 
 constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
@@ -294,8 +296,6 @@ void CheckPorts(const Dds& dds, MapReader& map) {
           std::to_string(port));
 }
 
-}  // namespace
-
 Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Dds dds;
   Problems& problems = context.problems;
@@ -328,6 +328,13 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   CheckPorts(dds, map);
   map.Finish();
   return dds;
+}
+
+}  // namespace
+
+void ReadOutputs(MapReader& map, Config& config, LoadContext& context) {
+  if (const auto node = map.Get("dds")) config.dds = ReadDds(*node, context);
+  if (const auto node = map.Get("web")) config.web = ReadWeb(*node, context.problems);
 }
 
 }  // namespace baudgate::config

@@ -1,5 +1,7 @@
 // The outputs of the gateway: Modbus on TCP and serial ports, DDS, and the web page. Listener and
-// Route belong to Modbus, DdsSecurity to Dds, and Web is the web page.
+// Route belong to Modbus, DdsSecurity to Dds, and Web is the web page. Where the struct of a
+// section has kReloads, a reload applies its settings; where kReloads is false, only a restart
+// does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -206,6 +208,8 @@ inline DdsSecurity SecurityIn(const std::string& directory) {
 // The web page, its JSON and its metrics (gateway/outputs/web): where it listens, and which clients
 // may come.
 struct Web {
+  static constexpr bool kReloads = true;
+
   bool on = false;  ///< the key `web` is there
   HostPort listen{"127.0.0.1", 8502};
   std::vector<Network> allow;      ///< who may connect; empty = everybody
@@ -250,6 +254,8 @@ inline constexpr Duration kShortestLease = std::chrono::seconds(2);
 inline constexpr Duration kLongestLease = std::chrono::minutes(1);
 
 struct Dds {
+  static constexpr bool kReloads = false;
+
   bool enabled = true;
   int domain = 0;  ///< 0…232
   std::vector<std::string> interfaces = {"127.0.0.1"};

@@ -69,15 +69,18 @@ TEST(TrialConfig, SaysWhatItLeavesOut) {
       "    port: /dev/ttyUSB0\n"
       "    protocol: modbus_rtu\n"
       "    serial: { baud: 9600, rs485: { enabled: true } }\n"
-      "    devices: [ { name: d, address: 1, profile: mine/meter.yaml } ]\n",
+      "    devices: [ { name: d, address: 1, profile: mine/meter.yaml } ]\n"
+      "new_output: { broker: 10.0.0.8 }\n",
       PlacesFor(1));
   ASSERT_TRUE(trial) << trial.error();
-  EXPECT_THAT(trial->left_out, ElementsAre(HasSubstr("/dev/ttyS1"), HasSubstr("10.0.0.9")));
+  EXPECT_THAT(trial->left_out,
+              ElementsAre(HasSubstr("/dev/ttyS1"), HasSubstr("10.0.0.9"), HasSubstr("new_output")));
   EXPECT_THAT(trial->yaml, HasSubstr("/home/me/plant/mine/meter.yaml"));
   EXPECT_THAT(trial->yaml, HasSubstr("127.0.0.1:1502"));
   EXPECT_THAT(trial->yaml, HasSubstr("127.0.0.1:1503")) << "each listener has a port of its own";
   EXPECT_THAT(trial->yaml, HasSubstr("baudgate-trial"));
   EXPECT_THAT(trial->yaml, ::testing::Not(HasSubstr("rs485")));
+  EXPECT_THAT(trial->yaml, ::testing::Not(HasSubstr("broker"))) << "it may belong to the plant";
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <map>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "config/model/fields.h"
@@ -204,18 +205,19 @@ Difference Compare(const config::Config& running, const config::Config& next) {
     if (line.name.empty() || Find(next, line.name) != nullptr) continue;
     difference.lines.push_back({line.name, Action::removed, {}});
   }
-  EachDifferent(running, next, [&](std::string_view key) {
-    const auto tell = [&](std::string_view its) {
-      difference.restart.push_back(std::string(key) + "." + std::string(its));
-    };
-    if (key == "lines" || key == "modbus" || key == "history") return;  // each in its own words
-    if (key == "web") {
-      return EachDifferent(running.web, next.web, [&](std::string_view its) {
-        difference.settings.push_back(its == "web" ? "web" : "web." + std::string(its));
+  VisitFields(&running, [&](auto field) {
+    const auto& was = running.*field.member;
+    const auto& is = next.*field.member;
+    using Section = std::remove_cvref_t<decltype(was)>;
+    const std::string key(field.key);
+    if constexpr (requires { Section::kReloads; }) {
+      auto& names = Section::kReloads ? difference.settings : difference.restart;
+      EachDifferent(was, is, [&](std::string_view its) {
+        names.push_back(its == key ? key : key + "." + std::string(its));
       });
-    }
-    if (key == "dds") return EachDifferent(running.dds, next.dds, tell);
-    (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
+    } else if (key != "lines" && key != "modbus" && key != "history" && !config::Same(was, is)) {
+      (key == "gateway.alarms" ? difference.settings : difference.restart).push_back(key);
+    }  // lines, modbus and history have their own words
   });
   if (running.modbus.enabled != next.modbus.enabled) {
     difference.restart.emplace_back("modbus.enabled");
