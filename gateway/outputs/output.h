@@ -1,15 +1,13 @@
 // An output: a way in which the gateway gives away what it knows, such as Modbus, DDS, the web page
-// and the control socket. The daemon has a list of outputs (gateway/daemon/daemon.cpp) and calls
+// and the control socket. The daemon has a list of outputs (gateway/daemon/outputs.cpp) and calls
 // them in the order of the list:
 //
-//   at the start    Open, before the first device is asked; SetHistory and Begin, when the lines
-//   run at a reload     Examine, ClientsAt; Prepare, which may fail; Apply; SetHistory at the stop
-//   StopRequests for each; when the lines have ended, Stop for each at any time     Section for the
-//   status document, Metrics for /metrics
+//   start   Open, before the first device is asked; SetHistory and Begin, when the lines run
+//   reload  Examine, ClientsAt; Prepare, which may fail; Apply; SetHistory
+//   stop    StopRequests for each; when the lines have ended, Stop for each
 //
-// A new output is a folder beside this file, which docs/modules.txt names; its configuration
-// (config/model/outputs.h, config/model/config.h) with a reader (config/outputs.cpp); and one line
-// in the list. docs/architecture.md, "Where is it?", says where outputs are named.
+// At any time, from any thread: Section for the status document, Metrics for /metrics.
+// README.md beside this file says how to add an output.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
