@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 
+#include "config/catalog/modules.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
-#include "gateway/daemon/modules.h"
 #include "gateway/process_start.h"
 #include "gateway/tools/cli/commands.h"
 #include "gateway/tools/terminal/command_end.h"
@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
     return kExitUsage;
   }
   log::Begin(log::Level::info);
-  const Modules modules = LoadModules();
+  const config::Modules modules = config::LoadModules();
   for (const std::string& refused : modules.refused) log::Warn("{}", refused);
   return AfterOutput(action(modules.catalog));
 }

@@ -1,5 +1,5 @@
-// What is installed: protocol modules and device profiles. Filled by gateway/modules; read by the
-// loader and by the commands that list them.
+// What is installed: protocol modules and device profiles. Filled by modules.h; read by the loader
+// and by the commands that list them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

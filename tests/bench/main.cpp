@@ -11,9 +11,9 @@
 #include <string_view>
 #include <thread>
 
+#include "config/catalog/modules.h"
 #include "config/loader.h"
 #include "gateway/base/log.h"
-#include "gateway/daemon/modules.h"
 #include "tests/bench/bench.h"
 
 namespace baudgate::bench {
@@ -94,7 +94,7 @@ void PrintMachine() {
 int main(int argc, char** argv) {
   using namespace baudgate;
   log::Begin(log::Level::error);
-  const Modules modules = LoadModules();
+  const config::Modules modules = config::LoadModules();
   const std::string_view role = argc > 1 ? argv[1] : "";
   if (role == "be-delay-subscriber") return bench::BeDelaySubscriber(argc - 2, argv + 2);
   if (role == "be-delay-relay") return bench::BeDelayRelay(argc - 2, argv + 2);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/modules.h"
+#include "config/catalog/modules.h"
 
 #include <dlfcn.h>
 
@@ -10,10 +10,11 @@
 #include "gateway/base/text.h"
 #include "protocols/entry.h"
 
-namespace baudgate {
-namespace {
+namespace baudgate::config {
 
 namespace fs = std::filesystem;
+
+namespace {
 
 fs::path BinaryDirectory() {
   std::error_code error;
@@ -87,10 +88,10 @@ std::vector<fs::path> ProfileFolders(const std::vector<fs::path>& roots) {
   constexpr std::size_t kShipped = 2;  // beside the binary, and where it is installed
   std::vector<fs::path> folders;
   for (std::size_t i = 0; i < roots.size(); ++i) {
-    if (i + kShipped == roots.size()) folders.emplace_back(config::kLocalProfiles);
+    if (i + kShipped == roots.size()) folders.emplace_back(kLocalProfiles);
     folders.push_back(roots[i] / "profiles");
   }
   return folders;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::config

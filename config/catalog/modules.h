@@ -10,10 +10,10 @@
 
 #include "config/catalog/catalog.h"
 
-namespace baudgate {
+namespace baudgate::config {
 
 struct Modules {
-  config::Catalog catalog;
+  Catalog catalog;
   /// Modules that were found and refused, each a sentence with its path: another interface version,
   /// another compiler, not a module at all.
   std::vector<std::string> refused;
@@ -26,4 +26,4 @@ Modules LoadModules();
 /// shipped.
 std::vector<std::filesystem::path> ProfileFolders(const std::vector<std::filesystem::path>& roots);
 
-}  // namespace baudgate
+}  // namespace baudgate::config

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/modules.h"
+#include "config/catalog/modules.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include "protocols/entry.h"
 
-namespace baudgate {
+namespace baudgate::config {
 namespace {
 
 using ::testing::AllOf;
@@ -39,4 +39,4 @@ TEST(Modules, ProfilesOfThisMachineWinOverThoseThatAreShipped) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::config
