@@ -41,9 +41,6 @@ namespace baudgate {
 /// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
-/// As users see it.
-Value WrittenValue(const config::Point& point, const PointWrite& write);
-
 /// What a point shows after its write was confirmed.
 enum class Shown {
   nothing,
