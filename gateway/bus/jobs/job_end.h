@@ -31,8 +31,8 @@
 #include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/schedule/effects.h"
-#include "gateway/bus/schedule/write_queue.h"
 #include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
 
 namespace baudgate {
 
