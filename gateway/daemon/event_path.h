@@ -22,7 +22,7 @@
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/lines/line_reporter.h"
-#include "gateway/outputs/modbus/service/links.h"
+#include "gateway/outputs/modbus/service/router.h"
 #include "gateway/records/disk/disk.h"
 #include "gateway/records/disk/events_file.h"
 #include "gateway/records/events/event_feed.h"

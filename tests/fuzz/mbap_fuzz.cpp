@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
-#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/own_units.h"
 #include "gateway/outputs/modbus/wire/request.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/modbus_world.h"
@@ -16,10 +16,10 @@ namespace {
 using modbus::ExceptionCode;
 using modbus::MbapAssembler;
 
-modbus::LocalUnits& TheUnits(FuzzSink*& sink) {
+modbus::OwnUnits& TheUnits(FuzzSink*& sink) {
   static FuzzSink the_sink;
   static modbus::ServerShared shared(ModbusConfig(), FilledStore(), the_sink, {}, {});
-  modbus::LocalUnits& units = shared.units();
+  modbus::OwnUnits& units = shared.units();
   Require(units.responder().ready().ok(), "libmodbus is there");
   sink = &the_sink;
   return units;
@@ -40,7 +40,7 @@ std::size_t DataOf(const modbus::ModbusRequest& request) {
   }
 }
 
-void AnswerFrame(modbus::LocalUnits& units, View frame) {
+void AnswerFrame(modbus::OwnUnits& units, View frame) {
   modbus::ModbusRequest request;
   ExceptionCode exception = units.Check(frame, request);
   if (exception == modbus::kNoException) {
@@ -49,9 +49,8 @@ void AnswerFrame(modbus::LocalUnits& units, View frame) {
     Require(request.data.size() == DataOf(request), "a write carries the values that it counts");
     if (modbus::IsPlainWrite(modbus::FunctionOf(frame))) {
       WriteResult ended;
-      exception =
-          units.Submit(request, {{"192.0.2.5:40312", 1}, ModbusNow() + 5s, nullptr}, ModbusNow(),
-                       [&ended](const WriteResult& result) { ended = result; });
+      exception = units.Write(request, {{"192.0.2.5:40312", 1}, ModbusNow() + 5s, nullptr},
+                              ModbusNow(), [&ended](const WriteResult& result) { ended = result; });
       if (exception == modbus::kNoException) exception = modbus::ExceptionOf(ended);
     } else {
       const auto holes = frame.size() % 2 == 0 ? modbus::Holes::off : modbus::Holes::zero;
@@ -70,7 +69,7 @@ void AnswerFrame(modbus::LocalUnits& units, View frame) {
 /// Frames as they come out, whatever the pieces; nothing after the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
-  modbus::LocalUnits& units = TheUnits(sink);
+  modbus::OwnUnits& units = TheUnits(sink);
   sink->turn = input.U8();
   MbapAssembler assembler;
   std::size_t in = 0;

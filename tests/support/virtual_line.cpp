@@ -59,6 +59,12 @@ void VirtualLine::MakePoller() {
 VirtualLine::~VirtualLine() = default;
 
 bool VirtualLine::Submit(WriteCommand command) {
+  if (auto* const writes = std::get_if<Writes>(&command.kind)) {
+    const auto& points = store_->device(command.device).points;
+    for (PointWrite& write : *writes) {
+      write.shown = ToSample(points[write.point], {write.point, write.raw}).value;
+    }
+  }
   return poller_->Submit(std::move(command), now());
 }
 void VirtualLine::Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }

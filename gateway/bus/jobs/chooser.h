@@ -18,8 +18,8 @@
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/schedule/schedule.h"
 #include "gateway/bus/schedule/turns.h"
-#include "gateway/bus/schedule/write_queue.h"
 #include "gateway/bus/writes/route_queue.h"
+#include "gateway/bus/writes/write_queue.h"
 
 namespace baudgate {
 

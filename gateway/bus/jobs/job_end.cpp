@@ -43,18 +43,13 @@ WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
   }
 }
 
-Value WrittenValue(const config::Point& point, const PointWrite& write) {
-  return ToSample(point, {write.point, write.raw}).value;
-}
-
 Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
   if (!HasValue(shown)) return Shown::nothing;
-  const Value wanted = WrittenValue(point, write);
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
   if (!is_float && !scaled)
-    return ToText(shown) == ToText(wanted) ? Shown::written : Shown::another;
-  const auto written = Decimal::Of(wanted);
+    return ToText(shown) == ToText(write.shown) ? Shown::written : Shown::another;
+  const auto written = Decimal::Of(write.shown);
   const auto now = Decimal::Of(shown);
   if (!written || !now) return Shown::another;
   if (Abs(*now - *written) <= Tolerance(point, *written)) return Shown::written;
@@ -85,7 +80,7 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
     result.end = WriteEnd::differs;
     result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
-                    ToText(WrittenValue(point, write)) + " was written and confirmed";
+                    ToText(write.shown) + " was written and confirmed";
   }
   if (!std::ranges::all_of(one.command.reads(), is_read)) {
     result.read_back = false;
@@ -318,9 +313,7 @@ std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& d
                                                     const EndEffects::Write& effects, Instant now) {
   using Next = EndEffects::Write::Next;
   upkeep_.Doubt(device, effects.unknown, now);
-  for (const PointWrite& one : effects.confirmed) {
-    device.jumps.OnWritten(one.point, WrittenValue(device.config->points[one.point], one));
-  }
+  for (const PointWrite& one : effects.confirmed) device.jumps.OnWritten(one.point, one.shown);
   if (!effects.confirmed.empty()) write.command.MoveTo(WriteState::reading_back);
   switch (effects.next) {
     case Next::answer:

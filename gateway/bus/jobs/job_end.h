@@ -31,8 +31,8 @@
 #include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/schedule/effects.h"
-#include "gateway/bus/schedule/write_queue.h"
 #include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
 
 namespace baudgate {
 
@@ -40,9 +40,6 @@ namespace baudgate {
 
 /// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
-
-/// As users see it.
-Value WrittenValue(const config::Point& point, const PointWrite& write);
 
 /// What a point shows after its write was confirmed.
 enum class Shown {

@@ -24,9 +24,9 @@
 #include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/replies/whose_reply.h"
-#include "gateway/bus/schedule/write_queue.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
 
 namespace baudgate {
 

@@ -27,9 +27,9 @@
 #include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/poller/line_inputs.h"
 #include "gateway/bus/schedule/turns.h"
-#include "gateway/bus/schedule/write_queue.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
 
 namespace baudgate {
 

@@ -19,6 +19,7 @@
 #include "gateway/bus/schedule/schedule.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {

@@ -118,13 +118,6 @@ struct Round {
 /// In place of the number of a query: the events of the device.
 inline constexpr std::size_t kEventsQuery = std::numeric_limits<std::size_t>::max();
 
-/// A query of a device of the line, by their numbers.
-struct QueryRef {
-  std::size_t device = 0;
-  std::size_t query = 0;
-  bool operator==(const QueryRef&) const = default;
-};
-
 class Schedule {
  public:
   struct Pick {

@@ -95,10 +95,13 @@ inline constexpr const char* kTooLate = "its deadline passed while it waited for
 /// How long a command of a user waits for its device.
 inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
 
+/// Made by the gate (Convert), and not converted again: the line sends `raw`, the audit and the
+/// comparison with what is read back take `shown`.
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
-  Value raw;                ///< as the conversation sends it: made by ToRaw, and so in range
+  Value raw;                ///< as the conversation sends it: in the range of the type
   Value before{};  ///< what the point showed when the write was asked for; empty: not known
+  Value shown{};   ///< what the point shows when the device has it
 };
 
 /// They are written in their order; the first that fails ends the command.

@@ -73,21 +73,28 @@ Value AsMeant(const config::Point& point, const Value& value) {
   return AsDecimal(*number);
 }
 
+Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, const Value& value) {
+  auto raw = ToRaw(point, value);
+  if (!raw) return Error{raw.error()};
+  Value shown = ToSample(point, {index, *raw}).value;
+  return PointWrite{.point = index, .raw = *std::move(raw), .shown = std::move(shown)};
+}
+
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
-                                      const Value& raw) {
-  const Value back = ToSample(point, {0, raw}).value;
-  if (!HasValue(back)) return ToText(value) + " is a code that has another meaning for this device";
+                                      const PointWrite& write) {
+  if (!HasValue(write.shown))
+    return ToText(value) + " is a code that has another meaning for this device";
   auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
   if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
-  const Decimal difference = Abs(Decimal::Of(back).value_or(0) - *number);
+  const Decimal difference = Abs(Decimal::Of(write.shown).value_or(0) - *number);
   if (difference > SlackOf(value, Abs(*number) + Abs(point.offset))) {
     return "the device cannot represent " + number->ToText() + "; the nearest value is " +
-           ToText(back);
+           ToText(write.shown);
   }
-  const auto digits = Decimal::Of(raw);
+  const auto digits = Decimal::Of(write.raw);
   if (!point.writing.decimals || !digits) return std::nullopt;
-  if (IsMultiple(raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
+  if (IsMultiple(write.raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
     return std::nullopt;
   }
   return number->ToText() + " has more digits than the device takes, " +
@@ -238,34 +245,32 @@ std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t devi
 }  // namespace
 
 std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
-  TakeAsMeant(ask);
-  if (auto denial = Check(writer, ask, now)) {
+  RestoreDecimals(ask);
+  WriteCommand command;
+  auto& writes = command.kind.emplace<Writes>();
+  if (auto denial = CheckAndConvert(writer, ask, now, writes)) {
     Deny(writer, ask, denial->text);
     return denial;
   }
-  const config::Device& device = store_.device(ask.device);
-  WriteCommand command;
   command.device = ask.device;
   command.client = writer.name;
   command.request = std::move(ask.request);
   command.deadline = ask.deadline;
   command.abandoned = ask.abandoned;
   command.done = std::move(ask.done);
-  auto& writes = command.kind.emplace<Writes>();
-  std::vector<WriteAsk::Part> guarded;
   store_.Read(ask.device, [&](const DeviceRecord& record) {
-    for (const WriteAsk::Part& part : ask.parts) {
-      const config::Point& point = device.points[part.point];
-      PointWrite write{part.point, ToRaw(point, part.value).value()};
-      if (!IsBad(QualityAt(record, part.point, now)))
-        write.before = record.points[part.point].value;
-      writes.push_back(std::move(write));
-      if (IsGuarded(point)) guarded.push_back(part);
+    for (PointWrite& write : writes) {
+      if (!IsBad(QualityAt(record, write.point, now))) {
+        write.before = record.points[write.point].value;
+      }
     }
   });
-  if (!guarded.empty()) {
+  std::erase_if(ask.parts, [&points = store_.device(ask.device).points](const auto& part) {
+    return !IsGuarded(points[part.point]);
+  });
+  if (!ask.parts.empty()) {
     command.why_not = [&store = store_, device = ask.device,
-                       guarded](Instant at) -> std::optional<std::string> {
+                       guarded = std::move(ask.parts)](Instant at) -> std::optional<std::string> {
       auto denial = WhyNotNow(store, device, guarded, at);
       if (!denial) return std::nullopt;
       return std::move(denial->text);
@@ -275,7 +280,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
   return WriteDenial{Why::busy, "too many writes wait for the line; try again"};
 }
 
-void WriteGate::TakeAsMeant(WriteAsk& ask) const {
+void WriteGate::RestoreDecimals(WriteAsk& ask) const {
   for (WriteAsk::Part& part : ask.parts) {
     part.value = AsMeant(store_.device(ask.device).points[part.point], part.value);
   }
@@ -283,22 +288,23 @@ void WriteGate::TakeAsMeant(WriteAsk& ask) const {
 
 std::optional<WriteDenial> WriteGate::WouldDeny(const WriteAsk& ask, Instant now) const {
   WriteAsk meant = ask;
-  TakeAsMeant(meant);
-  if (auto denial = CheckValues(meant)) return denial;
-  return CheckInterlocks(meant, now);
+  RestoreDecimals(meant);
+  Writes unused;
+  if (auto denial = ConvertValues(meant, unused)) return denial;
+  return WhyNotNow(store_, meant.device, meant.parts, now);
 }
 
-std::optional<WriteDenial> WriteGate::Check(const Writer& writer, const WriteAsk& ask,
-                                            Instant now) {
+std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer, const WriteAsk& ask,
+                                                      Instant now, Writes& writes) {
   // A selection is used up by the first try, whatever becomes of it.
   const std::optional<std::string> not_selected = WhyNotSelected(writer, ask, now);
-  if (auto denial = CheckValues(ask)) return denial;
+  if (auto denial = ConvertValues(ask, writes)) return denial;
   if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
-  return CheckInterlocks(ask, now);
+  return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
-/// Permission and limits.
-std::optional<WriteDenial> WriteGate::CheckValues(const WriteAsk& ask) const {
+/// Permission, limits, and what the device can represent.
+std::optional<WriteDenial> WriteGate::ConvertValues(const WriteAsk& ask, Writes& writes) const {
   const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
@@ -309,16 +315,13 @@ std::optional<WriteDenial> WriteGate::CheckValues(const WriteAsk& ask) const {
   }
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
-    const auto raw = ToRaw(point, part.value);
-    std::optional<std::string> why = raw ? WhyOutside(point, part.value) : raw.error();
-    if (!why) why = WhyInexact(point, part.value, *raw);
+    auto write = Convert(point, part.point, part.value);
+    std::optional<std::string> why = write ? WhyOutside(point, part.value) : write.error();
+    if (!why) why = WhyInexact(point, part.value, *write);
     if (why) return WriteDenial{Why::value, "'" + point.name + "': " + *why};
+    writes.push_back(*std::move(write));
   }
   return std::nullopt;
-}
-
-std::optional<WriteDenial> WriteGate::CheckInterlocks(const WriteAsk& ask, Instant now) const {
-  return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
 /// A selection of each point is used up, even where an earlier one was denied.

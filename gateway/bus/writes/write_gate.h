@@ -16,8 +16,9 @@
 // part denies or finds no room for (Deny). If the sink itself says busy, it has recorded that
 // already (AuditedWrites). For one thread; each output has its own gate. docs/writes.md.
 //
-// WhyOutside, WhyInexact, WhyLocked, WhyBeyond and Selections check one rule each. ParseValue reads
-// a value from text.
+// Each value is converted once, by Convert: its raw value is checked, and the command carries it to
+// the protocol, which only encodes it. WhyOutside, WhyInexact, WhyLocked, WhyBeyond and Selections
+// check one rule each. ParseValue reads a value from text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -60,11 +61,15 @@ Value AsMeant(const config::Point& point, const Value& value);
 /// Why not, in one sentence; empty: it may be. `value` as AsMeant gives it.
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value);
 
+/// The raw value for the device, and what the point shows when the device has it. The only place
+/// where a value that is written is converted. The error: no value of the type.
+Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, const Value& value);
+
 /// Why the device cannot represent exactly this value, in one sentence: scale and type have no raw
 /// value for it, the raw value is a sentinel, or it has more digits than `decimals`; empty: it can.
-/// `raw`: what ToRaw makes of `value`.
+/// `write`: what Convert makes of `value`.
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
-                                      const Value& raw);
+                                      const PointWrite& write);
 
 // Whether the points that a write depends on have the required values (allow_when). A point that is
 // bad, uncertain or was never read refuses the write.
@@ -174,10 +179,10 @@ class WriteGate {
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 
  private:
-  std::optional<WriteDenial> Check(const Writer& writer, const WriteAsk& ask, Instant now);
-  std::optional<WriteDenial> CheckValues(const WriteAsk& ask) const;
-  std::optional<WriteDenial> CheckInterlocks(const WriteAsk& ask, Instant now) const;
-  void TakeAsMeant(WriteAsk& ask) const;
+  std::optional<WriteDenial> CheckAndConvert(const Writer& writer, const WriteAsk& ask, Instant now,
+                                             Writes& writes);
+  std::optional<WriteDenial> ConvertValues(const WriteAsk& ask, Writes& writes) const;
+  void RestoreDecimals(WriteAsk& ask) const;
   std::optional<std::string> WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
 
   const PointStore& store_;

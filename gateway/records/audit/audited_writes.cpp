@@ -87,13 +87,12 @@ WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device,
 
 WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrite& write,
                                     Now now) const {
-  const config::Point& point = store_.device(command.device).points[write.point];
   WriteRecord record = Named(Kind::point, command.device, write.point);
   record.time = record.last = now.wall;
   record.client = Clipped(command.client);
   record.request = command.request;
   record.before = write.before;
-  record.value = ToSample(point, {write.point, write.raw}).value;
+  record.value = write.shown;
   return record;
 }
 

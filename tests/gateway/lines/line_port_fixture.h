@@ -159,7 +159,7 @@ class LinePortTest : public testing::Test {
   LineStatus status() { return store_->ReadLine(0); }
   void Write(Duration patience = 1h) {
     WriteCommand command;
-    command.kind = Writes{{0, Value(5.0)}};
+    command.kind = Writes{{0, 5.0, {}, 5.0}};
     command.deadline = now_.instant + patience;
     command.abandoned = left_;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include "gateway/bus/writes/write_gate.h"
 #include "tests/protocols/modbus/support.h"
 #include "tests/support/virtual_line.h"
 
@@ -191,6 +192,36 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsAPromise) {
   EXPECT_EQ(accepted.outcome, Outcome::ok);
   EXPECT_GT(accepted.wait, Duration::zero());
   EXPECT_THAT(accepted.reason, IsEmpty());
+}
+
+/// The gate converts a value once (Convert); here its raw value only becomes registers and bits.
+TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
+  struct Case {
+    const char* place;
+    Type type;
+    Decimal scale;
+    Value value;
+    const char* pdu;
+  };
+  const Case cases[] = {
+      {"holding 1", Type::uint16, 0.1, std::int64_t{25}, "06 00 01 00 FA"},
+      {"holding 1", Type::uint16, 1, std::int64_t{65535}, "06 00 01 FF FF"},
+      {"holding 1 int16", Type::int16, 1, std::int64_t{-2}, "06 00 01 FF FE"},
+      {"holding 1", Type::float32, 1, 1.0, "10 00 01 00 02 04 3F 80 00 00"},
+      {"holding 1 CDAB", Type::float32, 0.5, 0.5, "10 00 01 00 02 04 00 00 3F 80"},
+      {"holding 1 DCBA", Type::int32, 1, std::int64_t{1}, "10 00 01 00 02 04 01 00 00 00"},
+      {"holding 4[b8-b10]", Type::uint16, 1, std::int64_t{5}, "16 00 04 F8 FF 05 00"},
+      {"coil 7", Type::boolean, 1, true, "05 00 07 FF 00"},
+  };
+  for (const Case& one : cases) {
+    config::Point point = WritePoint("p", one.place, {}, one.type);
+    point.scale = one.scale;
+    const auto write = Convert(point, 0, one.value);
+    ASSERT_TRUE(write) << one.place;
+    EXPECT_EQ(WhyInexact(point, one.value, *write), std::nullopt) << one.place;
+    Talk talk(ModbusRtuProtocol(), MakeDevice({point}));
+    EXPECT_EQ(Asked(talk, Write(0, write->raw)), one.pdu) << one.place;
+  }
 }
 
 // ---------------------------------------------------------------- on a line

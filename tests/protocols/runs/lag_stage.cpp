@@ -139,7 +139,8 @@ bool LagStage::Write(std::uint32_t device) {
   const Value value = values_[answers_[device]]->Fresh(*point);
   WriteCommand command;
   command.device = device;
-  command.kind = Writes{{*point, value}};
+  const config::Point& written = line_.devices[device].points[*point];
+  command.kind = Writes{{*point, value, {}, ToSample(written, {*point, value}).value}};
   command.deadline = NowOnStage() + 10s;
   command.done = [this, device, point, value](const WriteResult& result) {
     if (result.end != WriteEnd::ok) return;

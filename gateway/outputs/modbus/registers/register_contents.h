@@ -89,7 +89,7 @@ void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
 
 // The events of a unit as registers, from 9016. Pure; what is shown comes from
-// gateway/records/events/event_feed.h, asked by gateway/outputs/modbus/service/local_units.cpp.
+// gateway/records/events/event_feed.h, asked by gateway/outputs/modbus/service/own_units.cpp.
 //
 //   +0 first to show  +2 newest  +4 oldest kept  +6 lost (u32 each)  +8 how many follow  +9 0
 //   +10 … seven times: +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds

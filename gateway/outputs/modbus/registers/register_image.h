@@ -1,6 +1,6 @@
 // All values and qualities of one unit, encoded once, so that reading them is a copy for as long as
 // nothing changes. Pure. Filled from a DeviceRecord by way of register_contents.h, so that both
-// ways give the same answers; gateway/outputs/modbus/service/local_units.cpp copies from it.
+// ways give the same answers; gateway/outputs/modbus/service/own_units.cpp copies from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // Which Modbus unit and address stands for which point: built once from the configuration.
-// Asked by gateway/outputs/modbus/service/local_units.cpp and value_registers.cpp before anything
+// Asked by gateway/outputs/modbus/service/own_units.cpp and value_registers.cpp before anything
 // is read or written. The addresses are a public contract: config/model/modbus.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,5 +1,5 @@
 // Answers checked requests through libmodbus, from a private copy of exactly what was asked for.
-// The copy is filled by gateway/outputs/modbus/service/local_units.cpp; the answers go straight to
+// The copy is filled by gateway/outputs/modbus/service/own_units.cpp; the answers go straight to
 // a client's socket, or into its output buffer by way of a socket pair of our own. Only well-formed
 // requests may come here: on others modbus_reply sleeps or trusts what it should not.
 // SPDX-License-Identifier: Apache-2.0

@@ -54,7 +54,7 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
                                      std::span<const std::uint16_t> registers);
 
 // What a client's registers mean: values of points, as users see them, or the
-// selection of one. gateway/outputs/modbus/service/local_units.cpp takes them to
+// selection of one. gateway/outputs/modbus/service/own_units.cpp takes them to
 // gateway/bus/writes/write_gate.h. Pure.
 struct ConvertedWrite {
   ExceptionCode exception = kNoException;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/own_units.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::modbus {
@@ -132,7 +132,7 @@ static_assert(PendingRequests::kMost == 32);
 
 }  // namespace
 
-LocalRequests::LocalRequests(const config::Listener& listener, LocalUnits& units,
+LocalRequests::LocalRequests(const config::Listener& listener, OwnUnits& units,
                              std::shared_ptr<Inbox> inbox, std::shared_ptr<ClientReplies> replies,
                              Duration write_deadline)
     : listener_(listener),
@@ -151,7 +151,7 @@ void LocalRequests::Handle(View frame, bool has_room, const Now& now) {
     units_.Deny(frame, client, {.end = WriteEnd::busy, .reason = kTooMany}, now);
     return replies_->Refuse(frame, kBusy, now.instant);
   }
-  exception = write ? Start(request, now.instant)
+  exception = write ? StartWrite(request, now.instant)
                     : units_.Read(request, listener_.holes, now.instant, client.number);
   if (exception != kNoException) return replies_->Refuse(frame, exception, now.instant);
   if (!write) replies_->Answer(request, units_.responder(), now.instant);
@@ -166,17 +166,17 @@ void LocalRequests::Deny(View frame, const std::string& reason, const Now& now) 
   units_.Deny(frame, replies_->client(), {.end = WriteEnd::denied, .reason = reason}, now);
 }
 
-ExceptionCode LocalRequests::Start(const ModbusRequest& request, Instant now) {
+ExceptionCode LocalRequests::StartWrite(const ModbusRequest& request, Instant now) {
   const std::uint64_t number = pending_.NextNumber();
   const Instant deadline = now + write_deadline_;
   auto done = [inbox = inbox_, requests = weak_from_this(), number](const WriteResult& result) {
     inbox->Post([requests, number, result](const Now& now) {
-      if (const auto self = requests.lock()) self->Finish(number, result, now.instant);
+      if (const auto self = requests.lock()) self->AnswerWrite(number, result, now.instant);
     });
   };
   if (!abandoned_) abandoned_ = std::make_shared<std::atomic<bool>>(false);
   const auto exception =
-      units_.Submit(request, {replies_->client(), deadline, abandoned_}, now, std::move(done));
+      units_.Write(request, {replies_->client(), deadline, abandoned_}, now, std::move(done));
   if (exception != kNoException) return exception;
   PendingRequest pending;
   pending.number = number;
@@ -187,7 +187,7 @@ ExceptionCode LocalRequests::Start(const ModbusRequest& request, Instant now) {
   return kNoException;
 }
 
-void LocalRequests::Finish(std::uint64_t number, const WriteResult& result, Instant now) {
+void LocalRequests::AnswerWrite(std::uint64_t number, const WriteResult& result, Instant now) {
   const auto pending = pending_.Take(number);
   if (!pending) return;
   replies_->Settle();
@@ -200,7 +200,7 @@ void LocalRequests::Finish(std::uint64_t number, const WriteResult& result, Inst
 
 void LocalRequests::Sweep(const Now& now) {
   for (const std::uint64_t number : pending_.Overdue(now.instant)) {
-    Finish(number, {.end = WriteEnd::unknown}, now.instant);
+    AnswerWrite(number, {.end = WriteEnd::unknown}, now.instant);
   }
 }
 

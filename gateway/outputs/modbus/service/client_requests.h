@@ -23,7 +23,7 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/writes/write_gate.h"
 #include "gateway/outputs/modbus/registers/responder.h"
-#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/own_units.h"
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/server_shared.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
@@ -142,7 +142,7 @@ class PendingRequests {
 class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
  public:
   /// Listener and units outlive it until Close. `write_deadline`: see ModbusLimits.
-  LocalRequests(const config::Listener& listener, LocalUnits& units, std::shared_ptr<Inbox> inbox,
+  LocalRequests(const config::Listener& listener, OwnUnits& units, std::shared_ptr<Inbox> inbox,
                 std::shared_ptr<ClientReplies> replies, Duration write_deadline);
 
   /// Without room, a write is answered "busy".
@@ -161,11 +161,11 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   std::size_t outstanding() const { return pending_.size(); }
 
  private:
-  ExceptionCode Start(const ModbusRequest& request, Instant now);
-  void Finish(std::uint64_t number, const WriteResult& result, Instant now);
+  ExceptionCode StartWrite(const ModbusRequest& request, Instant now);
+  void AnswerWrite(std::uint64_t number, const WriteResult& result, Instant now);
 
   const config::Listener& listener_;
-  LocalUnits& units_;
+  OwnUnits& units_;
   const std::shared_ptr<Inbox> inbox_;
   const std::shared_ptr<ClientReplies> replies_;
   const Duration write_deadline_;
@@ -239,7 +239,7 @@ class ClientRequests {
   /// The client sends Modbus in another framing.
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
   /// The client has left: Abandon, and what is kept of it is forgotten (selections and its place
-  /// among the events by LocalUnits::Forget, its entry in the traffic book). The wire is not
+  /// among the events by OwnUnits::Forget, its entry in the traffic book). The wire is not
   /// called again.
   void Close();
 

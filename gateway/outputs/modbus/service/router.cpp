@@ -117,13 +117,13 @@ RoutedReply Busy() {
 
 }  // namespace
 
-Router::Router(const config::Config& config, const ModbusLinks& links,
-               std::shared_ptr<TrafficBook> book)
+Router::Router(const config::Config& config, std::span<RouteTarget* const> lines,
+               audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book)
     : routes_(config.modbus.routes),
       table_(config, routes_),
-      targets_(routes_, links.lines),
-      log_(links.writes),
-      routed_(links.routed),
+      targets_(routes_, lines),
+      log_(log),
+      routed_(std::move(routed)),
       book_(std::move(book)) {
   book_->Show(routes_);
 }

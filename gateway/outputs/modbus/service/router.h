@@ -1,12 +1,14 @@
 // The transparent routes of a Modbus server: which unit goes where, and what is kept of each
 // request that is passed on: its count in the traffic book and, if it may write, its record. Shared
-// by all clients. On the server's thread. RouteTargets are the lines and servers where routes lead.
+// by all clients. On the server's thread. RouteTargets are the lines and servers where routes lead,
+// and RoutedReport is the result of a request that was passed on.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -18,7 +20,6 @@
 #include "config/model/config.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/writes/route_queue.h"
-#include "gateway/outputs/modbus/service/links.h"
 #include "gateway/outputs/modbus/service/route_table.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
 #include "gateway/records/audit/audited_writes.h"
@@ -91,10 +92,23 @@ struct RoutedAsk {
   bool has_room = true;  ///< false: the client has too many requests under way
 };
 
+// The result of a request that was passed on: for the part that raises alarms of slaves that do not
+// answer their clients (gateway/daemon/event_path.h).
+struct RoutedReport {
+  const config::Route& route;
+  std::uint8_t unit = 0;  ///< as the client asked for it
+  RouteOutcome end = RouteOutcome::no_reply;
+  const RoutedReply& reply;
+};
+
+/// On the server's thread; returns at once.
+using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
+
 class Router {
  public:
-  /// Lines and log outlive it.
-  Router(const config::Config& config, const ModbusLinks& links, std::shared_ptr<TrafficBook> book);
+  /// Lines and log outlive it. See ModbusLinks.
+  Router(const config::Config& config, std::span<RouteTarget* const> lines, audit::WriteLog* log,
+         OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
   /// Makes the servers elsewhere.
   void Open(asio::io_context& io) { targets_.Open(io, book_); }

@@ -14,8 +14,8 @@ ServerShared::ServerShared(const config::Config& config, const PointStore& store
           [this, info = std::move(info)] {
             return GatewayBlockOf(info ? info() : GatewayFigures{}, counters_.Snapshot());
           },
-          links),
-      router_(config, links, book_),
+          links.events, AckRegister(store, links.alarms, links.writes)),
+      router_(config, links.lines, links.writes, links.routed, book_),
       frames_(links.frames) {}
 
 void ServerShared::Open(asio::io_context& io, Inbox::Clocks clocks) {

@@ -1,6 +1,7 @@
 // The parts that all clients of a Modbus server share: units, routes, the traffic book, the way
 // back to the server's thread, limits and counters. Only the book and the snapshot of the counters
-// are used by other threads too. Inbox is the way back to the thread.
+// are used by other threads too. Inbox is the way back to the thread, and ModbusLinks is what the
+// composition root hands to the server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,14 +11,15 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/service/links.h"
-#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/own_units.h"
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
+#include "gateway/outputs/modbus/wire/client_framing.h"
 
 namespace baudgate::modbus {
 
@@ -59,6 +61,18 @@ struct ModbusLimits {
   double client_share = 1;  ///< of each listener's max_clients
 };
 
+/// What routes, RTU clients, events and alarms need beside the store; all of it outlives the
+/// server.
+struct ModbusLinks {
+  std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
+  Frames frames{};                  ///< of clients that speak as on a serial line
+  /// Of routed writes and acknowledgements; null: they are not recorded.
+  audit::WriteLog* writes = nullptr;
+  std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
+  events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
+  OnRoutedReport routed{};                            ///< may be null
+};
+
 class ServerShared {
  public:
   ServerShared(const config::Config& config, const PointStore& store, CommandSink& sink,
@@ -80,7 +94,7 @@ class ServerShared {
 
   /// The error: why nothing can be answered.
   Status Ready() { return units_.responder().ready(); }
-  LocalUnits& units() { return units_; }
+  OwnUnits& units() { return units_; }
   Router& router() { return router_; }
   /// Which framings are spoken.
   const Frames& frames() const { return frames_; }
@@ -96,7 +110,7 @@ class ServerShared {
   ModbusLimits limits_;
   const std::shared_ptr<TrafficBook> book_ = std::make_shared<TrafficBook>();
   LiveCounters counters_;
-  LocalUnits units_;
+  OwnUnits units_;
   Router router_;
   Frames frames_;
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();

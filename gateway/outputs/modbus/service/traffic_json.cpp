@@ -1,12 +1,122 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/traffic_json.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <utility>
 
-#include "gateway/outputs/modbus/service/diagnose_modbus.h"
+#include "gateway/base/shown.h"
 #include "gateway/outputs/status/value_json.h"
 
 namespace baudgate::control {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+/// Older trouble of a route is over.
+constexpr Duration kRecentTrouble = 10min;
+constexpr std::size_t kMostUnits = 8;
+constexpr const char* kCheckWire = "check bit rate, parity and wiring";
+
+/// What an open port hears, or does not.
+std::string Silence(const modbus::MasterStatus& master, WallTime now) {
+  const bool never = master.last_frame == WallTime{};
+  const Duration silent = now - (never ? master.since : master.last_frame);
+  if (silent < kSilentMaster) return {};
+  if (!never)
+    return fmt::format("no request for {}: does the master still poll?", FormatAge(silent));
+  if (master.damaged == 0) {
+    return fmt::format("not a byte was heard for {}: does the master poll, are A and B swapped?",
+                       FormatAge(silent));
+  }
+  return fmt::format("bytes, but no whole request for {}: {} ({})", FormatAge(silent), kCheckWire,
+                     master.text);
+}
+
+std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
+
+/// Units that have never answered their clients, beside those that have.
+Sentences DeadUnits(const modbus::RouteStatus& route) {
+  const auto good = std::ranges::find_if(
+      route.by_unit, [](const auto& unit) { return Answered(unit.second) > 0; });
+  Sentences found;
+  for (const auto& [number, unit] : route.by_unit) {
+    if (Answered(unit) > 0 || unit.no_reply == 0 || found.size() == kMostUnits) continue;
+    const std::string right =
+        good == route.by_unit.end()
+            ? "check what they share as well: port, wiring, bit rate and parity of " + route.target
+            : fmt::format("{} is right, unit {} answers", route.target, good->first);
+    found.push_back(
+        fmt::format("unit {} has never answered its clients ({}: {}): check its power, its address "
+                    "and its wire; {}",
+                    number, Plural(unit.requests, "request"), route.last_trouble, right));
+  }
+  return found;
+}
+
+std::string Failures(const modbus::RouteStatus& route, WallTime now) {
+  const std::uint64_t failed = route.no_reply + route.expired + route.busy;
+  std::string text =
+      fmt::format("{} of {} requests had no good reply, the last {} ago: {}", failed,
+                  route.requests, FormatAge(now - route.last_trouble_at), route.last_trouble);
+  if (2 * route.busy > failed)
+    return text + "; clients ask faster than the line can: let them ask less";
+  if (2 * route.expired > failed) {
+    return text +
+           "; the line has no time for it: let clients ask less, or raise the route's deadline";
+  }
+  return text + "; look at the power and the wire of its units";
+}
+
+}  // namespace
+
+Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
+  if (!master.is_open) {
+    return {fmt::format("port closed for {}: {}; it is tried again until it works",
+                        FormatAge(now - master.since), master.text)};
+  }
+  if (master.other) {
+    return {"the master is not understood: " + ExplainOther(*master.other, master.expected)};
+  }
+  Sentences found;
+  if (master.echoes > 0) {
+    found.push_back(
+        fmt::format("the adapter has given back {} of the gateway's own replies: set echo: strip",
+                    master.echoes));
+  }
+  const std::string silence = Silence(master, now);
+  const auto heard = static_cast<double>(master.frames + master.damaged);
+  if (!silence.empty()) {
+    found.push_back(silence);
+  } else if (heard > 0 && static_cast<double>(master.damaged) / heard >= kNotableDamage) {
+    found.push_back(fmt::format("{} of {} frames were damaged and not answered: {} ({})",
+                                master.damaged, master.frames + master.damaged, kCheckWire,
+                                master.text));
+  }
+  return found;
+}
+
+std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now) {
+  return fmt::format("client {} was disconnected{}, {} ago: {}", other.peer,
+                     other.times == 1 ? "" : fmt::format(" ({} times)", other.times),
+                     FormatAge(now - other.last), ExplainOther(other.heard, other.expected));
+}
+
+Sentences DiagnoseRoute(const modbus::RouteStatus& route, WallTime now) {
+  Sentences found;
+  if (now - route.last_trouble_at <= kRecentTrouble) {
+    found = DeadUnits(route);
+    if (found.empty()) found.push_back(Failures(route, now));
+  }
+  if (route.late > 0) {
+    found.push_back(fmt::format(
+        "{} replies came after their deadline and were dropped: raise the route's deadline",
+        route.late));
+  }
+  return found;
+}
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -1,6 +1,6 @@
 // MbapAssembler cuts the bytes of a client into frames, and ModbusRequest is one request in its
 // frame, checked byte for byte before anything acts on it; pure. Checked requests go to
-// gateway/outputs/modbus/service/local_units.h.
+// gateway/outputs/modbus/service/own_units.h.
 // What may stand in a PDU is decided by protocols/modbus_pdu/modbus_pdu.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

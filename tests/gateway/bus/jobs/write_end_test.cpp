@@ -42,7 +42,7 @@ class Verdicts : public ::testing::Test {
     confirmed_.written = 1;
   }
   ReadBackVerdict Of(std::uint32_t point) {
-    confirmed_.command.kind = Writes{{point, 5.0, 1.0}};
+    confirmed_.command.kind = Writes{{point, 5.0, 1.0, 5.0}};
     return VerdictOn(confirmed_, record_);
   }
   void Show(double value, Duration after, Quality quality = Quality::good) {
@@ -127,14 +127,15 @@ TEST(Shown, Table) {
     config::Point point;
     point.type = one.type;
     point.text_length = 8;
-    EXPECT_EQ(Compare(point, {0, one.written, one.before}, one.shown), one.is) << one.what;
+    EXPECT_EQ(Compare(point, {0, one.written, one.before, one.written}, one.shown), one.is)
+        << one.what;
   }
 }
 
 TEST(Shown, ADeviceRoundsToItsStepAndDecimals) {
   config::Point point;
   point.type = Type::float32;
-  const PointWrite write{0, 0.123, 5.0};
+  const PointWrite write{0, 0.123, 5.0, 0.123};
   EXPECT_EQ(Compare(point, write, 0.12), Shown::another);
   point.writing.decimals = 2;
   EXPECT_EQ(Compare(point, write, 0.12), Shown::written);
@@ -150,7 +151,7 @@ TEST(Shown, DecimalsAreTheDevices) {
   point.type = Type::float32;
   point.scale = 400;
   point.writing.decimals = 2;
-  const PointWrite write{0, 0.853, 0.5};
+  const PointWrite write{0, 0.853, 0.5, 341.2};
   EXPECT_EQ(Compare(point, write, 340.0), Shown::written) << "0.85";
   EXPECT_EQ(Compare(point, write, 344.0), Shown::another) << "0.86";
 }
@@ -160,8 +161,7 @@ TEST(Shown, InUnitsOfTheValue) {
   config::Point point;
   point.type = Type::int16;
   point.scale = 0.1;
-  const PointWrite write{0, I(250), I(3)};
-  EXPECT_EQ(WrittenValue(point, write), Value(I(25)));
+  const PointWrite write{0, I(250), I(3), I(25)};
   EXPECT_EQ(Compare(point, write, I(25)), Shown::written);
   EXPECT_EQ(Compare(point, write, I(3)), Shown::another);
 }

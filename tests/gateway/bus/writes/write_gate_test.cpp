@@ -110,6 +110,7 @@ TEST_F(WriteGateTest, WhatAPointDoesNotShowIsNotItsValueBefore) {
 TEST_F(WriteGateTest, ScaleAndOffsetAreTakenOut) {
   EXPECT_EQ(Write({{kScaled, std::int64_t{25}}}), std::nullopt);
   EXPECT_EQ(sink_.commands.at(0).writes()[0].raw, Value(std::int64_t{300}));
+  EXPECT_EQ(sink_.commands.at(0).writes()[0].shown, Value(std::int64_t{25}));
 }
 
 TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {

@@ -66,7 +66,7 @@ TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
 }
 
 std::string Inexact(const config::Point& point, const Value& value) {
-  return WhyInexact(point, value, ToRaw(point, value).value()).value_or("");
+  return WhyInexact(point, value, Convert(point, 0, value).value()).value_or("");
 }
 
 /// Scale 10: the device can be 40 or 50, and 46 would become 50, beyond a max of 46.
@@ -86,6 +86,42 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   for (int tenths = -500; tenths < 500; ++tenths) {
     ASSERT_EQ(Inexact(point, tenths / 10.0), "") << tenths;
   }
+}
+
+/// What a value becomes on its way to the device, and what the point shows of it then.
+TEST(Convert, OnceForTheDeviceAndForWhatIsShown) {
+  struct Case {
+    Type type;
+    Decimal scale;
+    Decimal offset;
+    Value value;
+    Value raw;
+    Value shown;
+  };
+  const auto whole = [](std::int64_t number) { return Value(number); };
+  const Case cases[] = {
+      {Type::int16, 1, 0, whole(-32768), whole(-32768), whole(-32768)},
+      {Type::int16, 1, 0, whole(32767), whole(32767), whole(32767)},
+      {Type::int16, 0.1, -5, whole(25), whole(300), whole(25)},
+      {Type::uint16, 10, 0, whole(46), whole(5), whole(50)},
+      {Type::float32, 0.1, 0, 30.3, 303.0, 30.3},
+      {Type::boolean, 1, 0, true, true, true},
+      {Type::string, 1, 0, std::string("on"), std::string("on"), std::string("on")},
+  };
+  for (const Case& one : cases) {
+    config::Point point = SettingOf(one.type);
+    point.scale = one.scale;
+    point.offset = one.offset;
+    point.text_length = 8;
+    const auto write = Convert(point, 7, one.value);
+    ASSERT_TRUE(write) << write.error();
+    EXPECT_EQ(write->point, 7U);
+    EXPECT_EQ(ToText(write->raw), ToText(one.raw));
+    EXPECT_EQ(ToText(write->shown), ToText(one.shown));
+  }
+  EXPECT_FALSE(Convert(SettingOf(Type::int16), 7, whole(32768)));
+  EXPECT_FALSE(Convert(SettingOf(Type::boolean), 7, whole(2)));
+  EXPECT_FALSE(Convert(SettingOf(Type::float32), 7, Value()));
 }
 
 TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {

@@ -56,7 +56,7 @@ class AuditedWritesTest : public ::testing::Test {
     command.device = 0;
     command.client = "192.0.2.5:40312";
     for (const std::uint32_t point : points) {
-      std::get<Writes>(command.kind).push_back({point, std::int64_t{303}, Value(12.5)});
+      std::get<Writes>(command.kind).push_back({point, std::int64_t{303}, 12.5, 30.3});
     }
     command.deadline = now_ + 5s;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };

@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/schedule/write_queue.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "tests/support/times.h"
 
 namespace baudgate {

@@ -1,7 +1,7 @@
 // The units that a Modbus server answers itself: devices of the gateway, out of the point store,
 // and the gateway's own. Requests come from client_requests.cpp. Used by the server's own thread
-// only. UnitReader and UnitWriter read and write, EventWindow and AckRegister are the registers for
-// events and alarms, and ExceptionOf gives the exception for a failed write.
+// only. EventWindow and AckRegister are the registers for events and alarms, and ExceptionOf gives
+// the exception for a failed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +24,6 @@
 #include "gateway/outputs/modbus/registers/register_image.h"
 #include "gateway/outputs/modbus/registers/register_map.h"
 #include "gateway/outputs/modbus/registers/responder.h"
-#include "gateway/outputs/modbus/service/links.h"
 #include "gateway/outputs/modbus/wire/request.h"
 #include "gateway/records/audit/write_log.h"
 #include "gateway/records/events/event_feed.h"
@@ -92,38 +91,6 @@ ExceptionCode ExceptionOf(const WriteResult& result);
 /// Why it was not begun.
 ExceptionCode ExceptionOf(const WriteDenial& denial);
 
-// Reads of the units that the gateway answers itself: from the point store, or from the block of
-// the gateway, to registers. On the server's thread.
-class UnitReader {
- public:
-  /// All references outlive it. `block`: what the gateway's own registers show.
-  UnitReader(const PointStore& store, const RegisterMap& map, const EventWindow& events,
-             std::function<GatewayBlock()> block);
-
-  /// The map is another one now.
-  void Renew();
-  /// Fills responder() for the answer. Never waits for a line or the disk. `client`: whose place
-  /// among the events is its own.
-  ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now, std::uint64_t client);
-
-  Responder& responder() { return responder_; }
-
- private:
-  /// From the unit's image, if that has the whole request and is fresh or may be made again.
-  std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
-  ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
-  ExceptionCode ReadGateway(const ModbusRequest& request);
-  void FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client);
-
-  const PointStore& store_;
-  const RegisterMap& map_;
-  const EventWindow& events_;
-  const std::function<GatewayBlock()> block_;
-  std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
-  Responder responder_;
-  std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
-};
-
 /// A client that waits for its write.
 struct Asker {
   Writer writer{};
@@ -131,68 +98,57 @@ struct Asker {
   std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
 };
 
-/// Writes to the units that the gateway answers itself. By the register a write is for points, the
-/// selection of a point, the acknowledgement of alarms, or the first event that is shown. On the
-/// server's thread.
-class UnitWriter {
+class OwnUnits {
  public:
-  using Done = std::function<void(const WriteResult&)>;
-
-  /// All references outlive it.
-  UnitWriter(const PointStore& store, WriteGate gate, const RegisterMap& map, EventWindow& events,
-             const AckRegister& acks)
-      : store_(store), gate_(std::move(gate)), map_(map), events_(events), acks_(acks) {}
-
-  /// `done` is called once, on any thread, unless there is an exception.
-  ExceptionCode Submit(const ModbusRequest& request, const Asker& asker, Instant now, Done done);
-  /// Another part has denied this write: its points are recorded with that end.
-  void Deny(const ModbusRequest& request, const Writer& writer, const WriteResult& refused,
-            const Now& now);
-  /// The client has left.
-  void Forget(const Writer& writer) { gate_.Forget(writer); }
-
- private:
-  const PointStore& store_;
-  WriteGate gate_;
-  const RegisterMap& map_;
-  EventWindow& events_;
-  AckRegister acks_;
-};
-
-class LocalUnits {
- public:
-  /// All references outlive it. `block`: what the gateway's own registers show.
-  LocalUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
-             std::function<GatewayBlock()> block, const ModbusLinks& links);
+  /// All references outlive it. `block`: what the gateway's own registers show. `events`: see
+  /// EventWindow.
+  OwnUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
+           std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
+           const AckRegister& acks);
 
   /// A reload.
   void Apply(const config::Config& config);
 
-  /// Unit, function, counts and lengths; fills `request` when there is no
-  /// exception.
+  /// Unit, function, counts and lengths; fills `request` when there is no exception.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// See UnitReader.
+  /// Fills responder() for the answer: from the point store, or from the block of the gateway.
+  /// Never waits for a line or the disk. `client`: whose place among the events is its own.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
-                     std::uint64_t client = 0) {
-    return reader_.Read(request, holes, now, client);
-  }
-  /// See UnitWriter.
-  ExceptionCode Submit(const ModbusRequest& request, const Asker& asker, Instant now,
-                       UnitWriter::Done done) {
-    return writer_.Submit(request, asker, now, std::move(done));
-  }
+                     std::uint64_t client = 0);
+  /// By the register a write is for points, the selection of a point, the acknowledgement of
+  /// alarms, or the first event that is shown. `done` is called once, on any thread, unless there
+  /// is an exception.
+  ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
+                      std::function<void(const WriteResult&)> done);
   /// Another part has denied this request: if it is a write, its points are recorded with that end.
   void Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now);
   /// The client has left.
   void Forget(const Writer& writer);
 
-  Responder& responder() { return reader_.responder(); }
+  Responder& responder() { return responder_; }
 
  private:
+  /// One image for each unit of a device.
+  void MakeImages();
+  /// From the unit's image, if that has the whole request and is fresh or may be made again.
+  std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
+  ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
+  ExceptionCode ReadGateway(const ModbusRequest& request);
+  void FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client);
+  ExceptionCode Select(const UnitMap& unit, std::uint32_t point, const ModbusRequest& request,
+                       const Writer& writer, Instant now);
+  ExceptionCode WritePoints(const UnitMap& unit, const ModbusRequest& request, const Asker& asker,
+                            Instant now, std::function<void(const WriteResult&)> done);
+
+  const PointStore& store_;
   RegisterMap map_;
   EventWindow events_;
-  UnitReader reader_;
-  UnitWriter writer_;
+  const std::function<GatewayBlock()> block_;
+  std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
+  Responder responder_;
+  std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
+  WriteGate gate_;
+  AckRegister acks_;
 };
 
 }  // namespace baudgate::modbus

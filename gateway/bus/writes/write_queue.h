@@ -1,26 +1,29 @@
 // Writes to points of one line, in order: waiting, sent in time or not at all, confirmed, and read
 // back before their clients are answered. gateway/bus/jobs/waiting_clients.cpp puts them in, and
-// ends those that were not sent or have been read back. RoutedSide keeps when the clients of
-// transparent routes were served last, and which offline slaves they want back.
+// ends those that were not sent or have been read back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/roster.h"
-#include "gateway/bus/schedule/schedule.h"
-#include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
+
+/// A query of a device of the line, by their numbers.
+struct QueryRef {
+  std::size_t device = 0;
+  std::size_t query = 0;
+  bool operator==(const QueryRef&) const = default;
+};
 
 class WriteQueue {
  public:
@@ -88,50 +91,6 @@ class WriteQueue {
   std::vector<Confirmed> confirmed_;
   std::deque<QueryRef> read_backs_;
   std::uint64_t sequence_ = 0;
-};
-
-// The clients of transparent routes on one line: when they were served last, and which slaves they
-// want back. gateway/bus/writes/route_queue.h keeps and chooses their requests,
-// gateway/bus/jobs/job_run.h sends and answers them: no conversation takes part.
-class RoutedSide {
- public:
-  /// Clients of transparent routes that poll do so at least this often.
-  static constexpr Duration kClientsReturn = std::chrono::seconds(2);
-  /// A client that asked for an offline slave is assumed to want it back for this long.
-  static constexpr Duration kStillWanted = std::chrono::minutes(1);
-
-  /// It outlives this.
-  explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
-
-  /// An exchange for a client was answered.
-  void OnAnswered(Instant now) { answered_at_ = now; }
-  /// When the clients count as gone; empty: there were none.
-  std::optional<Instant> ClientsGone() const;
-  /// Clients do not say when they will be back: one that was just served may ask at any moment.
-  bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }
-
-  /// Reads of an offline slave, except the first `keep`: to be answered at once. What was asked for
-  /// is remembered for its probes.
-  std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
-                                          const PduCarrier& carrier, Instant now);
-  /// Whether a client that has no request waiting right now still wants to know if this slave is
-  /// back: a client that asks its slaves one after the other waits for others then, so its last
-  /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly after
-  /// another exchange (`behind`). Needed by
-  /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
-  bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
-  /// The read, without a client.
-  RouteQueue::Batch RepeatRead(const Member& slave) const;
-
- private:
-  struct Refused {
-    Bytes pdu;  // the last read of a client from it
-    Instant at{};
-  };
-
-  RouteQueue& queue_;
-  std::optional<Instant> answered_at_;
-  std::map<std::uint8_t, Refused> refused_;  // by slave, while offline
 };
 
 }  // namespace baudgate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/service/local_units.h"
+#include "gateway/outputs/modbus/service/own_units.h"
 
 #include <algorithm>
 #include <utility>
@@ -127,14 +127,25 @@ ExceptionCode ExceptionOf(const WriteResult& result) {
   return kNoTarget;
 }
 
-UnitReader::UnitReader(const PointStore& store, const RegisterMap& map, const EventWindow& events,
-                       std::function<GatewayBlock()> block)
-    : store_(store), map_(map), events_(events), block_(std::move(block)) {
+OwnUnits::OwnUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
+                   std::function<GatewayBlock()> block,
+                   std::shared_ptr<const events::EventFeed> events, const AckRegister& acks)
+    : store_(store),
+      map_(config),
+      events_(std::move(events)),
+      block_(std::move(block)),
+      gate_(store, sink),
+      acks_(acks) {
   pieces_.reserve(kMostBits);
-  Renew();
+  MakeImages();
 }
 
-void UnitReader::Renew() {
+void OwnUnits::Apply(const config::Config& config) {
+  map_ = RegisterMap(config);
+  MakeImages();
+}
+
+void OwnUnits::MakeImages() {
   images_ = {};
   for (std::size_t id = 0; id < images_.size(); ++id) {
     const UnitMap& unit = map_.unit(static_cast<std::uint8_t>(id));
@@ -142,8 +153,13 @@ void UnitReader::Renew() {
   }
 }
 
-ExceptionCode UnitReader::Read(const ModbusRequest& request, Holes holes, Instant now,
-                               std::uint64_t client) {
+ExceptionCode OwnUnits::Check(View frame, ModbusRequest& request) const {
+  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return kNoPath;
+  return ParseRequest(frame, request);
+}
+
+ExceptionCode OwnUnits::Read(const ModbusRequest& request, Holes holes, Instant now,
+                             std::uint64_t client) {
   if (const auto answer = ReadImage(request, now)) return *answer;
   const UnitMap& unit = map_.unit(request.unit);
   auto exception = PlanRead(unit, request.table(), request.start, request.count, pieces_, holes);
@@ -154,7 +170,7 @@ ExceptionCode UnitReader::Read(const ModbusRequest& request, Holes holes, Instan
   return exception;
 }
 
-std::optional<ExceptionCode> UnitReader::ReadImage(const ModbusRequest& request, Instant now) {
+std::optional<ExceptionCode> OwnUnits::ReadImage(const ModbusRequest& request, Instant now) {
   RegisterImage* const image = images_[request.unit].get();
   if (image == nullptr) return std::nullopt;
   const auto place = image->Find(request.table(), request.start, request.count);
@@ -173,17 +189,16 @@ std::optional<ExceptionCode> UnitReader::ReadImage(const ModbusRequest& request,
                                              : image->Copy(*place, responder_.registers());
 }
 
-ExceptionCode UnitReader::ReadRecord(const ModbusRequest& request, const UnitMap& unit,
-                                     Instant now) {
+ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now) {
   struct Look {
-    UnitReader& reader;
+    OwnUnits& reader;
     const ModbusRequest& request;
     Instant now;
     ExceptionCode exception = kNoException;
   } look{*this, request, now};
   // One captured reference keeps std::function off the heap.
   store_.Read(unit.device, [&look](const DeviceRecord& record) {
-    UnitReader& self = look.reader;
+    OwnUnits& self = look.reader;
     look.exception =
         look.request.table() == config::Table::bits
             ? FillBits(record, self.pieces_, look.now, self.responder_.bits())
@@ -192,7 +207,7 @@ ExceptionCode UnitReader::ReadRecord(const ModbusRequest& request, const UnitMap
   return look.exception;
 }
 
-ExceptionCode UnitReader::ReadGateway(const ModbusRequest& request) {
+ExceptionCode OwnUnits::ReadGateway(const ModbusRequest& request) {
   if (request.table() != config::Table::registers) return kIllegalAddress;
   const GatewayBlock block = block_();
   for (const Piece& piece : pieces_) {
@@ -206,8 +221,7 @@ ExceptionCode UnitReader::ReadGateway(const ModbusRequest& request) {
 }
 
 /// A device shows its own events, the gateway all.
-void UnitReader::FillEvents(const ModbusRequest& request, const UnitMap& unit,
-                            std::uint64_t client) {
+void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
   if (piece == pieces_.end()) return;
   std::optional<events::Source> source;
@@ -215,8 +229,8 @@ void UnitReader::FillEvents(const ModbusRequest& request, const UnitMap& unit,
   FillFromBlock(events_.Show(client, request.unit, source), *piece, responder_.registers());
 }
 
-ExceptionCode UnitWriter::Submit(const ModbusRequest& request, const Asker& asker, Instant now,
-                                 Done done) {
+ExceptionCode OwnUnits::Write(const ModbusRequest& request, const Asker& asker, Instant now,
+                              std::function<void(const WriteResult&)> done) {
   const Writer& writer = asker.writer;
   const UnitMap& unit = map_.unit(request.unit);
   if (IsFirstEvent(request)) {
@@ -228,17 +242,26 @@ ExceptionCode UnitWriter::Submit(const ModbusRequest& request, const Asker& aske
   }
   if (AckRegister::IsFor(request)) return acks_.Submit(request, unit, writer, now, std::move(done));
   if (unit.kind != UnitMap::Kind::device) return kIllegalAddress;
-  if (const auto point = SelectedPoint(unit, request)) {
-    if (!IsSelectKey(request)) return kIllegalValue;
-    if (const auto denial = gate_.Select(writer, unit.device, *point, now)) {
-      return ExceptionOf(*denial);
-    }
-    done({});
-    return kNoException;
-  }
+  const auto point = SelectedPoint(unit, request);
+  if (!point) return WritePoints(unit, request, asker, now, std::move(done));
+  const ExceptionCode exception = Select(unit, *point, request, writer, now);
+  if (exception == kNoException) done({});
+  return exception;
+}
+
+ExceptionCode OwnUnits::Select(const UnitMap& unit, std::uint32_t point,
+                               const ModbusRequest& request, const Writer& writer, Instant now) {
+  if (!IsSelectKey(request)) return kIllegalValue;
+  const auto denial = gate_.Select(writer, unit.device, point, now);
+  return denial ? ExceptionOf(*denial) : kNoException;
+}
+
+ExceptionCode OwnUnits::WritePoints(const UnitMap& unit, const ModbusRequest& request,
+                                    const Asker& asker, Instant now,
+                                    std::function<void(const WriteResult&)> done) {
   ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
   if (converted.exception != kNoException) return converted.exception;
-  const auto denial = gate_.Submit(writer,
+  const auto denial = gate_.Submit(asker.writer,
                                    {.device = unit.device,
                                     .parts = std::move(converted.parts),
                                     .deadline = asker.deadline,
@@ -248,8 +271,9 @@ ExceptionCode UnitWriter::Submit(const ModbusRequest& request, const Asker& aske
   return denial ? ExceptionOf(*denial) : kNoException;
 }
 
-void UnitWriter::Deny(const ModbusRequest& request, const Writer& writer,
-                      const WriteResult& refused, const Now& now) {
+void OwnUnits::Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now) {
+  ModbusRequest request;
+  if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
   const UnitMap& unit = map_.unit(request.unit);
   if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, refused, now);
   if (unit.kind != UnitMap::Kind::device) return;
@@ -258,33 +282,8 @@ void UnitWriter::Deny(const ModbusRequest& request, const Writer& writer,
              refused.end);
 }
 
-LocalUnits::LocalUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
-                       std::function<GatewayBlock()> block, const ModbusLinks& links)
-    : map_(config),
-      events_(links.events),
-      reader_(store, map_, events_, std::move(block)),
-      writer_(store, WriteGate(store, sink), map_, events_,
-              AckRegister(store, links.alarms, links.writes)) {}
-
-void LocalUnits::Apply(const config::Config& config) {
-  map_ = RegisterMap(config);
-  reader_.Renew();
-}
-
-ExceptionCode LocalUnits::Check(View frame, ModbusRequest& request) const {
-  if (map_.unit(UnitOf(frame)).kind == UnitMap::Kind::unmapped) return kNoPath;
-  return ParseRequest(frame, request);
-}
-
-void LocalUnits::Deny(View frame, const Writer& writer, const WriteResult& refused,
-                      const Now& now) {
-  ModbusRequest request;
-  if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
-  writer_.Deny(request, writer, refused, now);
-}
-
-void LocalUnits::Forget(const Writer& writer) {
-  writer_.Forget(writer);
+void OwnUnits::Forget(const Writer& writer) {
+  gate_.Forget(writer);
   events_.Forget(writer.number);
 }
 

@@ -1,6 +1,6 @@
 // Writes of one line from their arrival to their answer.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/schedule/write_queue.h"
+#include "gateway/bus/writes/write_queue.h"
 
 #include <gtest/gtest.h>
 
