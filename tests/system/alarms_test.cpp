@@ -6,7 +6,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <thread>
 
 #include "tests/system/libmodbus_slave.h"
@@ -21,12 +20,7 @@ using ::testing::HasSubstr;
 
 class Alarms : public Routes {
  protected:
-  std::vector<Json> All() const {
-    std::vector<Json> alarms;
-    std::istringstream lines(Command({"alarms", "--json", "--socket", socket()}).output);
-    for (std::string line; std::getline(lines, line);) alarms.push_back(Json::parse(line));
-    return alarms;
-  }
+  std::vector<Json> All() const { return JsonLines(Ask({"alarms", "--json"}).output); }
   /// "drive unit-20 no answer to clients active high".
   std::vector<std::string> Shown() const {
     std::vector<std::string> shown;
@@ -56,7 +50,7 @@ TEST_F(Alarms, OfARoutedSlaveThatNoLongerAnswersItsClients) {
   ModbusClient client(port());
   EXPECT_EQ(client.Holding(kUnit, 999, 1).values, std::vector<std::uint16_t>{1999});
   EXPECT_THAT(Shown(), ElementsAre());
-  EXPECT_EQ(Command({"events", "--socket", socket()}).code, 4) << "it keeps no events";
+  EXPECT_EQ(Ask({"events"}).code, 4) << "it keeps no events";
 
   slave.reset();
   for (int time = 0; time < 3; ++time) {
@@ -75,8 +69,7 @@ TEST_F(Alarms, OfARoutedSlaveThatNoLongerAnswersItsClients) {
   EXPECT_EQ(Status()["events"]["alarms"]["active"], 1);
   EXPECT_THAT(daemon->Errors(),
               HasSubstr("line drive: device unit-20: alarm active, priority high"));
-  EXPECT_THAT(Command({"ack", "drive.unit-20", "--socket", socket()}).output,
-              HasSubstr("1 alarm acknowledged"));
+  EXPECT_THAT(Ask({"ack", "drive.unit-20"}).output, HasSubstr("1 alarm acknowledged"));
   EXPECT_TRUE(EventuallyShown({"drive unit-20 no answer to clients acknowledged high"}));
 
   slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
@@ -113,13 +106,13 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
   std::this_thread::sleep_for(2s);
   const auto alarms = All();
   ASSERT_EQ(alarms.size(), 2U) << "none twice";
-  EXPECT_EQ(Command({"ack", "absent", "--socket", socket()}).code, 0);
+  EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
   EXPECT_TRUE(EventuallyShown({"absent  port down acknowledged medium", raised[1]}));
 
   // Without the line, and with another delay for the device.
   Write("baudgate.yaml",
         yaml(BareLine("drive", "alarms: { priority: low, delay: 2s }, " + devices)));
-  const Finished reload = Command({"reload", "--socket", socket()});
+  const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 0) << reload.errors;
   EXPECT_TRUE(EventuallyShown({raised[1]}));
   EXPECT_EQ(All()[0]["seq"], alarms[1]["seq"]) << "it is the same as before";
@@ -163,7 +156,7 @@ TEST_F(Alarms, AreToldByTheServiceThatTheDocumentHas) {
     return states;
   };
   EXPECT_TRUE(Eventually([&] { return posted().size() == 1; }));
-  EXPECT_EQ(Command({"ack", "absent", "--socket", socket()}).code, 0);
+  EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
   EXPECT_TRUE(Eventually([&] { return posted().size() == 2; }));
   EXPECT_THAT(posted(), ElementsAre("port down active", "port down acknowledged"));
 }

@@ -7,10 +7,8 @@
 #include <csignal>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
-#include <sstream>
 #include <thread>
 
 #include "tests/support/long_run.h"
@@ -21,7 +19,6 @@ namespace baudgate::system_test {
 namespace {
 
 using ::testing::HasSubstr;
-using Json = nlohmann::json;
 
 constexpr int kPointUnit = 1;
 constexpr int kRouteUnit = 20;
@@ -68,19 +65,14 @@ class Audit : public RouteStation {
              "address: 1, unit: 1, poll: 100ms, write: allow, points: [{ name: set_point, read: "
              "\"holding 4\", type: uint16, access: rw, modbus: 0 }]"));
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   Finished Writes(std::vector<std::string> more = {}) const {
-    std::vector<std::string> words = {"writes", "--socket", socket()};
-    words.insert(words.end(), more.begin(), more.end());
-    return Command(words);
+    more.insert(more.begin(), "writes");
+    return Ask(more);
   }
   std::vector<Json> Records() const {
     const Finished writes = Writes({"--json"});
     EXPECT_EQ(writes.code, 0) << writes.errors;
-    std::vector<Json> records;
-    std::istringstream lines(writes.output);
-    for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
-    return records;
+    return JsonLines(writes.output);
   }
 };
 
@@ -144,8 +136,7 @@ TEST_F(Audit, FollowShowsWhatComes) {
 TEST_F(Audit, AGatewayThatWritesNothingSaysSo) {
   Slave slave(LinkOf("drive"));
   const auto daemon = StartDaemon(
-      Head().replace(0, Head().find('\n'),
-                     "gateway: { name: " + gateway() + ", socket: " + socket() + " }") +
+      WithSocket(Head()) +
       Line("drive", "modbus_rtu",
            "address: 1, unit: 1, points: [{ name: a, read: \"holding 4\", type: uint16 }]"));
   const Finished writes = Writes();

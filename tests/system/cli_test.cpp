@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/system/station.h"
 
@@ -19,7 +17,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
-using Json = nlohmann::json;
 
 class Cli : public Station {
  protected:
@@ -34,10 +31,7 @@ class Cli : public Station {
     words.push_back(Write("captures.txt", captures).string());
     const Finished decode = Command(words);
     EXPECT_EQ(decode.code, 0) << decode.errors;
-    std::vector<Json> exchanges;
-    std::istringstream stream(decode.output);
-    for (std::string line; std::getline(stream, line);) exchanges.push_back(Json::parse(line));
-    return exchanges;
+    return JsonLines(decode.output);
   }
 };
 

@@ -5,8 +5,6 @@
 #include <signal.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/system/three_devices.h"
 
@@ -20,20 +18,14 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
-using Json = nlohmann::json;
 
 constexpr int kOutOfService = 0x1C;
 
 /// A relay that answers, a ghost on the same line that does not, and a line without its port.
 class Control : public ThreeDevices {
  protected:
-  std::string socket() const { return (directory() / "gate.sock").string(); }
-
-  std::string YamlWithSocket(const std::string& path) const {
-    std::string yaml = Head();
-    const std::string name = "{ name: " + gateway() + " }";
-    yaml.replace(yaml.find(name), name.size(), "{ name: " + gateway() + ", socket: " + path + " }");
-    return yaml +
+  std::string YamlOf(const std::string& head) const {
+    return head +
            Line("relay", "spabus", "address: 7, profile: relay, unit: 1, poll: 1s",
                 "serial: 38400 7E1") +
            "      - { name: ghost, address: 9, profile: relay }\n" +
@@ -42,40 +34,17 @@ class Control : public ThreeDevices {
 
   void StartRelay() {
     relay = StartTwin("relay", "relay", "7");
-    daemon = StartDaemon(YamlWithSocket(socket()));
+    daemon = StartDaemon(YamlOf(WithSocket(Head())));
     ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
-  }
-
-  Finished Ask(std::vector<std::string> words) const {
-    words.insert(words.end(), {"--socket", socket()});
-    return Command(words);
-  }
-  Json Status(const std::string& target) const {
-    const Finished status = Ask({"status", target, "--json"});
-    EXPECT_EQ(status.code, 0) << status.errors;
-    return Json::parse(status.output, nullptr, false);
-  }
-  /// The daemon has this device file open.
-  bool Holds(const std::string& link) const {
-    const fs::path file = fs::canonical(link);
-    for (const auto& open :
-         fs::directory_iterator("/proc/" + std::to_string(daemon->id()) + "/fd")) {
-      std::error_code gone;
-      if (fs::read_symlink(open.path(), gone) == file) return true;
-    }
-    return false;
   }
 };
 
 TEST_F(Control, PointsAreReadAndWrittenFromTheCommandLine) {
   const auto module = StartTwin("io", "icpdas-i-7024", "1");
-  std::string yaml = Head() + Line("io", "dcon",
-                                   "address: 1, profile: icpdas-i-7024, unit: 11, poll: 10min, "
-                                   "write: [output_0]");
-  const std::string name = "{ name: " + gateway() + " }";
-  yaml.replace(yaml.find(name), name.size(),
-               "{ name: " + gateway() + ", socket: " + socket() + " }");
-  daemon = StartDaemon(yaml);
+  daemon = StartDaemon(WithSocket(Head()) +
+                       Line("io", "dcon",
+                            "address: 1, profile: icpdas-i-7024, unit: 11, poll: 10min, "
+                            "write: [output_0]"));
   ASSERT_TRUE(EventuallyQuality(client, 11, 0, kGood));
   const Finished done = Ask({"write", "io.io-1.output_0", "7.125"});
   EXPECT_EQ(done.code, 0) << done.errors;
@@ -133,24 +102,6 @@ TEST_F(Control, WithoutAGatewayExitCodeFour) {
   }
 }
 
-TEST_F(Control, AReleasedPortIsFreeAndComesBackByItself) {
-  StartRelay();
-  ASSERT_TRUE(Holds(LinkOf("relay")));
-  const Finished release = Ask({"release", "relay", "--for", "1h"});
-  EXPECT_EQ(release.code, 0) << release.errors;
-  EXPECT_THAT(release.output, HasSubstr("is free for another program until "));
-  EXPECT_FALSE(Holds(LinkOf("relay"))) << "the command has returned too early";
-  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kOutOfService));
-  EXPECT_THAT(Ask({"status"}).output, HasSubstr("\nrelay: released: the port is lent until "));
-
-  EXPECT_EQ(Ask({"release", "relay", "--end"}).code, 0);
-  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
-  EXPECT_EQ(Ask({"release", "relay", "--for", "1s"}).code, 0);
-  EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood)) << "it did not come back";
-  EXPECT_EQ(Ask({"release", "relay", "--for", "25h"}).code, 2);
-  EXPECT_EQ(Ask({"release", "relay", "--for", "10"}).code, 2);
-}
-
 TEST_F(Control, ADeviceIsTakenOutOfUseAndBack) {
   StartRelay();
   EXPECT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
@@ -192,17 +143,17 @@ TEST_F(Control, WhatWasRecordedIsDecoded) {
   const std::string file = Write("last.txt", last.output).string();
   const Finished decoded = Command({"decode", "--protocol", "spabus", file});
   ASSERT_EQ(decoded.code, 0) << decoded.errors << last.output;
-  std::istringstream lines(decoded.output);
-  std::size_t good = 0;
-  for (std::string line; std::getline(lines, line);) {
-    good += Json::parse(line)["outcome"] == "ok" ? 1 : 0;
-  }
-  EXPECT_GT(good, 0U) << last.output;
+  const auto exchanges = JsonLines(decoded.output);
+  const auto good =
+      std::ranges::count_if(exchanges, [](const Json& one) { return one["outcome"] == "ok"; });
+  EXPECT_GT(good, 0) << last.output;
 }
 
 TEST_F(Control, WithoutItsSocketTheGatewayPollsAllTheSame) {
   relay = StartTwin("relay", "relay", "7");
-  daemon = StartDaemon(YamlWithSocket("/nowhere/gate.sock"));
+  std::string head = WithSocket(Head());
+  head.replace(head.find(socket()), socket().size(), "/nowhere/gate.sock");
+  daemon = StartDaemon(YamlOf(head));
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
   EXPECT_THAT(daemon->Errors(), HasSubstr("/nowhere/gate.sock: No such file or directory"));
 }

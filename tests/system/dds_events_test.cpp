@@ -13,7 +13,6 @@ namespace baudgate::system_test {
 namespace {
 
 using ::testing::HasSubstr;
-using Json = nlohmann::json;
 
 class EventsOnDds : public EventStation {
  protected:
@@ -38,24 +37,8 @@ class EventsOnDds : public EventStation {
     return std::make_unique<Child>(words, directory(),
                                    Child::Environment{{"CYCLONEDDS_URI", kLoopback}});
   }
-  static std::vector<Json> Heard(const Child& watch) {
-    std::vector<Json> heard;
-    const std::string text = watch.Output();
-    std::istringstream lines(text.substr(0, text.rfind('\n') + 1));
-    for (std::string line; std::getline(lines, line);) heard.push_back(Json::parse(line));
-    return heard;
-  }
+  static std::vector<Json> Heard(const Child& watch) { return JsonLines(watch.Output()); }
   std::uint64_t Newest() const { return Status()["events"]["newest"]; }
-  /// The daemon's child; 0 while there is none.
-  static pid_t Process(const Child& daemon) {
-    const std::string task = "/proc/" + std::to_string(daemon.id()) + "/task";
-    std::error_code error;
-    for (const auto& thread : std::filesystem::directory_iterator(task, error)) {
-      std::ifstream children(thread.path() / "children");
-      if (pid_t child = 0; children >> child) return child;
-    }
-    return 0;
-  }
 };
 
 TEST_F(EventsOnDds, AreHeardByBothSubscribersAsTheyWereKept) {
@@ -95,7 +78,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
     const std::uint64_t now = Newest();
     ASSERT_TRUE(Eventually([&] { return Newest() > now + 8; })) << daemon->Errors();
     if (round % 2 == 0) {
-      const pid_t process = Process(*daemon);
+      const pid_t process = ChildOf(*daemon);
       ASSERT_GT(process, 0);
       ::kill(process, SIGKILL);
     } else {

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
@@ -23,20 +22,10 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using Json = nlohmann::json;
 
 class DdsProcess : public ThreeDevices {
  protected:
-  /// The daemon's child; 0 while there is none.
-  pid_t Process() const {
-    const std::string task = "/proc/" + std::to_string(daemon->id()) + "/task";
-    std::error_code error;
-    for (const auto& thread : fs::directory_iterator(task, error)) {
-      std::ifstream children(thread.path() / "children");
-      if (pid_t child = 0; children >> child) return child;
-    }
-    return 0;
-  }
+  pid_t Process() const { return ChildOf(*daemon); }
 
   /// Every device's value read over Modbus for as long as `until` is not met.
   template <typename Condition>
@@ -74,24 +63,13 @@ class DdsProcess : public ThreeDevices {
   }
 
   /// What the gateway says over its socket.
-  Json DdsStatus() const {
-    const Finished status = Command({"status", "--json", "--socket", socket()});
-    return Json::parse(status.output, nullptr, false).value("dds", Json());
-  }
+  Json DdsStatus() const { return Status().value("dds", Json()); }
   std::uint64_t Fragments() const {
     return DdsStatus().at("datagrams").at("refused").at("fragment").get<std::uint64_t>();
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
-  std::string YamlWithSocket() const {
-    std::string yaml = Yaml(true);
-    const std::string name = "{ name: " + gateway() + " }";
-    yaml.replace(yaml.find(name), name.size(),
-                 "{ name: " + gateway() + ", socket: " + socket() + " }");
-    return yaml;
-  }
 
   void Begin() {
-    StartAll(YamlWithSocket());
+    StartAll(WithSocket(Yaml(true)));
     const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
     points_ = Json::parse(map.output)["points"].size();
     ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process takes samples"));
@@ -239,7 +217,7 @@ TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
 /// Names that are no longer used would use up the room: each rename takes some hundred new ones.
 TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
   Begin();
-  std::string yaml = YamlWithSocket();
+  std::string yaml = WithSocket(Yaml(true));
   std::string name = "meter-1";
   for (int round = 0; round < 6; ++round) {
     const std::string next = "renamed-" + std::to_string(round);
@@ -247,7 +225,7 @@ TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
       yaml.replace(at, name.size(), next);
     }
     Write("baudgate.yaml", yaml);
-    const Finished reload = Command({"reload", "--socket", socket()});
+    const Finished reload = Ask({"reload"});
     ASSERT_EQ(reload.code, 0) << reload.output << reload.errors;
     name = next;
   }

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <nlohmann/json.hpp>
-
 #include "gateway/base/time.h"
 #include "gateway/outputs/pki/demo_pki.h"
 #include "tests/system/three_devices.h"
@@ -16,7 +14,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using Json = nlohmann::json;
 
 class DdsSecurity : public ThreeDevices {
  protected:

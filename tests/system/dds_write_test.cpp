@@ -5,8 +5,6 @@
 #include <signal.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/system/station.h"
 
@@ -17,7 +15,6 @@ using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
 using ::testing::StartsWith;
-using Json = nlohmann::json;
 
 constexpr int kIo = 1;
 constexpr int kRelay = 2;
@@ -27,15 +24,13 @@ class DdsWrites : public Station {
   std::string Yaml(const std::string& dds, const std::string& io = "allow") const {
     std::string head = Head(true);
     head.insert(head.find("dds: { ") + 7, dds);
-    head.insert(head.find("gateway: { ") + 11, "socket: " + Socket() + ", ");
-    return head +
+    return WithSocket(head) +
            Line("io", "dcon",
                 "address: 0x1F, profile: icpdas-i-7024, unit: 1, poll: 100ms, write: " + io) +
            Line("relay", "spabus",
                 "address: 2, profile: spaj140c, unit: 2, poll: 200ms, slow: 1h, write: "
                 "[setting_group], points: [{ name: setting_group, select: true }]");
   }
-  std::string Socket() const { return (directory() / "gate.sock").string(); }
   /// Twins and the gateway, and every device read once.
   void StartAll(const std::string& dds, const std::string& io = "allow") {
     io_ = StartTwin("io", "icpdas-i-7024", "0x1F");
@@ -70,26 +65,12 @@ class DdsWrites : public Station {
     return asked.output.substr(std::min(asked.output.size(), std::size_t{8}));
   }
   std::vector<Json> Records() const {
-    const Finished writes = Command({"writes", "--json", "--socket", Socket()});
+    const Finished writes = Station::Ask({"writes", "--json"});
     EXPECT_EQ(writes.code, 0) << writes.errors;
-    std::vector<Json> records;
-    std::istringstream lines(writes.output);
-    for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
-    return records;
+    return JsonLines(writes.output);
   }
-  Json DdsStatus() const {
-    const Finished status = Command({"status", "--json", "--socket", Socket()});
-    return Json::parse(status.output)["dds"];
-  }
-  pid_t Process() const {
-    std::error_code error;
-    const std::string task = "/proc/" + std::to_string(daemon_->id()) + "/task";
-    for (const auto& thread : std::filesystem::directory_iterator(task, error)) {
-      std::ifstream children(thread.path() / "children");
-      if (pid_t child = 0; children >> child) return child;
-    }
-    return 0;
-  }
+  Json DdsStatus() const { return Status()["dds"]; }
+  pid_t Process() const { return ChildOf(*daemon_); }
 
   std::unique_ptr<Child> io_;
   std::unique_ptr<Child> relay_;

@@ -2,15 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {
 namespace {
 
-using Json = nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -22,10 +18,7 @@ class Traces : public Station {
     words.push_back(Write("saved.trace", trace).string());
     const Finished decode = Command(words);
     EXPECT_EQ(decode.code, 0) << decode.errors;
-    std::vector<Json> exchanges;
-    std::istringstream lines(decode.output);
-    for (std::string line; std::getline(lines, line);) exchanges.push_back(Json::parse(line));
-    return exchanges;
+    return JsonLines(decode.output);
   }
 };
 

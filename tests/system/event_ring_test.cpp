@@ -12,7 +12,6 @@ namespace {
 
 using ::testing::Each;
 using ::testing::SizeIs;
-using Json = nlohmann::json;
 
 constexpr std::int64_t kBefore = 4100;  // events in the file at the start
 constexpr std::int64_t kRing = 4000;

@@ -7,9 +7,7 @@
 
 #include <algorithm>
 #include <csignal>
-#include <nlohmann/json.hpp>
 #include <random>
-#include <sstream>
 
 #include "tests/support/long_run.h"
 #include "tests/system/event_station.h"
@@ -19,7 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using Json = nlohmann::json;
 
 using Events = EventStation;
 
@@ -92,13 +89,6 @@ TEST_F(Events, HaveTheirRecords) {
   EXPECT_THAT(Ask({"--csv"}).output, HasSubstr("trip, read 20"));
 }
 
-std::vector<Json> Lines(const Finished& finished) {
-  std::vector<Json> all;
-  std::istringstream lines(finished.output);
-  for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
-  return all;
-}
-
 const char* const kHighAlarm =
     ", points: [{ name: current_l1, events: [{ on: above, value: -1, alarm: high, text: too much "
     "}, "
@@ -113,7 +103,7 @@ TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
     ASSERT_EQ(::prlimit(daemon->id(), RLIMIT_FSIZE, &limit, nullptr), 0);
   };
   limit_files(0);
-  const Finished seen = Command({"ack", "bay.bay-1.current_l1", "--socket", socket()});
+  const Finished seen = Station::Ask({"ack", "bay.bay-1.current_l1"});
   EXPECT_EQ(seen.code, 4);
   EXPECT_EQ(seen.output, "1 alarm acknowledged\n");
   EXPECT_THAT(seen.errors, HasSubstr("not on the disk yet"));
@@ -125,10 +115,8 @@ TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
 /// A point that exceeds its limit, seen by somebody, over a kill; and a relay that goes away.
 TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
   const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
-  const auto alarms = [this] { return Lines(Command({"alarms", "--json", "--socket", socket()})); };
-  const auto ack = [this](const std::string& target) {
-    return Command({"ack", target, "--socket", socket()});
-  };
+  const auto alarms = [this] { return JsonLines(Station::Ask({"alarms", "--json"}).output); };
+  const auto ack = [this](const std::string& target) { return Station::Ask({"ack", target}); };
   const auto count = [this](int code) {
     const auto records = Records();
     return std::ranges::count_if(records, [&](const Json& one) { return one["code"] == code; });
@@ -143,7 +131,7 @@ TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
     EXPECT_EQ(alarm["point"], "current_l1");
     EXPECT_THAT(alarm["text"].get<std::string>(), HasSubstr(": too much"));
     EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 1);
-    EXPECT_THAT(Command({"status", "--socket", socket()}).output, HasSubstr("1 alarm active"));
+    EXPECT_THAT(Station::Ask({"status"}).output, HasSubstr("1 alarm active"));
     const Finished first = Ask();
     EXPECT_THAT(first.output, HasSubstr("has started"));
     EXPECT_EQ(ack("bay.bay-1.nothing").code, 2);

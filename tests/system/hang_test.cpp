@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "gateway/base/text.h"
 #include "tests/system/notify_socket.h"
@@ -18,7 +17,6 @@ namespace baudgate::system_test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
 constexpr Duration kWatchdog = 2s;
@@ -89,9 +87,7 @@ class Hang : public Station {
   Hang() : notify_(directory() / "notify") {}
 
   void Begin(bool dds = false) {
-    std::string yaml = Head(dds);
-    const std::string name = "name: " + gateway();
-    yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
+    std::string yaml = WithSocket(Head(dds));
     for (const char* line : {"bay", "io"}) {
       twins_.push_back(StartTwin(line, "icpdas-i-7024", "1"));
       yaml += Line(line, "dcon",
@@ -105,11 +101,7 @@ class Hang : public Station {
     ASSERT_TRUE(EventuallyFloat(client_, 1, 0, 1.5F)) << daemon_->Errors();
     ASSERT_TRUE(EventuallyFloat(client_, 2, 0, 1.5F)) << daemon_->Errors();
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
-  Json LineStatus(const std::string& line) const {
-    const Finished status = Command({"status", line, "--json", "--socket", socket()});
-    return Json::parse(status.output, nullptr, false).at("lines").at(0);
-  }
+  Json LineStatus(const std::string& line) const { return Status(line).at("lines").at(0); }
   /// There is a sign of life that was not there before.
   bool SignsOfLife() const {
     while (!notify_.Receive(MSG_DONTWAIT).empty()) {

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "gateway/records/disk/database.h"
 #include "tests/system/station.h"
@@ -15,41 +13,24 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using Json = nlohmann::json;
 
 class History : public Station {
  protected:
   std::string Yaml(const std::string& history) const {
-    std::string head = Head();
-    head.replace(0, head.find('\n'),
-                 "gateway: { name: " + gateway() + ", socket: " + socket() +
-                     ", state: " + (directory() / "state").string() + " }");
-    return history + head +
+    return history + WithSocket(Head(), "state: " + LinkOf("state") + ", ") +
            Line("bay", "spabus", "address: 1, unit: 1, profile: spaj140c, poll: 100ms");
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::filesystem::path folder() const { return directory() / "state" / gateway(); }
   std::unique_ptr<Child> StartRelay() const {
-    auto twin = Start({"simulate", "--profile", "spaj140c", "--address", "1", "--pty",
-                       LinkOf("bay"), "--think", "1ms"});
-    EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
-    return twin;
+    return StartTwin("bay", "spaj140c", "1", {"--think", "1ms"});
   }
   Finished Ask(std::vector<std::string> more = {}) const {
-    std::vector<std::string> words = {"history", "bay.bay-1.current_l1", "--socket", socket()};
-    words.insert(words.end(), more.begin(), more.end());
-    return Command(words);
+    more.insert(more.begin(), {"history", "bay.bay-1.current_l1"});
+    return Station::Ask(more);
   }
   std::vector<Json> Records(std::vector<std::string> more = {}) const {
     more.emplace_back("--json");
-    const Finished history = Ask(more);
-    std::vector<Json> records;
-    std::istringstream lines(history.output);
-    for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
-    return records;
-  }
-  Json Status() const {
-    return Json::parse(Command({"status", "--json", "--socket", socket()}).output);
+    return JsonLines(Ask(more).output);
   }
 };
 
@@ -97,7 +78,7 @@ TEST_F(History, IsKeptAndReadBack) {
   EXPECT_EQ(upside_down.code, 2);
   EXPECT_THAT(upside_down.errors, HasSubstr("--until: it has to be later than --since"));
   EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
-  const Finished other = Command({"history", "bay.bay-1.current_l7", "--socket", socket()});
+  const Finished other = Station::Ask({"history", "bay.bay-1.current_l7"});
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.errors, HasSubstr("current_l7"));
   const Json status = Status()["history"];

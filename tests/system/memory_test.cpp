@@ -31,19 +31,16 @@ class Memory : public Station {
     daemon_.reset();
     twin_.reset();
     twin_ = StartTwin("meters", meter, "200");
-    std::string yaml = Head();
-    const std::string name = "{ name: " + gateway();
-    yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
-    daemon_ = StartDaemon(yaml + Line("meters", "set4tm",
-                                      "address: 200, profile: meter, unit: 21, poll: 300ms",
-                                      "serial: 115200 8O1"));
+    daemon_ =
+        StartDaemon(WithSocket(Head()) + Line("meters", "set4tm",
+                                              "address: 200, profile: meter, unit: 21, poll: 300ms",
+                                              "serial: 115200 8O1"));
   }
   void End() {
     daemon_->Signal(SIGTERM);
     ASSERT_EQ(daemon_->WaitForEnd(), 0);
   }
   bool Becomes(int quality) { return EventuallyQuality(client_, kGrowingUnit, 0, quality); }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
 
   ModbusClient client_{port()};
   std::unique_ptr<Child> twin_;
@@ -56,12 +53,12 @@ TEST_F(Memory, AnotherMeterIsBadUntilAPersonTakesIt) {
   End();
   Run("meter-b");
   ASSERT_TRUE(Becomes(kSwapped)) << daemon_->Errors();
-  const Finished status = Command({"status", "meters.meters-1", "--socket", socket()});
+  const Finished status = Ask({"status", "meters.meters-1"});
   EXPECT_THAT(status.output, HasSubstr("meter 9020002 answers in place of 9020001"));
   End();
   Run("meter-b");
   ASSERT_TRUE(Becomes(kSwapped)) << "a restart takes nobody";
-  EXPECT_EQ(Command({"enable", "meters.meters-1", "--socket", socket()}).code, 0);
+  EXPECT_EQ(Ask({"enable", "meters.meters-1"}).code, 0);
   ASSERT_TRUE(Becomes(kGood)) << daemon_->Errors();
   End();
   Run("meter-b");

@@ -8,8 +8,6 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/system/station.h"
 
@@ -19,7 +17,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-using Json = nlohmann::json;
 
 constexpr int kClockUnit = 21;
 constexpr int kDrift = 8000;  // register of the point
@@ -57,7 +54,7 @@ class MeterClock : public Station {
     ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
     // Ten readings, the gateway's look at them once a second among them.
     for (int reading = 0; reading < 10; ++reading) {
-      const Finished read = Command({"read", "meters.meters-1.clock_drift", "--socket", socket()});
+      const Finished read = Ask({"read", "meters.meters-1.clock_drift"});
       ASSERT_EQ(read.code, 0) << read.errors;
       ASSERT_FALSE(Eventually([&] { return !Lines("writes").empty(); }, 500ms));
     }
@@ -65,10 +62,8 @@ class MeterClock : public Station {
   }
 
   void Run(bool host_clock_is_right) {
-    std::string yaml = "events: {}\n" + Head();
-    const std::string name = "{ name: " + gateway();
-    yaml.replace(yaml.find(name), name.size(), name + ", socket: " + socket());
-    yaml +=
+    const std::string yaml =
+        "events: {}\n" + WithSocket(Head()) +
         Line("meters", "set4tm",
              "address: 200, profile: meter, unit: 21, poll: 300ms, "
              "time_zone: \"" +
@@ -85,12 +80,8 @@ class MeterClock : public Station {
                      {"SAID_CLOCK", Say(host_clock_is_right).string()},
                      {"ASAN_OPTIONS", "verify_asan_link_order=0"}});
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::vector<Json> Lines(const std::string& command) const {
-    std::istringstream output(Command({command, "--json", "--socket", socket()}).output);
-    std::vector<Json> all;
-    for (std::string line; std::getline(output, line);) all.push_back(Json::parse(line));
-    return all;
+    return JsonLines(Ask({command, "--json"}).output);
   }
   std::vector<Json> Corrections() const {
     std::vector<Json> all;

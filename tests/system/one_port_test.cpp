@@ -6,8 +6,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "tests/system/station.h"
 
@@ -17,15 +15,11 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using Json = nlohmann::json;
 
 class OnePort : public Station {
  protected:
   std::unique_ptr<Child> StartDrive() const {
-    auto twin = Start({"simulate", "--profile", "mitsubishi-fr-d700", "--address", "20", "--pty",
-                       LinkOf("drive"), "--baud", "19200 8E1"});
-    EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
-    return twin;
+    return StartTwin("drive", "mitsubishi-fr-d700", "20", {"--baud", "19200 8E1"});
   }
   std::string Local() const { return "127.0.0.1:" + std::to_string(port()); }
 };

@@ -51,6 +51,7 @@ TEST_F(Outage, OfOneLineLeavesTheOthersAlone) {
   EXPECT_TRUE(TrueValuesUntil(
       kModuleUnit, 100.25F, [&] { return client.Register(kModuleUnit, 20000) == kNotConnected; }));
   EXPECT_TRUE(EventuallyUnanswered(kModuleUnit));
+  EXPECT_THAT(daemon->Errors(), HasSubstr("line io: device io-1: online"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "line io: down: "));
   EXPECT_EQ(client.Register(kModuleUnit, 9001), kLineDown) << "last outcome";
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);

@@ -5,9 +5,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "tests/system/station.h"
 #include "tests/system/taken_server.h"
 #include "transports/serial_port.h"
@@ -16,7 +13,6 @@ namespace baudgate::system_test {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -32,26 +28,18 @@ class Ports : public Station {
 
   /// One line "bay" on `port`, with one module.
   std::string Yaml(const fs::path& port) const {
-    std::string head = Head();
-    const std::string_view name = "gateway: { ";
-    head.insert(name.size(), "socket: " + Socket() + ", recordings: " + Folder().string() + ", ");
-    return head + "  - name: bay\n    port: " + port.string() +
+    return WithSocket(Head(), "recordings: " + Folder().string() + ", ") +
+           "  - name: bay\n    port: " + port.string() +
            "\n    protocol: dcon\n    serial: 115200 8N1\n    devices:\n"
            "      - { name: bay-1, address: 1, profile: module, unit: 1, poll: 50ms }\n";
   }
-  std::string Socket() const { return (directory() / "socket").string(); }
   fs::path Folder() const { return directory() / "recordings"; }
   Finished Release(std::vector<std::string> words) const {
     words.insert(words.begin(), "release");
-    words.insert(words.end(), {"--socket", Socket()});
-    return Command(words);
+    return Ask(words);
   }
   /// Line bay, as `status` shows it.
-  Json Status() const {
-    const Finished status = Command({"status", "bay", "--json", "--socket", Socket()});
-    EXPECT_EQ(status.code, 0) << status.errors;
-    return Json::parse(status.output)["lines"][0];
-  }
+  Json Status() const { return Station::Status("bay")["lines"][0]; }
   bool EventuallyQualityIs(int quality) { return EventuallyQuality(client, 1, 0, quality); }
   std::vector<fs::path> Recordings() const {
     std::vector<fs::path> files;
@@ -152,9 +140,11 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   const std::string time = FormatDuration(kLongEnough);
   const Finished release = Release({"bay", "--for", time});
   ASSERT_EQ(release.code, 0) << release.errors;
+  EXPECT_THAT(release.output, HasSubstr("is free for another program until "));
   EXPECT_EQ(client.Register(1, 20000), kOutOfService);
   EXPECT_EQ(Status()["port_state"], "released");
   EXPECT_TRUE(Status()["released_until"].is_string());
+  EXPECT_THAT(Ask({"status"}).output, HasSubstr("\nbay: released: the port is lent until "));
   const auto tool = OpenExclusive(LinkOf("bay"));
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
@@ -185,6 +175,8 @@ TEST_F(Ports, AReleaseCountsAnewAndEndsWhenAsked) {
   EXPECT_FALSE(Eventually(is_back, 2s)) << "the first release has ended the second";
   EXPECT_EQ(Release({"bay", "--end"}).code, 0);
   EXPECT_TRUE(EventuallyQualityIs(kGood));
+  EXPECT_EQ(Release({"bay", "--for", "25h"}).code, 2);
+  EXPECT_EQ(Release({"bay", "--for", "10"}).code, 2);
 }
 
 TEST_F(Ports, AReleasedLineDoesNotHoldUpTheStop) {
@@ -213,9 +205,7 @@ TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatReplays) {
   const Finished decode = Command(
       {"decode", "--protocol", "dcon", "--profile", "module", "--device", "bay-1", file.string()});
   ASSERT_EQ(decode.code, 0) << decode.errors;
-  std::istringstream lines(decode.output);
-  std::vector<Json> exchanges;
-  for (std::string line; std::getline(lines, line);) exchanges.push_back(Json::parse(line));
+  const auto exchanges = JsonLines(decode.output);
   ASSERT_GT(exchanges.size(), 2U);
   ASSERT_EQ(exchanges.front()["outcome"], "ok");
   EXPECT_EQ(exchanges.front()["values"][0]["value"], 100.25);
@@ -237,7 +227,7 @@ TEST_F(Ports, APasswordIsInNoTrace) {
   const auto daemon = StartDaemon(yaml);
   std::string trace;
   const auto has_password = [&] {
-    trace = Command({"trace", "bay", "--last", "--socket", Socket()}).output;
+    trace = Ask({"trace", "bay", "--last"}).output;
     return trace.find(" > C8 01 ** ** ** ** ** ** ** ** | ..********") != std::string::npos &&
            trace.find("bay-1 < ") != std::string::npos;
   };

@@ -231,14 +231,5 @@ TEST_F(Process, SaysWhichConfigurationItCanNotRead) {
   EXPECT_THAT(daemon->Errors(), HasSubstr("nowhere.yaml"));
 }
 
-TEST_F(Process, LogsTheLifeOfALine) {
-  auto twin = StartTwin("io", "module", "1");
-  const auto daemon = StartDaemon(Yaml());
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: open ("));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: device io-1: online"));
-  twin->Signal(SIGKILL);
-  EXPECT_TRUE(EventuallyLogged(*daemon, "line io: down: "));
-}
-
 }  // namespace
 }  // namespace baudgate::system_test

@@ -3,28 +3,19 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {
 namespace {
 
 using ::testing::HasSubstr;
-using Json = nlohmann::json;
 
 class ReaderOnAPty : public Station {
  protected:
   std::string Yaml() const {
-    std::string head = Head();
-    head.replace(0, head.find('\n'),
-                 "gateway: { name: " + gateway() + ", socket: " + socket() +
-                     ", state: " + (directory() / "state").string() + " }");
-    return "events: {}\n" + head +
+    return "events: {}\n" + WithSocket(Head(), "state: " + LinkOf("state") + ", ") +
            Line("gate", "reader", "address: 1, unit: 1, profile: olimex-mod-rfid125");
   }
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::unique_ptr<Child> StartReader(const std::string& events) const {
     auto twin = Start({"simulate", "--profile", "olimex-mod-rfid125", "--address", "1", "--pty",
                        LinkOf("gate"), "--events", events});
@@ -33,19 +24,14 @@ class ReaderOnAPty : public Station {
   }
   /// The tags of the log, in its order.
   std::vector<std::string> Tags() const {
-    const Finished events = Command({"events", "--socket", socket(), "--json"});
     std::vector<std::string> tags;
-    std::istringstream lines(events.output);
-    for (std::string line; std::getline(lines, line);) {
-      const Json event = Json::parse(line);
+    for (const Json& event : JsonLines(Ask({"events", "--json"}).output)) {
       const std::string text = event["text"];
       if (event["device"] == "gate-1" && text.starts_with("tag: ")) tags.push_back(text.substr(5));
     }
     return tags;
   }
-  Json Device() const {
-    return Json::parse(Command({"status", "gate.gate-1", "--json", "--socket", socket()}).output);
-  }
+  Json Device() const { return Status("gate.gate-1"); }
 };
 
 std::uint32_t Double(const std::vector<std::uint16_t>& registers, std::size_t at) {

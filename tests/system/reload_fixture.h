@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -21,12 +20,8 @@ inline std::string Replaced(std::string text, const std::string& what, const std
 
 class Reload : public ThreeDevices {
  protected:
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::filesystem::path file() const { return directory() / "baudgate.yaml"; }
-  std::string YamlWithSocket(bool dds = false) const {
-    return Replaced(Yaml(dds), "{ name: " + gateway() + " }",
-                    "{ name: " + gateway() + ", socket: " + socket() + " }");
-  }
+  std::string YamlWithSocket(bool dds = false) const { return WithSocket(Yaml(dds)); }
   std::filesystem::path ConfirmedCopy() const {
     return directory() / "state" / gateway() / "configurations/confirmed.yaml";
   }
@@ -36,17 +31,8 @@ class Reload : public ThreeDevices {
   }
   void SetFile(const std::string& yaml) const { Station::Write("baudgate.yaml", yaml); }
 
-  Finished Ask(std::vector<std::string> words) const {
-    words.insert(words.end(), {"--socket", socket()});
-    return Command(words);
-  }
-  nlohmann::json Status() const {
-    const Finished status = Ask({"status", "--json"});
-    EXPECT_EQ(status.code, 0) << status.errors;
-    return nlohmann::json::parse(status.output, nullptr, false);
-  }
-  static nlohmann::json LineOf(const nlohmann::json& status, const std::string& name) {
-    for (const nlohmann::json& line : status["lines"]) {
+  static Json LineOf(const Json& status, const std::string& name) {
+    for (const Json& line : status["lines"]) {
       if (line["name"] == name) return line;
     }
     return {};

@@ -193,7 +193,7 @@ TEST_F(ReloadModbus, ThatCanNotBeTakenBackWhollySaysWhatIsMissingAndTriesOn) {
     ASSERT_TRUE(EventuallyLogged(*daemon, missing)) << daemon->Errors();
     EXPECT_TRUE(Eventually([&] { return !RawClient(other).connected(); }));
     EXPECT_EQ(ModbusClient(port()).Holding(34, 5, 1).exception, kNoPath);
-    EXPECT_THAT(Command({"status", "--socket", socket()}).output,
+    EXPECT_THAT(Ask({"status"}).output,
                 HasSubstr("listener " + PlaceOf(more_) + ": is not open: address already in use"));
   }
   EXPECT_TRUE(Eventually([&] { return ModbusClient(more_).Holding(kUnit, 7, 1).ok(); }));

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <nlohmann/json.hpp>
-
 #include "tests/system/notify_socket.h"
 #include "tests/system/reload_fixture.h"
 #include "tests/system/steady_client.h"
@@ -13,7 +11,6 @@
 namespace baudgate::system_test {
 namespace {
 
-using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;

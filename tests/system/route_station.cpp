@@ -49,8 +49,8 @@ std::unique_ptr<Child> RouteStation::StartPymodbusSlave(const std::string& frami
   return slave;
 }
 
-nlohmann::json RouteStation::Pymodbus(const std::string& framing, const std::string& where,
-                                      int unit, std::vector<std::string> commands) const {
+Json RouteStation::Pymodbus(const std::string& framing, const std::string& where, int unit,
+                            std::vector<std::string> commands) const {
   std::vector<std::string> words = {kPython, Script("pymodbus_master.py"), framing, where,
                                     std::to_string(unit)};
   words.insert(words.end(), commands.begin(), commands.end());
@@ -81,13 +81,7 @@ std::unique_ptr<Child> RouteStation::StartGateway(const std::string& yaml,
   return daemon;
 }
 
-nlohmann::json RouteStation::Status() const {
-  const Finished status = Command({"status", "--json", "--socket", socket()});
-  EXPECT_EQ(status.code, 0) << status.errors;
-  return Json::parse(status.output, nullptr, false);
-}
-
-nlohmann::json RouteStation::Route(const std::string& units) const {
+Json RouteStation::Route(const std::string& units) const {
   const Json status = Status();
   for (const Json& route : status["modbus"]["routes"]) {
     if (route["units"] == units) return route;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -17,8 +16,6 @@ inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
  protected:
-  using Json = nlohmann::json;
-
   // ---- configuration
   /// `listeners` and `routes`: one list entry a text. The first listener is that of port().
   std::string Yaml(const std::vector<std::string>& routes, const std::string& lines,
@@ -46,10 +43,8 @@ class RouteStation : public Station {
   /// `baudgate run`, once these lines are open, too.
   std::unique_ptr<Child> StartGateway(const std::string& yaml,
                                       const std::vector<std::string>& lines = {"drive"}) const;
-  Json Status() const;
   /// The status of a route; null when there is none of these units.
   Json Route(const std::string& units) const;
-  std::string socket() const { return (directory() / "gate.sock").string(); }
 };
 
 /// "[N]: <tab>value" for each register, as mbpoll prints them.

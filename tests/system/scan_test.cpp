@@ -4,16 +4,12 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <nlohmann/json.hpp>
-#include <sstream>
-
 #include "tests/system/pty_bus.h"
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {
 namespace {
 
-using Json = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -48,9 +44,7 @@ class ScanSystem : public Station {
   std::string File() const { return (directory() / "found.yaml").string(); }
   static std::vector<std::string> Devices(const std::string& lines) {
     std::vector<std::string> devices;
-    std::istringstream in(lines);
-    for (std::string line; std::getline(in, line);) {
-      const Json json = Json::parse(line);
+    for (const Json& json : JsonLines(lines)) {
       if (json["suspect"].get<bool>()) {
         devices.push_back("two at " + json["protocol"].get<std::string>() + " " +
                           std::to_string(json["address"].get<int>()));
@@ -93,12 +87,10 @@ TEST_F(ScanSystem, ABusOfThreeProtocolsRunsAsItWasFound) {
   yaml.erase(yaml.find(page), page.size());
   const auto gateway = StartDaemon(yaml);
   ModbusClient client(port());
-  std::istringstream lines(scan.output);
-  for (std::string line; std::getline(lines, line);) {
-    const Json device = Json::parse(line);
+  for (const Json& device : JsonLines(scan.output)) {
     const bool relay = device["profile"] == "icpdas-i-7060";  // its points are bits
     if (relay || device["suspect"]) continue;
-    EXPECT_TRUE(EventuallyQuality(client, device["unit"].get<int>(), 0, kGood)) << line;
+    EXPECT_TRUE(EventuallyQuality(client, device["unit"].get<int>(), 0, kGood)) << device;
   }
 }
 
@@ -145,20 +137,15 @@ class ScanGateway : public ScanSystem {
     AddSix();
     bus.Start();
   }
-  std::string Socket() const { return (directory() / "socket").string(); }
   std::unique_ptr<Child> StartBay(const std::string& keys = {}) const {
-    std::string head = Head();
-    const std::string_view name = "gateway: { ";
-    head.insert(name.size(), "socket: " + Socket() + ", ");
-    return StartDaemon(head + "  - name: bay\n    port: " + bus.path() +
+    return StartDaemon(WithSocket(Head()) + "  - name: bay\n    port: " + bus.path() +
                        "\n    protocol: spabus\n    serial: 9600 7E1\n" + keys +
                        "    devices:\n      - { name: feeder, address: 1, profile: spaj140c, "
                        "unit: 1, poll: 100ms }\n");
   }
   Finished Ask(const std::string& telegram, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words{"ask", "bay", telegram, "--json", "--socket", Socket()};
-    words.insert(words.end(), more.begin(), more.end());
-    return Command(words);
+    more.insert(more.begin(), {"ask", "bay", telegram, "--json"});
+    return Station::Ask(more);
   }
 };
 
@@ -166,8 +153,8 @@ TEST_F(ScanGateway, ALineIsLentAndTakenBack) {
   const auto gateway = StartBay();
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
-  const Finished scan = Command({"scan", "bay", "--quick", "--protocol", "spabus", "--addresses",
-                                 "1-2", "--json", "--socket", Socket()});
+  const Finished scan = Station::Ask(
+      {"scan", "bay", "--quick", "--protocol", "spabus", "--addresses", "1-2", "--json"});
   EXPECT_EQ(scan.code, 0) << scan.errors;
   EXPECT_THAT(Devices(scan.output),
               UnorderedElementsAre("spabus 9600 7E1 1 spaj140c", "spabus 9600 7E1 2 spau130c"));
@@ -179,7 +166,7 @@ TEST_F(ScanGateway, AHangUpKeepsWhatWasFoundAndGivesTheLineBack) {
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
   const auto scan = Start(
-      {"scan", "bay", "--protocol", "spabus", "--json", "--config", File(), "--socket", Socket()});
+      {"scan", "bay", "--protocol", "spabus", "--json", "--config", File(), "--socket", socket()});
   ASSERT_TRUE(Eventually([&] { return !scan->Output().empty(); })) << scan->Errors();
   const Finished lent = Ask(">1RF:XX");
   EXPECT_EQ(lent.code, kCannotOpen) << "nobody was asked: " << lent.output << lent.errors;
@@ -221,7 +208,7 @@ TEST_F(ScanGateway, WhatMayWriteIsRecorded) {
   const Finished open = Ask(">1WV160:123:XX", {"--write"});
   EXPECT_EQ(open.code, 0) << open.errors;
   EXPECT_THAT(open.output, HasSubstr("3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D"));
-  const Finished writes = Command({"writes", "--json", "--socket", Socket()});
+  const Finished writes = Station::Ask({"writes", "--json"});
   EXPECT_THAT(writes.output, AllOf(HasSubstr("\"point\":\"telegram\""), HasSubstr("\"denied\""),
                                    HasSubstr("3E 31 57 56 31 36 30 3A ** ** ** 3A ** ** 0D")));
   for (const auto& [option, value] : {std::pair{"--protocol", "dcon"}, {"--serial", "9600 8N1"}}) {

@@ -16,23 +16,16 @@ class SettingsOfATwin : public ThreeDevices {
  protected:
   void SetUp() override {
     relay = StartTwin("relay", "spaj140c", "7");
-    std::string yaml = Head();
-    const std::string name = "{ name: " + gateway() + " }";
-    yaml.replace(yaml.find(name), name.size(),
-                 "{ name: " + gateway() + ", socket: " + socket() + " }");
-    daemon = StartDaemon(yaml + Line("relay", "spabus",
-                                     "address: 7, profile: spaj140c, unit: 1, slow: 1s",
-                                     "serial: 38400 7E1"));
+    daemon = StartDaemon(WithSocket(Head()) +
+                         Line("relay", "spabus", "address: 7, profile: spaj140c, unit: 1, slow: 1s",
+                              "serial: 38400 7E1"));
     ASSERT_TRUE(Eventually([&] { return Settings("dump", {}).code == 0; }));
   }
 
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::string file() const { return (directory() / "relay.yaml").string(); }
   Finished Settings(const std::string& what, std::vector<std::string> more) const {
-    std::vector<std::string> words = {"settings", what, "relay.relay-1"};
-    words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(), {"--socket", socket()});
-    return Command(words);
+    more.insert(more.begin(), {"settings", what, "relay.relay-1"});
+    return Ask(more);
   }
 };
 

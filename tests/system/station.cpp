@@ -90,6 +90,23 @@ int FreeDomain() {
   return claimed;
 }
 
+std::vector<Json> JsonLines(const std::string& output) {
+  std::vector<Json> documents;
+  std::istringstream lines(output.substr(0, output.rfind('\n') + 1));
+  for (std::string line; std::getline(lines, line);) documents.push_back(Json::parse(line));
+  return documents;
+}
+
+pid_t ChildOf(const Child& process) {
+  std::error_code error;
+  const std::string task = "/proc/" + std::to_string(process.id()) + "/task";
+  for (const auto& thread : fs::directory_iterator(task, error)) {
+    std::ifstream children(thread.path() / "children");
+    if (pid_t child = 0; children >> child) return child;
+  }
+  return 0;
+}
+
 Station::Station()
     : port_(FreePort()), domain_(FreeDomain()), gateway_("test-" + std::to_string(::getpid())) {
   std::string form = (fs::temp_directory_path() / "baudgate-test-XXXXXX").string();
@@ -147,6 +164,11 @@ std::string Station::Head(bool dds) const {
   return yaml.str();
 }
 
+std::string Station::WithSocket(std::string yaml, const std::string& keys) const {
+  const std::string gateway = "gateway: { ";
+  return yaml.insert(yaml.find(gateway) + gateway.size(), "socket: " + socket() + ", " + keys);
+}
+
 std::string Station::Line(const std::string& name, const std::string& protocol,
                           const std::string& keys, const std::string& line_keys) const {
   return "  - name: " + name + "\n    port: " + LinkOf(name) + "\n    protocol: " + protocol +
@@ -175,10 +197,26 @@ Finished Station::Command(std::vector<std::string> words) const {
   return RunToEnd(words, directory_, Environment());
 }
 
+Finished Station::Ask(std::vector<std::string> words) const {
+  words.insert(words.end(), {"--socket", socket()});
+  return Command(words);
+}
+
+Json Station::Status(const std::string& target) const {
+  std::vector<std::string> words = {"status", "--json"};
+  if (!target.empty()) words.push_back(target);
+  const Finished status = Ask(words);
+  EXPECT_EQ(status.code, 0) << status.errors;
+  return Json::parse(status.output, nullptr, false);
+}
+
 std::unique_ptr<Child> Station::StartTwin(const std::string& line, const std::string& profile,
-                                          const std::string& address) const {
-  auto twin =
-      Start({"simulate", "--profile", profile, "--address", address, "--pty", LinkOf(line)});
+                                          const std::string& address,
+                                          const std::vector<std::string>& more) const {
+  std::vector<std::string> words = {"simulate", "--profile", profile,     "--address",
+                                    address,    "--pty",     LinkOf(line)};
+  words.insert(words.end(), more.begin(), more.end());
+  auto twin = Start(words);
   const bool there = Eventually([&] { return !twin->Output().empty() && CanOpen(LinkOf(line)); });
   EXPECT_TRUE(there) << "no twin on " << line << ": " << twin->Errors();
   return twin;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,8 @@
 #include "tests/system/modbus_client.h"
 
 namespace baudgate::system_test {
+
+using Json = nlohmann::json;
 
 /// By point: what the twin gives, as it stands behind `simulate:`.
 using FixedValues = std::map<std::string, std::string>;
@@ -38,6 +41,10 @@ class Station : public testing::Test {
   int domain() const { return domain_; }
   const std::string& gateway() const { return gateway_; }
   std::string LinkOf(const std::string& line) const { return (directory_ / line).string(); }
+  /// The control socket of WithSocket().
+  std::string socket() const { return LinkOf("gate.sock"); }
+  /// `yaml`, whose gateway has that socket, and `keys` besides: "state: /tmp/x, ".
+  std::string WithSocket(std::string yaml, const std::string& keys = {}) const;
   /// Head of a configuration; lines follow.
   std::string Head(bool dds = false) const;
   /// One line on the pty of that name, with one device "NAME-1" described by `keys`.
@@ -49,9 +56,13 @@ class Station : public testing::Test {
   std::unique_ptr<Child> Start(std::vector<std::string> words,
                                Child::Environment more = {}) const;  ///< of baudgate
   Finished Command(std::vector<std::string> words) const;            ///< of baudgate
+  Finished Ask(std::vector<std::string> words) const;                ///< of baudgate, over socket()
+  /// `status --json` over socket(), of a line or a device if it is named.
+  Json Status(const std::string& target = {}) const;
   /// A twin on the pty of `line`, once it can be opened.
   std::unique_ptr<Child> StartTwin(const std::string& line, const std::string& profile,
-                                   const std::string& address) const;
+                                   const std::string& address,
+                                   const std::vector<std::string>& more = {}) const;
   /// `baudgate run`, once its Modbus port answers.
   std::unique_ptr<Child> StartDaemon(const std::string& yaml) const;
 
@@ -66,6 +77,12 @@ class Station : public testing::Test {
   int domain_;
   std::string gateway_;
 };
+
+/// A document for each whole line.
+std::vector<Json> JsonLines(const std::string& output);
+
+/// The first child of a process; 0 while there is none.
+pid_t ChildOf(const Child& process);
 
 /// A port of loopback that nobody listens on and no other test has, below the range that the kernel
 /// gives to clients.

@@ -127,15 +127,5 @@ TEST_F(Values, ReachMbpoll) {
   EXPECT_THAT(missing.errors, HasSubstr("Illegal data address"));
 }
 
-TEST_F(Values, CanNotBeWrittenWhereTheListenerDeniesIt) {
-  const auto twin = StartTwin("relay", "relay", "7");
-  const auto gateway =
-      StartDaemon("modbus: { listen: { at: \"127.0.0.1:" + std::to_string(port()) +
-                  "\", write: deny } }\ndds: { enabled: false }\nlines:\n" +
-                  Line("relay", "spabus", "address: 7, profile: relay, unit: 1, poll: 200ms"));
-  ASSERT_TRUE(EventuallyFloat(client, kRelayUnit, 0, 1.25F));
-  EXPECT_EQ(client.WriteRegister(kRelayUnit, 100, 1), kIllegalFunction);
-}
-
 }  // namespace
 }  // namespace baudgate::system_test

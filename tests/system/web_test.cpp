@@ -4,7 +4,6 @@
 
 #include <asio/ip/address_v4.hpp>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "tests/gateway/outputs/web/http_client.h"
@@ -14,9 +13,8 @@
 namespace baudgate::system_test {
 namespace {
 
-using web::HttpClient;
-using Json = nlohmann::json;
 using ::testing::HasSubstr;
+using web::HttpClient;
 
 class Web : public Reload {
  protected:

@@ -30,7 +30,6 @@ class Writers : public RouteStation {
     std::vector<Told> told{};
   };
 
-  std::string socket() const { return (directory() / "gate.sock").string(); }
   std::string Yaml() const {
     std::string yaml = RouteStation::Yaml(
         {}, Line("io", "dcon",
@@ -57,7 +56,7 @@ class Writers : public RouteStation {
   }
   RunOnce Baudgate() const {
     return [this](const WriteStep& step) {
-      return Command({"write", "io.io-1." + step.point, step.value, "--socket", socket()});
+      return Ask({"write", "io.io-1." + step.point, step.value});
     };
   }
 
@@ -119,7 +118,7 @@ class Writers : public RouteStation {
   }
 
   std::vector<Json> Records() const {
-    const Finished writes = Command({"writes", "--json", "--socket", socket()});
+    const Finished writes = Ask({"writes", "--json"});
     EXPECT_EQ(writes.code, 0) << writes.errors;
     std::vector<Json> records;
     std::istringstream lines(writes.output);
