@@ -190,7 +190,8 @@ struct ExchangeEnd {
   std::size_t received = 0;  ///< bytes that came for it
   bool ended = false;        ///< the server closed the connection in place of an answer
   /// From the last byte of its reply to this end, if only silence showed that it was the last; or
-  /// longer, because that byte may have waited (gateway/bus/devices/arrivals.h).
+  /// longer, because that byte may have waited (ArrivalTime in
+  /// gateway/bus/poller/line_inputs.h).
   Duration since_reply{};
 };
 
