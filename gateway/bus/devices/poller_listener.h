@@ -108,7 +108,9 @@ struct EarlierFinding {
   const Member* member = nullptr;
   Finding finding{};
   std::size_t back = 0;
-  Duration lateness{};  ///< since it was due; zero: it was not late
+  /// More than zero: a reply of the member came so long after it was due, and has not been counted
+  /// as late. The line counts it (Upkeep::CountLate), as it counts those that it finds itself.
+  Duration lateness{};
 };
 
 class LineObserver {
