@@ -301,7 +301,7 @@ class Line {
 
 // The interface for viewers of the bytes of one line, with direction, time and the end of every
 // exchange: the trace and the flight recorder. Fed by gateway/bus/counters/line_account.cpp with
-// what is left after the echo filter, by gateway/bus/counters/ledger.cpp with states of devices,
+// what is left after the echo filter, by gateway/bus/devices/device_states.cpp with states,
 // and by gateway/lines/telegram_queue.cpp with all bytes of a telegram by hand.
 
 /// Slaves that only transparent routes reach stand in no store: they are numbered by their address
