@@ -13,19 +13,12 @@
 
 namespace baudgate {
 
-Observer::Observer(const Roster& roster) : examiner_(roster) {
+Observer::Observer(const Roster& roster) : roster_(roster) {
   if (Device* const speaker = roster.Speaker()) overheard_.emplace(*speaker, roster);
 }
 
-void Observer::OnRequest(const Member& member, const Request& request, Instant now) {
-  examiner_.Begin(member, request, member.times, now);
-}
-
-std::vector<EarlierFinding> Observer::TakeChanged() {
-  std::vector<EarlierFinding> changed;
-  if (auto more = examiner_.More()) changed.push_back({examiner_.member(), std::move(*more)});
-  while (auto earlier = examiner_.TakeEarlier()) changed.push_back(std::move(*earlier));
-  return changed;
+std::unique_ptr<LineObserver> Observe(const Roster& roster) {
+  return std::make_unique<Observer>(roster);
 }
 
 std::optional<Finding> Observer::OnUnaskedBytes(View bytes, Instant now) {
@@ -34,28 +27,19 @@ std::optional<Finding> Observer::OnUnaskedBytes(View bytes, Instant now) {
 
 bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 
-Finding Observer::OnUnaskedDamage() { return overheard_->OnDamaged(); }
-
-void Observer::OnUnaskedRead() { overheard_->OnRead(); }
-
-std::unique_ptr<LineObserver> Observe(const Roster& roster) {
-  return std::make_unique<Observer>(roster);
-}
-
-void Examiner::Begin(const Member& member, const Request& request, const LineTimes& times,
-                     Instant now) {
+void Observer::OnRequest(const Member& member, const Request& request, Instant now) {
   Bytes unanswered;  // what came to its last request
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
-  exchange_.Begin(member, request, times, now);
+  exchange_.Begin(member, request, member.times, now);
   earlier_.OnBegin(exchange_, std::move(unanswered));
 }
 
-void Examiner::Hear(View bytes, Instant now) {
+void Observer::OnBytes(View bytes, Instant now) {
   if (exchange_.member() == nullptr) greeting_.OnBytes(bytes);
   exchange_.Hear(bytes, now);
 }
 
-Finding Examiner::End(Outcome outcome) {
+Finding Observer::OnEnd(Outcome outcome) {
   exchange_.End(outcome);
   if (exchange_.member() == nullptr) return {};
   if (ProvesLife(outcome)) OnAnswered();
@@ -72,14 +56,14 @@ Finding Examiner::End(Outcome outcome) {
   return finding;
 }
 
-void Examiner::OnAnswered() {
+void Observer::OnAnswered() {
   earlier_.OnAnswered(exchange_);
   habits_.OnAnswered(exchange_);
   negotiated_ = IsTelnet(greeting_.OnAnswered(exchange_.heard())) && roster_.is_network();
 }
 
 /// The same came to other requests before.
-Finding Examiner::LookAgain(Finding finding) {
+Finding Observer::LookAgain(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool right = IsAnswered(finding.symptom);
   // A Modbus TCP reply says by its number that it is another one's.
@@ -93,7 +77,7 @@ Finding Examiner::LookAgain(Finding finding) {
 }
 
 /// A greeting of the connection may say why no device answers.
-Finding Examiner::Greet(Finding finding) {
+Finding Observer::Greet(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool speaks =
       finding.symptom == Symptom::text ||
@@ -103,7 +87,15 @@ Finding Examiner::Greet(Finding finding) {
   return Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
 }
 
-std::optional<Finding> Examiner::More() {
+std::vector<EarlierFinding> Observer::TakeChanged() {
+  std::vector<EarlierFinding> changed;
+  if (auto more = More()) changed.push_back({exchange_.member(), std::move(*more)});
+  while (auto earlier = earlier_.Take()) changed.push_back(std::move(*earlier));
+  return changed;
+}
+
+/// More has come after the end of the exchange. Empty: it looks as before.
+std::optional<Finding> Observer::More() {
   if (!exchange_.TakeMore()) return std::nullopt;
   Finding finding = Look();
   if (finding.symptom == told_) return std::nullopt;
@@ -112,7 +104,7 @@ std::optional<Finding> Examiner::More() {
   return finding;
 }
 
-Finding Examiner::Look() {
+Finding Observer::Look() {
   const bool rest = earlier_.FindRest(exchange_);
   const Hearing hearing = exchange_.AsHearing(roster_);
   Finding finding = Examine(hearing);

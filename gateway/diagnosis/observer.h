@@ -1,9 +1,10 @@
-// Watches a line for the status: what its exchanges look like (Examiner), and what the device that
-// sends unasked looks like (Overheard). Start here to read the diagnosis: findings are counted in
+// Watches a line for the status: keeps what comes between one request and the next, and says what
+// the exchange looked like, also when more has come after its end. Overheard does the same for the
+// device that sends unasked. Start here to read the diagnosis: findings are counted in
 // gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h makes sentences of them.
 // Decides nothing on the bus, which calls it as `LineObserver`; which replies count is decided in
 // gateway/bus/replies/whose_reply.h. One thing that it finds counts there: a late reply
-// (EarlierFinding). Bounded memory. The parts of Examiner have a question each:
+// (EarlierFinding). Bounded memory. The parts of Observer have a question each:
 //
 //   HeardExchange (reply_habits.h)        what came in this exchange?
 //   ServerGreeting                        what did the connection say before the first request?
@@ -72,55 +73,6 @@ class ServerGreeting {
   bool first_ = true;  // no exchange has ended since the port was opened
 };
 
-// Keeps what comes from a line between one request and the next, and says what it looked like.
-//
-//   Begin          a request goes out; More() has told what came after the one before
-//   Hear(bytes)    at any time
-//   End(outcome)   what the exchange looked like
-//   More()         what it looks like now, where more has come after its end
-//
-class Examiner {
- public:
-  /// It outlives this.
-  explicit Examiner(const Roster& roster) : roster_(roster) {}
-  Examiner(const Examiner&) = delete;
-  Examiner& operator=(const Examiner&) = delete;
-
-  /// The port has opened.
-  void OnOpened() {
-    exchange_.OnOpened();
-    greeting_.OnOpened();
-  }
-  void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
-  void Hear(View bytes, Instant now);
-  /// The frame was taken for the reply.
-  void Take(View frame) { exchange_.Take(frame); }
-  Finding End(Outcome outcome);
-  /// Empty: it looks as before. Each change is returned once.
-  std::optional<Finding> More();
-  /// The connection began as Telnet, and yet a device has answered. True once.
-  bool TakeNegotiation() { return std::exchange(negotiated_, false); }
-  /// The member whose exchange began last; null: there was none.
-  const Member* member() const { return exchange_.member(); }
-
-  /// See EarlierReplies.
-  std::optional<EarlierFinding> TakeEarlier() { return earlier_.Take(); }
-
- private:
-  void OnAnswered();
-  Finding Look();
-  Finding LookAgain(Finding finding);
-  Finding Greet(Finding finding);
-
-  const Roster& roster_;
-  HeardExchange exchange_;  // the last one
-  ServerGreeting greeting_;
-  ReplyHabits habits_;
-  EarlierReplies earlier_{habits_};
-  Symptom told_ = Symptom::clean;
-  bool negotiated_ = false;
-};
-
 // Bytes of a device that sends unasked which its conversation could not read: what they looked like
 // (gateway/diagnosis/damage/examine.h). Bounded memory.
 //
@@ -157,22 +109,39 @@ class Observer : public LineObserver {
  public:
   /// `roster` outlives it.
   explicit Observer(const Roster& roster);
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
 
-  void OnOpened() override { examiner_.OnOpened(); }
+  void OnOpened() override {
+    exchange_.OnOpened();
+    greeting_.OnOpened();
+  }
   void OnRequest(const Member& member, const Request& request, Instant now) override;
-  void OnBytes(View bytes, Instant now) override { examiner_.Hear(bytes, now); }
-  void OnReply(View frame) override { examiner_.Take(frame); }
-  Finding OnEnd(Outcome outcome) override { return examiner_.End(outcome); }
-  bool TakeNegotiation() override { return examiner_.TakeNegotiation(); }
+  void OnBytes(View bytes, Instant now) override;
+  void OnReply(View frame) override { exchange_.Take(frame); }
+  Finding OnEnd(Outcome outcome) override;
+  bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
   std::vector<EarlierFinding> TakeChanged() override;
 
   std::optional<Finding> OnUnaskedBytes(View bytes, Instant now) override;
   bool IsNegotiation(View bytes) const override;
-  Finding OnUnaskedDamage() override;
-  void OnUnaskedRead() override;
+  Finding OnUnaskedDamage() override { return overheard_->OnDamaged(); }
+  void OnUnaskedRead() override { overheard_->OnRead(); }
 
  private:
-  Examiner examiner_;
+  std::optional<Finding> More();
+  void OnAnswered();
+  Finding Look();
+  Finding LookAgain(Finding finding);
+  Finding Greet(Finding finding);
+
+  const Roster& roster_;
+  HeardExchange exchange_;  // the last one
+  ServerGreeting greeting_;
+  ReplyHabits habits_;
+  EarlierReplies earlier_{habits_};
+  Symptom told_ = Symptom::clean;
+  bool negotiated_ = false;
   std::optional<Overheard> overheard_;  // of the first device that sends unasked
 };
 
