@@ -174,7 +174,7 @@ struct Point {
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
   /// A reading that differs by more counts only when a second one agrees; in units of the value.
-  /// Empty: the gateway judges by earlier values (gateway/bus/devices/device_health.h).
+  /// Empty: the gateway judges by earlier values (gateway/bus/points/readings.h).
   std::optional<Decimal> jump;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
   std::vector<PointEvent> events;

@@ -1,38 +1,147 @@
-// Watches a line for the status: what its exchanges look like (Examiner), and what the device that
-// sends unasked looks like (Overheard), both in gateway/diagnosis/damage/examiner.h. Start here to
-// read the diagnosis: findings are counted in gateway/bus/points/findings.h, and
-// gateway/diagnosis/causes/diagnose.h makes sentences of them. Decides nothing on the bus.
+// Watches a line for the status: keeps what comes between one request and the next, and says what
+// the exchange looked like, also when more has come after its end. Overheard does the same for the
+// device that sends unasked. Start here to read the diagnosis: findings are counted in
+// gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h makes sentences of them.
+// Decides nothing on the bus, which calls it as `LineObserver`; which replies count is decided in
+// gateway/bus/replies/whose_reply.h. One thing that it finds counts there: a late reply
+// (EarlierFinding). Bounded memory. The parts of Observer have a question each:
+//
+//   HeardExchange (reply_habits.h)        what came in this exchange?
+//   ServerGreeting                        what did the connection say before the first request?
+//   EarlierReplies (earlier_replies.h)    whose earlier reply was that?
+//   ReplyHabits (reply_habits.h)          what do the replies of this device look like in general?
+//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "gateway/base/bytes.h"
+#include "gateway/base/finding.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/time.h"
 #include "gateway/bus/devices/poller_listener.h"
-#include "gateway/diagnosis/damage/examiner.h"
+#include "gateway/bus/devices/roster.h"
+#include "gateway/diagnosis/damage/earlier_replies.h"
+#include "gateway/diagnosis/damage/examine.h"
+#include "gateway/diagnosis/damage/reply_habits.h"
 
 namespace baudgate {
+
+// Keeps what a connection says before anything is asked: another service, a word of a server that
+// is in use, or Telnet. The greeting explains why no device answers, until one does.
+//
+//   opened, "Login: ", a request, silence     the greeting explains it
+//   opened, a request, "Login: "              the same: a server's words may meet the first request
+//   opened, "Login: ", a request, its reply   forgotten: it has kept nobody from answering
+//
+class ServerGreeting {
+ public:
+  void OnOpened() {
+    first_ = true;
+    text_.clear();
+  }
+  /// Bytes have come before the first request.
+  void OnBytes(View bytes) {
+    Append(text_, bytes.first(std::min(bytes.size(), kMost - text_.size())));
+  }
+  /// A device has answered. Returns what the connection had said until then; `heard`: with the
+  /// reply.
+  Bytes OnAnswered(View heard) {
+    Bytes said = std::exchange(text_, {});
+    if (said.empty() && first_) said.assign(heard.begin(), heard.end());
+    return said;
+  }
+  /// An exchange has ended, whether answered or not. `speaks`: what was heard in it are words, or
+  /// another service.
+  void OnEnd(View heard, bool speaks) {
+    const bool first = std::exchange(first_, false);
+    if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
+  }
+
+  /// Empty: it has said nothing, or a device has answered since.
+  const Bytes& text() const { return text_; }
+
+ private:
+  static constexpr std::size_t kMost = 1024;
+
+  Bytes text_;
+  bool first_ = true;  // no exchange has ended since the port was opened
+};
+
+// Bytes of a device that sends unasked which its conversation could not read: what they looked like
+// (gateway/diagnosis/damage/examine.h). Bounded memory.
+//
+//   Hear(bytes)    at any time; returns what the bytes before looked like, if these begin new ones
+//   OnDamaged()    what they look like so far
+//
+class Overheard {
+ public:
+  /// Both outlive it.
+  Overheard(const Device& device, const Roster& roster);
+
+  /// Empty: what came before was read, or looks as reported already.
+  std::optional<Finding> Hear(View bytes, Instant now);
+  Finding OnDamaged();
+  /// The next message could be read, so it is not the rest of the damaged one.
+  void OnRead() { damaged_ = false; }
+
+ private:
+  Finding Look() const;
+  bool IsRest() const;
+
+  const Device& device_;
+  const Roster& roster_;
+  const Expectation expect_;
+  Bytes heard_;  // since the last silence
+  Bytes torn_;   // before the last silence, if they were damaged
+  Instant last_{};
+  Duration pause_{};   // between these two
+  Duration before_{};  // the silence before both
+  bool damaged_ = false;
+};
 
 class Observer : public LineObserver {
  public:
   /// `roster` outlives it.
   explicit Observer(const Roster& roster);
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
 
-  void OnOpened() override { examiner_.OnOpened(); }
+  void OnOpened() override {
+    exchange_.OnOpened();
+    greeting_.OnOpened();
+  }
   void OnRequest(const Member& member, const Request& request, Instant now) override;
-  void OnBytes(View bytes, Instant now) override { examiner_.Hear(bytes, now); }
-  void OnReply(View frame) override { examiner_.Take(frame); }
-  Finding OnEnd(Outcome outcome) override { return examiner_.End(outcome); }
-  bool TakeNegotiation() override { return examiner_.TakeNegotiation(); }
+  void OnBytes(View bytes, Instant now) override;
+  void OnReply(View frame) override { exchange_.Take(frame); }
+  Finding OnEnd(Outcome outcome) override;
+  bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
   std::vector<EarlierFinding> TakeChanged() override;
 
   std::optional<Finding> OnUnaskedBytes(View bytes, Instant now) override;
   bool IsNegotiation(View bytes) const override;
-  Finding OnUnaskedDamage() override;
-  void OnUnaskedRead() override;
+  Finding OnUnaskedDamage() override { return overheard_->OnDamaged(); }
+  void OnUnaskedRead() override { overheard_->OnRead(); }
 
  private:
-  Examiner examiner_;
+  std::optional<Finding> More();
+  void OnAnswered();
+  Finding Look();
+  Finding LookAgain(Finding finding);
+  Finding Greet(Finding finding);
+
+  const Roster& roster_;
+  HeardExchange exchange_;  // the last one
+  ServerGreeting greeting_;
+  ReplyHabits habits_;
+  EarlierReplies earlier_{habits_};
+  Symptom told_ = Symptom::clean;
+  bool negotiated_ = false;
   std::optional<Overheard> overheard_;  // of the first device that sends unasked
 };
 

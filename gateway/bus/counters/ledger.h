@@ -1,6 +1,6 @@
 // All that the status shows of a line: its own account, those of its devices, their states, and how
-// long their fast rounds take. DeviceStates, DeviceAccounts and FastRounds are the parts; Ledger
-// joins them with LineAccount.
+// long their fast rounds take. DeviceAccounts and FastRounds are parts; Ledger joins them with
+// LineAccount (line_account.h) and DeviceStates (gateway/bus/devices/device_states.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,6 +12,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/counters/line_account.h"
+#include "gateway/bus/devices/device_states.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
@@ -21,53 +22,6 @@
 #include "gateway/bus/schedule/schedule.h"
 
 namespace baudgate {
-
-// The public state of each device, and the quality that it gives to all its points: published in
-// the point store, and reported to the listener and the tap when it changes. Driven by
-// gateway/bus/poller/device_side.cpp and gateway/bus/jobs/upkeep.cpp.
-class DeviceStates {
- public:
-  /// All references outlive it.
-  DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener);
-
-  void Attach(Tap& tap) { tap_ = &tap; }
-  void OnTime(Now now) { now_ = now; }
-  void OnOpened() { open_ = true; }
-  /// `why`: the quality of all points while the port is closed.
-  void OnClosed(Override why);
-  /// "the port is closed", or why.
-  std::string WhyClosed() const;
-
-  /// Its state may have changed; `reason`: why.
-  void OnState(const Member& member, const std::string& reason);
-  /// Its trouble as a whole (wrong type, no identification) may have changed. True: it is over.
-  bool OnTrouble(const Device& device);
-  /// Another device answers in its place.
-  void OnReplaced(const Member& member);
-  /// What the conversation wants to know after a restart may have changed.
-  void OnMemory(Device& device);
-  void ShowOverride(const Member& member);
-  void ShowTimes(const Device& device);
-
- private:
-  struct State {
-    DeviceState shown = DeviceState::never_seen;
-    DeviceTrouble trouble;  // or a remark
-  };
-
-  void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;
-  DeviceState StateOf(const Member& member) const;
-  Override OverrideOf(const Member& member) const;
-
-  const Roster& roster_;
-  PointStore& store_;
-  PollerListener& listener_;
-  Tap* tap_ = nullptr;
-  ByMember<State> states_;
-  Now now_{};
-  bool open_ = false;
-  Override closed_as_ = Quality::bad_not_connected;
-};
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
 // much line time they took. Shown in the point store. Driven by Upkeep, EffectApplier and the

@@ -1,23 +1,19 @@
 // Whether a device is there: decided from the outcomes of its exchanges by count *and* by time, so
 // neither one lost reply nor a fast burst of retries makes a device offline. Time is an argument.
-// HeardPoints keeps which points were answered, JumpCheck decides which readings count at once, and
-// Identity keeps what the device answers to the request that identifies it.
+// HeardPoints keeps which points were answered.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
-#include "config/model/point.h"
-#include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/points/device_status.h"
-#include "gateway/bus/points/point_store.h"
 
 namespace baudgate {
 
@@ -93,87 +89,32 @@ class DeviceHealth {
   bool offline_ = false;
 };
 
-// Which readings of one device count at once, and which only when a second one agrees: an 8-bit
-// checksum, or none, lets some damage through. Per point, with jump 2:
-//
-//   last   readings         what users see
-//   20.0   20.5             20.5
-//   20.5   84.5, 20.6       20.5 uncertain, then 20.6: 84.5 was damage
-//   20.6   84.5, 84.4       20.6 uncertain, then 84.4
-//   84.4   12.0, 55.0, 71   84.4 uncertain twice, then 71.0 uncertain: there is no better one
-//
-// Without `jump` at the point it is a tenth of max - min if these are given, else the larger of
-// a tenth of the last value and 1 % of the largest one seen. Bits and texts jump with every change.
-// A first reading always jumps.
-class JumpCheck {
- public:
-  /// After this many readings in a row that disagree the last one counts.
-  static constexpr int kMostReadings = 3;
+inline void DeviceHealth::OnExchange(Outcome outcome) {
+  if (outcome == Outcome::line_down) return;  // says nothing about the device
+  const bool refused = outcome == Outcome::refused || outcome == Outcome::unsupported;
+  refusals_ = refused ? refusals_ + 1 : 0;
+  failures_ = (failures_ << 1U) | (ProvesLife(outcome) ? 0U : 1U);
+}
 
-  /// `points` outlive it.
-  explicit JumpCheck(std::span<const config::Point> points) : points_(points) {}
-
-  struct Result {
-    std::vector<std::size_t> doubtful;    ///< their last values are uncertain until they are read
-    bool ask_again = false;               ///< now
-    bool unconfirmed = false;             ///< what jumped before was back at its last value
-    std::optional<config::Group> spoils;  ///< a seldom group of which a point stays uncertain
-  };
-  /// Removes from the samples of one reply those that do not count yet. Samples that are not good
-  /// always count.
-  Result Check(std::vector<Sample>& samples);
-  /// The device has confirmed a write: a reading that agrees counts.
-  void OnWritten(std::size_t point, Value value);
-
- private:
-  struct History {
-    Value last;       // that counted
-    Value candidate;  // read since, and not confirmed
-    Decimal largest;
-    int readings = 0;      // in a row that disagreed
-    bool changes = false;  // the reply before was of something that changes
-  };
-  enum class Finding { counts, wait, doubt, last_resort };
-
-  Finding Judge(const config::Point& point, History& history, const Value& value) const;
-  static bool Agree(const config::Point& point, const History& history, const Value& a,
-                    const Value& b);
-
-  std::span<const config::Point> points_;
-  std::vector<History> histories_;  // as points_; empty until one is needed
-};
-
-// What a device answers to the request that identifies it. Used by
-// gateway/bus/replies/whose_reply.cpp.
-class Identity {
- public:
-  bool known() const { return !reply_.empty(); }
-  /// The device reports its name, and does not only refuse to.
-  bool names() const { return known() && names_; }
-  /// Whether this is the request that identifies the device.
-  bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
-  /// Whether these bytes are what it answers to that.
-  bool Is(View reply) const;
-
-  /// The request was answered like this, and the reply can be to no other request.
-  void Learn(const Bytes& request, View reply, Outcome outcome);
-  /// The request was answered by a reply that Is knows.
-  void OnSame() {
-    other_.clear();
-    certain_ = true;
+inline void DeviceHealth::OnTask(Outcome outcome, Instant now) {
+  if (outcome == Outcome::line_down) return;
+  if (ProvesLife(outcome)) {
+    if (offline_) failures_ = 0;
+    failed_tasks_ = 0;
+    offline_ = false;
+    seen_ = true;
+    return;
   }
-  /// It has come more than once.
-  bool certain() const { return certain_; }
-  /// The request was answered otherwise. True: as the last time. Once may be damage, where replies
-  /// carry no check value.
-  bool OnOther(View reply);
+  if (failed_tasks_ == 0) failing_since_ = now;
+  ++failed_tasks_;
+  if (failed_tasks_ >= kOfflineCount && now - failing_since_ >= kOfflineTime) offline_ = true;
+}
 
- private:
-  Bytes request_;
-  Bytes reply_;
-  Bytes other_;  // came last in place of reply_
-  bool names_ = false;
-  bool certain_ = false;
-};
+inline DeviceState DeviceHealth::state() const {
+  if (offline_) return DeviceState::offline;
+  if (!seen_) return DeviceState::never_seen;
+  if (failed_tasks_ > 0 || std::popcount(failures_) >= kDegradedCount) return DeviceState::degraded;
+  return DeviceState::online;
+}
 
 }  // namespace baudgate

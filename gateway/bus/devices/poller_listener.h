@@ -94,7 +94,7 @@ class PollerListener {
 // What the bus tells the diagnosis of a line, and what it is told back for the status. The bus
 // works without: this class finds nothing. Implemented by gateway/diagnosis/observer.h. Driven by
 // gateway/bus/poller/line_inputs.h, and for a device that sends unasked by
-// gateway/bus/jobs/intake.h, on the thread of the line:
+// gateway/bus/jobs/unasked.h, on the thread of the line:
 //
 //   on the line                          call
 //   the port has opened                  OnOpened
@@ -108,7 +108,9 @@ struct EarlierFinding {
   const Member* member = nullptr;
   Finding finding{};
   std::size_t back = 0;
-  Duration lateness{};  ///< since it was due; zero: it was not late
+  /// More than zero: a reply of the member came so long after it was due, and has not been counted
+  /// as late. The line counts it (Upkeep::CountLate), as it counts those that it finds itself.
+  Duration lateness{};
 };
 
 class LineObserver {

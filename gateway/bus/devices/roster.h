@@ -19,6 +19,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/bus/devices/device_health.h"
 #include "gateway/bus/exchange/line.h"
+#include "gateway/bus/points/readings.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {

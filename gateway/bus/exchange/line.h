@@ -190,7 +190,8 @@ struct ExchangeEnd {
   std::size_t received = 0;  ///< bytes that came for it
   bool ended = false;        ///< the server closed the connection in place of an answer
   /// From the last byte of its reply to this end, if only silence showed that it was the last; or
-  /// longer, because that byte may have waited (gateway/bus/devices/arrivals.h).
+  /// longer, because that byte may have waited (ArrivalTime in
+  /// gateway/bus/poller/line_inputs.h).
   Duration since_reply{};
 };
 
@@ -300,7 +301,7 @@ class Line {
 
 // The interface for viewers of the bytes of one line, with direction, time and the end of every
 // exchange: the trace and the flight recorder. Fed by gateway/bus/counters/line_account.cpp with
-// what is left after the echo filter, by gateway/bus/counters/ledger.cpp with states of devices,
+// what is left after the echo filter, by gateway/bus/devices/device_states.cpp with states,
 // and by gateway/lines/telegram_queue.cpp with all bytes of a telegram by hand.
 
 /// Slaves that only transparent routes reach stand in no store: they are numbered by their address

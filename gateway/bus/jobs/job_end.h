@@ -1,4 +1,4 @@
-// How each kind of job ends: facts in, effects out. Applied by EffectApplier.
+// How each kind of job ends: facts in, effects out. Applied by effect_applier.h.
 //
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
@@ -14,21 +14,17 @@
 //
 // For all kinds the end says whether the member is there, unless the job does not judge it.
 //
-// WriteEndOf and VerdictOn decide how a write ended, and EffectApplier applies the effects of
-// replies and ends.
+// WriteEndOf and VerdictOn decide how a write ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "config/model/point.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
-#include "gateway/bus/jobs/intake.h"
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/schedule/effects.h"
 #include "gateway/bus/writes/write_command.h"
@@ -60,39 +56,5 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
 
 /// Moves the requests of routes out of the job and changes nothing else of it.
 EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now);
-
-// Applies what follows from a reply (intake.h) or from the end of a job
-// (gateway/bus/schedule/effects.h), field by field: to the schedule, the queues, the accounts and
-// the store. Decides nothing.
-class EffectApplier {
- public:
-  /// All references outlive it.
-  EffectApplier(OwedReplies& owed, Agenda& agenda, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : owed_(owed), agenda_(agenda), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
-
-  /// The answer to a request of `job` counts.
-  void OnReply(const Job& job, Device& device, Answer answer, Instant now);
-  /// Its events are on the disk. `said`: see Conversation.
-  void OnEventsKept(const Device& device, const std::string& said, Instant now);
-  /// Another device answers in its place.
-  void OnReplaced(Device& device, Now now) {
-    upkeep_.OnReplaced(device, now);
-    intake_.OnReplaced(device);
-  }
-  /// A request to the member is repeated.
-  void OnRetry(const Member& member) { ledger_.devices.OnRetry(member); }
-  /// Answers the clients of the job. Returns a write of which points remain to be written.
-  std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
-
- private:
-  std::optional<Job::Write> OnWriteEnd(Job::Write& write, Device& device,
-                                       const EndEffects::Write& effects, Instant now);
-
-  OwedReplies& owed_;
-  Agenda& agenda_;
-  Ledger& ledger_;
-  Upkeep& upkeep_;
-  Intake& intake_;
-};
 
 }  // namespace baudgate

@@ -2,7 +2,6 @@
 #include "gateway/bus/points/point_store.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace baudgate {
@@ -353,120 +352,6 @@ void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> p
 void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
   const auto due = NextAgeing(entry.record, point, now);
   if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
-}
-
-namespace {
-
-using config::Type;
-
-bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.offset == 0; }
-
-bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
-
-/// A float32 has one value in all outputs: what a register of two words can hold.
-Value FitFloat(Type type, double number) {
-  const double fits = type == Type::float32 ? NearestSingle(number) : number;
-  return std::isfinite(fits) ? Value(fits) : Value();
-}
-
-/// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
-Value Fit(const config::Point& point, const Decimal& number) {
-  const Type type = point.type;
-  if (type == Type::boolean) {
-    if (number == 0) return false;
-    if (number == 1) return true;
-    return {};
-  }
-  if (IsFloat(type)) return FitFloat(type, number.ToDouble());
-  if (type == Type::uint64) {
-    const auto whole = number.ToUint64();
-    return whole ? Value(*whole) : Value();
-  }
-  const auto whole = number.ToInt64();
-  return whole && config::RangeOf(point).Contains(*whole) ? Value(*whole) : Value();
-}
-
-Value FitNumber(const config::Point& point, const Value& raw) {
-  if (const auto* number = std::get_if<double>(&raw)) {
-    const double meant = point.type == Type::float32 ? AsDecimal(*number) : *number;
-    if (!std::isfinite(meant)) return {};
-    if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, meant);
-    return Fit(point, Decimal(meant) * point.scale + point.offset);
-  }
-  const auto number = Decimal::Of(raw);
-  return number ? Fit(point, *number * point.scale + point.offset) : Value();
-}
-
-/// A value in user's units that the point could hold.
-bool FitsType(const config::Point& point, const Value& value) {
-  const auto number = Decimal::Of(value);
-  return number && HasValue(Fit(point, *number));
-}
-
-/// Of a point that can be written, `min` and `max` say what may be written: a reading may lie
-/// outside.
-Reason ReasonBeyond(const config::Point& point, const Value& value) {
-  const auto* const real = std::get_if<double>(&value);
-  const auto number = Decimal::Of(real != nullptr ? Value(AsDecimal(*real)) : value);
-  if (!number || point.access != config::Access::read) return Reason::none;
-  if (point.writing.max && *number > *point.writing.max) return Reason::over_range;
-  if (point.writing.min && *number < *point.writing.min) return Reason::under_range;
-  return Reason::none;
-}
-
-/// Two texts that begin alike would look the same if they were cut.
-Value FitText(const config::Point& point, const Value& raw) {
-  std::string text = ToText(raw);
-  return text.size() > point.text_length ? Value() : Value(std::move(text));
-}
-
-}  // namespace
-
-Sample ToSample(const config::Point& point, const Reading& reading) {
-  Sample sample;
-  sample.point = static_cast<std::uint32_t>(reading.point);
-  sample.quality = reading.quality;
-  if (!HasValue(reading.value)) {
-    // A device that gives no value cannot vouch for the last one.
-    if (IsGood(sample.quality)) sample.quality = Quality::bad;
-    return sample;
-  }
-  for (const config::Sentinel& sentinel : point.sentinels) {
-    if (IsMeant(reading.value, sentinel.value)) {
-      sample.quality = {sentinel.quality.code, Reason::sentinel};
-      return sample;
-    }
-  }
-  sample.value =
-      point.type == Type::string ? FitText(point, reading.value) : FitNumber(point, reading.value);
-  if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
-  const Reason beyond = IsBad(sample.quality) ? Reason::none : ReasonBeyond(point, sample.value);
-  if (beyond != Reason::none) {
-    sample.value = {};
-    sample.quality = {Quality::bad_sensor_failure, beyond};
-  }
-  return sample;
-}
-
-Result<Value> ToRaw(const config::Point& point, const Value& value) {
-  if (!HasValue(value)) return Error{"there is no value to write"};
-  if (point.type == Type::string || std::holds_alternative<std::string>(value)) return value;
-  if (!FitsType(point, value)) {
-    return Error{ToText(value) + " is not a value of type " + std::string(Name(point.type))};
-  }
-  if (IsUnscaled(point)) return value;
-  const auto number = Decimal::Of(value);
-  if (!number) return Error{"the value is not a number"};
-  const Decimal raw = (*number - point.offset) / point.scale;
-  if (IsFloat(point.type)) {
-    const double close = raw.ToDouble();
-    if (!std::isfinite(close)) return Error{"the value is not a number"};
-    return Value(close);
-  }
-  // Scaling is for people; what the device counts in is whole where its type is.
-  if (const auto whole = raw.ToInt64()) return Value(*whole);
-  if (const auto whole = raw.ToUint64()) return Value(*whole);
-  return Error{ToText(value) + " is beyond what the device can hold"};
 }
 
 }  // namespace baudgate

@@ -1,14 +1,13 @@
 // The latest value of every point with its quality and time, and the status of every device and
 // line: the one meeting place of lines (which write) and outputs (which read). Thread-safe. Each
 // device has one lock, so a reader sees a consistent record of a device. ChangeFeed tells an output
-// what has changed, AgedQuality makes a quality worse by age, and ToSample and ToRaw convert
-// between raw and shown values.
+// what has changed, and AgedQuality makes a quality worse by age. readings.h has the way of a
+// reading to the store.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
 #include <atomic>
-#include <bit>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -24,50 +23,14 @@
 #include "config/model/line.h"
 #include "config/model/point.h"
 #include "gateway/base/guarded.h"
-#include "gateway/base/result.h"
+#include "gateway/base/steady_vector.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/line_status.h"
-#include "protocols/conversation.h"
+#include "gateway/bus/points/readings.h"
 
 namespace baudgate {
-
-// A list that grows while others read it: its elements never move, and are never removed. One
-// thread at a time appends; another thread may read an element that it has learned of from that
-// one.
-template <typename T>
-class SteadyVector {
- public:
-  std::size_t size() const { return size_.load(std::memory_order_acquire); }
-  T& operator[](std::size_t index) const {
-    const std::size_t chunk = ChunkOf(index);
-    return *chunks_[chunk][index - FirstOf(chunk)];
-  }
-
-  template <typename... Arguments>
-  T& Append(Arguments&&... arguments) {
-    const std::size_t index = size_.load(std::memory_order_relaxed);
-    const std::size_t chunk = ChunkOf(index);
-    if (!chunks_[chunk]) chunks_[chunk] = std::make_unique<Element[]>(kFirst << chunk);
-    Element& element = chunks_[chunk][index - FirstOf(chunk)];
-    element = std::make_unique<T>(std::forward<Arguments>(arguments)...);
-    size_.store(index + 1, std::memory_order_release);
-    return *element;
-  }
-
- private:
-  using Element = std::unique_ptr<T>;
-  // Each chunk is twice as long as the one before: 16, 32, 64 …
-  static constexpr std::size_t kFirst = 16;
-  static std::size_t ChunkOf(std::size_t index) {
-    return static_cast<std::size_t>(std::bit_width(index / kFirst + 1)) - 1;
-  }
-  static std::size_t FirstOf(std::size_t chunk) { return kFirst * ((std::size_t{1} << chunk) - 1); }
-
-  std::array<std::unique_ptr<Element[]>, 32> chunks_;
-  std::atomic<std::size_t> size_ = 0;
-};
 
 // The narrow way from the point store to an output: which points and devices have changed since the
 // output last looked. Coalescing: a slow output sees the latest state of each, never a backlog, and
@@ -170,14 +133,6 @@ std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Ins
 /// When age alone changes the point's quality next, seen from `now`; empty: never.
 std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// A reading after conversion, ready to store. No value: the
-/// last one is kept.
-struct Sample {
-  std::uint32_t point = 0;
-  Value value;
-  Quality quality = Quality::good;
-};
-
 class PointStore {
  public:
   /// `config` outlives the store. Devices are numbered in the order of the file.
@@ -265,15 +220,5 @@ class PointStore {
   mutable Mutex feeds_mutex_;
   std::vector<std::shared_ptr<ChangeFeed>> feeds_ BAUDGATE_GUARDED_BY(feeds_mutex_);
 };
-
-// Between what a device says and what users see: sentinels, scale and offset, the range of the
-// point's type, and `min` and `max` of what can only be read. A value that does not fit becomes bad
-// quality, never another number.
-
-/// `reading.point` is a valid index.
-Sample ToSample(const config::Point& point, const Reading& reading);
-
-/// A value as users write it, turned into the raw value that the protocol sends.
-Result<Value> ToRaw(const config::Point& point, const Value& value);
 
 }  // namespace baudgate

@@ -1,7 +1,7 @@
 // The devices of a line, as the gateway outside of it sees them: what it tells the line about a
 // device, and what the opening or closing of the port means for all of them. Driven by
-// gateway/bus/poller/poller.cpp. TelegramExchange sends a telegram by hand, UnaskedSide handles
-// what a device says unasked, and TakenIn groups the parts that take in replies.
+// gateway/bus/poller/poller.cpp. TelegramExchange sends a telegram by hand, and TakenIn groups
+// the parts that take in replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/echo.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/jobs/intake.h"
-#include "gateway/bus/jobs/job_end.h"
+#include "gateway/bus/jobs/effect_applier.h"
+#include "gateway/bus/jobs/unasked.h"
 #include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "protocols/protocol.h"
@@ -66,51 +66,6 @@ class TelegramExchange final : private LineClient {
   Request request_;
   std::optional<ExchangeEnd> end_;
   Bytes reply_;
-};
-
-// What a device says unasked, on its way from the line: what it means (gateway/bus/jobs/intake.h),
-// how it is counted, and where its readings go.
-class UnaskedSide {
- public:
-  /// All outlive it.
-  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
-              Intake& intake)
-      : speaker_(roster, observer),
-        observer_(observer),
-        is_network_(roster.is_network()),
-        ledger_(ledger),
-        upkeep_(upkeep),
-        intake_(intake) {
-    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
-  }
-
-  /// See Speaker.
-  const Standing* standing() const { return speaker_.standing(); }
-  std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
-  /// Its messages count.
-  bool listens() const { return speaker_.in_use(); }
-
-  void OnOpened();
-  /// Bytes of the line.
-  void OnBytes(View bytes, Instant now);
-  /// What the line has made of them.
-  void OnInput(const UnaskedInput& heard, Now now);
-  void OnTimer(Now now);
-  /// A batch of events of the device is on the disk.
-  void OnKept(const Device& device);
-  /// An input was handled.
-  void OnSettled(Instant now);
-
- private:
-  void Take(Speaker::Said said, Instant now);
-
-  Speaker speaker_;
-  const LineObserver& observer_;
-  const bool is_network_;
-  bool first_ = true;  // nothing has come since the port was opened
-  Ledger& ledger_;
-  Upkeep& upkeep_;
-  Intake& intake_;
 };
 
 class DeviceSide {

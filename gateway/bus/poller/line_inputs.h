@@ -24,49 +24,17 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/counters/ledger.h"
-#include "gateway/bus/devices/arrivals.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/exchange/echo.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_phases.h"
 #include "gateway/bus/jobs/job_run.h"
 #include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/replies/whose_reply.h"
 
 namespace baudgate {
-
-// What a frame means that came as the reply to a job's request: to which request it belongs
-// (gateway/bus/replies/whose_reply.h), and what its conversation reads in it. Stores the result in
-// the job. Called by Reception.
-//
-//   a frame comes                        outcome
-//   it may be the echo of the request    unexpected
-//   damaged, or of another form          as the conversation or the carrier says
-//   it may answer an earlier request     unexpected: the job asks again until that is certain
-//   its own                              as the conversation says, which sees only such replies
-//
-class ReplyJudge {
- public:
-  /// It outlives this.
-  explicit ReplyJudge(WhoseReply& whose_reply) : whose_reply_(whose_reply) {}
-
-  void OnOpened() { echo_free_ = false; }
-  /// `may_be_echo`: see EchoWatch.
-  Outcome Judge(Job& job, View frame, bool may_be_echo, Instant now);
-  /// The exchange has ended; `echoed`: its request has come back. Adds to `finding` what the bytes
-  /// do not show: the words of the device, and that its reply was not taken.
-  void OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding);
-
- private:
-  Outcome JudgeRouted(Job& job, View frame);
-  static Outcome Doubt(Job& job, View frame, Outcome outcome);
-  static Outcome Read(Job& job, View frame, Instant now);
-  static Outcome Refuse(Job& job, View frame, Outcome outcome);
-
-  WhoseReply& whose_reply_;
-  bool echo_free_ = false;  // the latest one whose reply cannot equal it has not come back
-};
 
 // Handles the bytes that come back for the request under way: its echo is taken out
 // (gateway/bus/exchange/echo.h), what the rest looks like is kept for the status
@@ -188,6 +156,42 @@ class LineSide : private LineClient {
   Reception& reception_;
   JobRun& run_;
   RequestPort& port_;
+};
+
+// Since when bytes that are read now may have been waiting. While bytes are
+// awaited, the line looks for them every kLook. If a look is late, the program was stopped or
+// starved, or its machine was paused: what is read then may have come at any time since the look
+// before. The same holds for what is read directly behind, because one read does not empty a port.
+//
+//   look before    this look    what is read has come
+//   1.0 s          1.1 s        now
+//   1.0 s          61.0 s       since 1.0 s
+//                  61.4 s       since 1.0 s: it may have waited as well
+//                  61.6 s       now
+class ArrivalTime {
+ public:
+  /// An input comes; `looks`: bytes were awaited before it.
+  void OnInput(Instant now, bool looks) {
+    const Instant before = std::exchange(last_, now);
+    if (!looks || now - before <= kLook + kLate) return;
+    if (now >= held_until_) held_since_ = before;
+    held_until_ = now + kHeld;
+  }
+  /// When the next input is due, while bytes are awaited.
+  Instant NextLook() const { return last_ + kLook; }
+  /// When bytes that were read at this moment have come at the earliest.
+  Instant Earliest(Instant read) const {
+    return read >= held_since_ && read < held_until_ ? held_since_ : read;
+  }
+
+ private:
+  static constexpr Duration kLook = 100ms;
+  static constexpr Duration kLate = 100ms;
+  static constexpr Duration kHeld = 500ms;
+
+  Instant last_{};
+  Instant held_since_{};
+  Instant held_until_{};
 };
 
 class LineInputs {

@@ -113,7 +113,7 @@ LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
   State& state = states_[member];
   told.counts = state.end != End::corrupt && state.end != End::cut_short;
   if (state.end == End::corrupt) return told;
-  // The reply of another device is due, and this one has answered, or is absent. The examiner says
+  // The reply of another device is due, and this one has answered, or is absent. The diagnosis says
   // whose it is.
   const bool owes_none = state.end == End::answered || state.absent;
   if (owes_none && OthersMayAnswer(member, now)) return told;

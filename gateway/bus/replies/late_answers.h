@@ -11,6 +11,12 @@
 // it (LineNews::stray_before): they are counted for the exchange before.
 //
 // Asked is one such exchange, and Patience lengthens the wait for a device whose replies came late.
+//
+// Bytes that come after the end of an exchange are read by nobody: a late reply is counted, and
+// makes the next waits longer. It is read only if it comes while a request is on the wire: then
+// whose_reply.h judges it. Where replies carry addresses, one that comes while another device is
+// asked is not seen here: the diagnosis recognises it (EarlierFinding in
+// gateway/bus/devices/poller_listener.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -4,8 +4,9 @@
 // then a probe goes first whose reply can be told from all others (a proof: `is_proof` in
 // protocols/conversation.h). The cases are a table in whose_reply.cpp.
 // gateway/bus/jobs/job_phases.cpp reports every request, gateway/bus/poller/line_inputs.cpp every
-// reply of the line; docs/timeouts.md. AnswerOrder, ReplyOrders and LostReplies keep the requests;
-// OwedReplies joins WhoseReply with LateAnswers.
+// reply of the line; docs/timeouts.md. AnswerOrder, ReplyOrders and LostReplies keep the requests,
+// Identity keeps the name of a device, and LatestReadings what was read last; OwedReplies joins all
+// with LateAnswers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,13 +19,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/arrivals.h"
-#include "gateway/bus/devices/device_health.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/replies/late_answers.h"
@@ -275,6 +275,38 @@ class LostReplies {
   ByMember<State> states_;
 };
 
+// What a device answers to the request that identifies it. Used by WhoseReply.
+class Identity {
+ public:
+  bool known() const { return !reply_.empty(); }
+  /// The device reports its name, and does not only refuse to.
+  bool names() const { return known() && names_; }
+  /// Whether this is the request that identifies the device.
+  bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
+  /// Whether these bytes are what it answers to that.
+  bool Is(View reply) const;
+
+  /// The request was answered like this, and the reply can be to no other request.
+  void Learn(const Bytes& request, View reply, Outcome outcome);
+  /// The request was answered by a reply that Is knows.
+  void OnSame() {
+    other_.clear();
+    certain_ = true;
+  }
+  /// It has come more than once.
+  bool certain() const { return certain_; }
+  /// The request was answered otherwise. True: as the last time. Once may be damage, where replies
+  /// carry no check value.
+  bool OnOther(View reply);
+
+ private:
+  Bytes request_;
+  Bytes reply_;
+  Bytes other_;  // came last in place of reply_
+  bool names_ = false;
+  bool certain_ = false;
+};
+
 class WhoseReply {
  public:
   /// `orders`: the replies that devices and the line still owe. Both outlive it.
@@ -417,8 +449,30 @@ class WhoseReply {
   LostReplies lost_;
 };
 
-// Replies that may still come: until when (late_answers.h), to which request, and
-// which readings are in doubt if one came twice (gateway/bus/devices/arrivals.h).
+// The points that were read and stored since the line last rested for its longest reply time. If a
+// reply comes twice, one of these readings may belong to another request; which is not known.
+class LatestReadings {
+ public:
+  /// Points of one query of a device.
+  struct Points {
+    std::size_t device = 0;  ///< its place
+    std::vector<std::size_t> points{};
+    bool operator==(const Points&) const = default;
+  };
+
+  void OnStored(Points read) {
+    if (std::ranges::find(read_, read) == read_.end()) read_.push_back(std::move(read));
+  }
+  /// The line has rested: no reply to an earlier request is owed any more.
+  void OnRested() { read_.clear(); }
+  std::vector<Points> TakeAll() { return std::exchange(read_, {}); }
+
+ private:
+  std::vector<Points> read_;
+};
+
+// Replies that may still come: until when (late_answers.h), to which request, and which readings
+// are in doubt if one came twice.
 struct OwedReplies {
   /// `roster` outlives it.
   explicit OwedReplies(const Roster& roster)

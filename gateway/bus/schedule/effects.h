@@ -1,8 +1,8 @@
 // What follows from a reply or from the end of a job, as plain values. Made by
-// gateway/bus/jobs/intake.cpp (replies) and by EffectsOf in gateway/bus/jobs/job_end.cpp (ends);
-// applied by EffectApplier alone, in the order in which the fields stand. At the end of each job,
-// behind `background`, it also plans the next background read and tells the probes. EventDelivery
-// follows the events of a device from the reply to the disk.
+// gateway/bus/jobs/effect_applier.cpp (replies) and by EffectsOf in gateway/bus/jobs/job_end.cpp
+// (ends); applied by EffectApplier alone, in the order in which the fields stand. At the end of
+// each job, behind `background`, it also plans the next background read and tells the probes.
+// EventDelivery follows the events of a device from the reply to the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,9 +13,9 @@
 
 #include "config/model/point.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/arrivals.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
+#include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/schedule.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
@@ -26,7 +26,7 @@ namespace baudgate {
 
 // Events that devices have reported when they were asked, from the reply to the disk: how old they
 // can be, and how soon their device is asked again. Events of a device that sends unasked are in
-// gateway/bus/jobs/intake.h.
+// gateway/bus/jobs/unasked.h.
 //
 //   exchange                                 what follows
 //   asked at 10 s: nothing is left           drained

@@ -1,6 +1,6 @@
 // Finds in an exchange what belongs to an earlier one: a reply that is late or comes again, the
 // rest of one that broke off, a request that comes back late. gateway/bus/replies/whose_reply.h
-// decides which replies count. A part of gateway/diagnosis/damage/examiner.h. Bounded memory.
+// decides which replies count. A part of gateway/diagnosis/observer.h. Bounded memory.
 //
 //   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1

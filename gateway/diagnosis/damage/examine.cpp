@@ -247,7 +247,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   auto words = of_reply ? std::nullopt : Words(hearing, heard);
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
-    // Where it comes again and again, it is its form (gateway/diagnosis/damage/examiner.cpp).
+    // Where it comes again and again, it is its form (gateway/diagnosis/observer.cpp).
     if (other_form && nearly->symptom == Symptom::bytes_lost) {
       nearly->cause = recognised->cause;
       nearly->remedy = recognised->remedy;

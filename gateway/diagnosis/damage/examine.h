@@ -1,5 +1,5 @@
 // What one exchange looked like on the wire: from all that came between its request and the next
-// one to a symptom. Pure; used by gateway/diagnosis/damage/examiner.h.
+// one to a symptom. Pure; used by gateway/diagnosis/observer.h.
 //
 //   asked 01 03 00 00 00 01 84 0A, and came           symptom
 //   nothing                                           silence

@@ -1,6 +1,6 @@
 // Remembers how the replies of each device look in general: whether they come twice, behind the
 // next request, again and again, or without a character. A part of
-// gateway/diagnosis/damage/examiner.h. Bounded memory. HeardExchange holds one exchange, ReplyLag
+// gateway/diagnosis/observer.h. Bounded memory. HeardExchange holds one exchange, ReplyLag
 // and SameAgain recognise a habit each, and TakenReplies keeps the latest replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,7 +24,7 @@
 namespace baudgate {
 
 // One exchange, and all that comes from its request until the next one. A part of
-// gateway/diagnosis/damage/examiner.h. Bounded memory.
+// gateway/diagnosis/observer.h. Bounded memory.
 class HeardExchange {
  public:
   /// The port has opened. What comes before Begin belongs to no exchange.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "gateway/bus/devices/arrivals.h"
+#include "gateway/bus/jobs/unasked.h"
 #include "gateway/bus/poller/poller.h"
 #include "tests/protocols/reader/support.h"
 #include "tests/support/virtual_line.h"

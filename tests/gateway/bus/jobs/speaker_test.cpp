@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/jobs/intake.h"
+#include "gateway/bus/jobs/unasked.h"
 #include "gateway/diagnosis/observer.h"
 #include "tests/support/virtual_line.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/points/readings.h"
 
 namespace baudgate {
 namespace {

@@ -11,7 +11,6 @@
 #include <sstream>
 #include <string>
 
-#include "gateway/bus/devices/arrivals.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

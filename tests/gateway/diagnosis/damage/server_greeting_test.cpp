@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/damage/examiner.h"
+#include "gateway/diagnosis/observer.h"
 
 namespace baudgate {
 namespace {

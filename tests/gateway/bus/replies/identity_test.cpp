@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/devices/device_health.h"
+#include "gateway/bus/replies/whose_reply.h"
 
 namespace baudgate {
 namespace {

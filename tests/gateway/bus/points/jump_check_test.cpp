@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "gateway/bus/devices/device_health.h"
+#include "gateway/bus/points/readings.h"
 
 namespace baudgate {
 namespace {

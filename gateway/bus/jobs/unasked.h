@@ -1,28 +1,61 @@
-// Takes over the content of replies: readings go to the point store, events to the listener, which
-// saves them. What else follows is returned to gateway/bus/jobs/job_end.h. Speaker is the device
-// that sends unasked, and which of its events may wait for the disk.
+// The device of a line that sends unasked: Speaker says what its messages mean, EventBacklog counts
+// its events that are not on the disk yet, and UnaskedSide joins them with the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/arrivals.h"
+#include "gateway/bus/counters/ledger.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/jobs/job.h"
-#include "gateway/bus/points/point_store.h"
-#include "gateway/bus/schedule/effects.h"
+#include "gateway/bus/jobs/upkeep.h"
+#include "gateway/bus/points/readings.h"
 #include "protocols/conversation.h"
 
 namespace baudgate {
 
+class Intake;
+
+// Events that are not on the disk yet, of a device that sends unasked. It cannot be made to wait,
+// so the number of batches is bounded here: events beyond it are lost and counted.
+//
+//   Take() 1000 times, OnKept() never    true
+//   Take()                               false: one is lost
+//   OnKept(), Take()                     true; TakeLost(): 1, to be reported with this one
+class EventBacklog {
+ public:
+  static constexpr std::size_t kMost = 1000;
+
+  /// A batch of this many events is to be saved. False: there is no room for it.
+  bool Take(std::size_t events) {
+    if (waiting_ >= kMost) {
+      lost_ += events;
+      return false;
+    }
+    ++waiting_;
+    return true;
+  }
+  /// A batch that was taken is on the disk.
+  void OnKept() {
+    if (waiting_ > 0) --waiting_;
+  }
+  /// How many were lost since the last call.
+  std::size_t TakeLost() { return std::exchange(lost_, 0); }
+  std::size_t waiting() const { return waiting_; }
+
+ private:
+  std::size_t waiting_ = 0;  // batches
+  std::size_t lost_ = 0;     // events
+};
+
 // The device of a line that sends unasked: what its messages mean, and which of its events may wait
-// for the disk (gateway/bus/devices/arrivals.h). Events beyond that are lost, which is
+// for the disk (EventBacklog). Events beyond that are lost, which is
 // reported with the next one that is saved:
 //
 //   1000 messages, the disk fails    1000 batches to be saved
@@ -81,31 +114,49 @@ class Speaker {
   bool told_lost_ = false;  // the user knows that events are lost
 };
 
-class Intake {
+// What a device says unasked, on its way from the line: what it means (Speaker), how it is counted,
+// and where its readings go (Intake).
+class UnaskedSide {
  public:
-  /// Both outlive it; `listener` may be made later than this.
-  Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
-
-  /// The answer to a request of `job`, which belongs to `device`.
-  ReplyEffects Take(const Job& job, Device& device, Answer answer, Instant now);
-  /// A message that a device has sent unasked.
-  void TakeUnasked(const Device& device, Speaker::Said said);
-  /// See EventDelivery.
-  Schedule::Brought OnKept(const Device& device, const std::string& said) {
-    return delivery_.OnKept(device, said);
+  /// All outlive it.
+  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
+              Intake& intake)
+      : speaker_(roster, observer),
+        observer_(observer),
+        is_network_(roster.is_network()),
+        ledger_(ledger),
+        upkeep_(upkeep),
+        intake_(intake) {
+    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
   }
-  /// It was asked at `asked` or later, and has no events that are not kept.
-  void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
-  void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
+
+  /// See Speaker.
+  const Standing* standing() const { return speaker_.standing(); }
+  std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
+  /// Its messages count.
+  bool listens() const { return speaker_.in_use(); }
+
+  void OnOpened();
+  /// Bytes of the line.
+  void OnBytes(View bytes, Instant now);
+  /// What the line has made of them.
+  void OnInput(const UnaskedInput& heard, Now now);
+  void OnTimer(Now now);
+  /// A batch of events of the device is on the disk.
+  void OnKept(const Device& device);
+  /// An input was handled.
+  void OnSettled(Instant now);
 
  private:
-  void Store(const Job& job, Device& device, const Answer& answer, Instant now,
-             ReplyEffects& effects);
-  void Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects);
+  void Take(Speaker::Said said, Instant now);
 
-  PointStore& store_;
-  PollerListener& listener_;
-  EventDelivery delivery_;
+  Speaker speaker_;
+  const LineObserver& observer_;
+  const bool is_network_;
+  bool first_ = true;  // nothing has come since the port was opened
+  Ledger& ledger_;
+  Upkeep& upkeep_;
+  Intake& intake_;
 };
 
 }  // namespace baudgate

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/devices/device_states.h"
+
+#include <utility>
+
+namespace baudgate {
+
+namespace {
+
+/// This many outages in this many minutes are frequent.
+constexpr std::uint32_t kFlapping = 3;
+constexpr std::size_t kFlappingMinutes = 5;
+
+std::string Change(const DeviceTrouble& was, const DeviceTrouble& is) {
+  if (is || (!was && !is.text.empty())) return is.text;
+  if (!was) return "no longer so: " + was.text;
+  const std::string over = "it is the configured device again";
+  return is.text.empty() ? over : over + "; " + is.text;
+}
+
+}  // namespace
+
+DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener)
+    : roster_(roster), store_(store), listener_(listener) {
+  for (const auto& device : roster.devices()) {
+    ShowTimes(*device);
+    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+  }
+}
+
+void DeviceStates::OnClosed(Override why) {
+  open_ = false;
+  closed_as_ = why;
+  const std::string reason = WhyClosed();
+  for (const auto& device : roster_.devices()) {
+    ShowOverride(*device);
+    if (!device->in_use) continue;
+    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
+    // the first answer after it opens is news again.
+    DeviceState& shown = states_[*device].shown;
+    if (shown != DeviceState::never_seen) shown = DeviceState::offline;
+    store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
+      status.state = shown;
+      status.last_outcome = Outcome::line_down;
+      status.last_reason = reason;
+    });
+  }
+}
+
+std::string DeviceStates::WhyClosed() const {
+  return closed_as_ == Quality::bad_out_of_service ? "the port is lent to another program"
+                                                   : "the port is closed";
+}
+
+void DeviceStates::OnState(const Member& member, const std::string& reason) {
+  const DeviceState state = StateOf(member);
+  const DeviceState from = std::exchange(states_[member].shown, state);
+  ShowOverride(member);
+  if (state == from) return;
+  if (member.device != nullptr) {
+    store_.UpdateStatus(member.index, [&](DeviceStatus& status) { Show(state, from, status); });
+  }
+  listener_.OnDeviceState(member.index, from, state, reason, now_);
+  if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
+}
+
+/// Its outage is no judgement of how it works when it is back, unless it comes and goes.
+void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
+  status.state = state;
+  const bool back = Answers(state) && !Answers(from);
+  if (back && status.hour.Sum(now_.instant, kFlappingMinutes).outages < kFlapping) {
+    status.findings = {};
+  }
+}
+
+DeviceState DeviceStates::StateOf(const Member& member) const {
+  if (!member.in_use) return DeviceState::disabled;
+  const DeviceState state = member.health.state();
+  return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
+}
+
+/// A remark is shown, and goes to the log. Its values are good, so it is no news.
+bool DeviceStates::OnTrouble(const Device& device) {
+  const DeviceTrouble& is = device.conversation->trouble();
+  DeviceTrouble& known = states_[device].trouble;
+  if (is.reason == known.reason && is.text == known.text) return false;
+  const DeviceTrouble was = std::exchange(known, is);
+  ShowOverride(device);
+  if (is && was && is.text == was.text) return false;
+  store_.UpdateStatus(device.index, [&is](DeviceStatus& status) { status.trouble = is.text; });
+  const bool over = was && !is;
+  if (is) listener_.OnNews({News::What::wrong_device, false, device.index, is.text}, now_);
+  if (over) listener_.OnNews({News::What::wrong_device, true, device.index}, now_);
+  listener_.OnWarning(device.index, Change(was, is));
+  return over;
+}
+
+void DeviceStates::OnReplaced(const Member& member) {
+  const std::string text =
+      "it reports another name than before: another device answers at this address, and all points "
+      "are read again";
+  listener_.OnNews({.what = News::What::replaced, .device = member.index, .text = text}, now_);
+  listener_.OnWarning(member.index, text);
+}
+
+void DeviceStates::OnMemory(Device& device) {
+  const std::string& memory = device.conversation->Memory();
+  if (memory == device.memory) return;
+  device.memory = memory;
+  listener_.OnMemory(device.index, memory);
+}
+
+void DeviceStates::ShowTimes(const Device& device) {
+  store_.UpdateStatus(device.index, [&](DeviceStatus& status) { status.timing = device.timing; });
+}
+
+void DeviceStates::ShowOverride(const Member& member) {
+  if (member.device != nullptr) store_.SetOverride(member.index, OverrideOf(member));
+}
+
+Override DeviceStates::OverrideOf(const Member& member) const {
+  if (!member.in_use) return Quality::bad_out_of_service;
+  if (!open_) return closed_as_;
+  if (member.health.state() == DeviceState::offline) return Quality::bad_communication;
+  const Device* const device = member.device;
+  if (device == nullptr || !device->conversation->trouble()) return std::nullopt;
+  return QualityOfDevice(device->conversation->trouble().reason);
+}
+
+}  // namespace baudgate

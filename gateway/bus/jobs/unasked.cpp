@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/unasked.h"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+#include "gateway/base/shown.h"
+#include "gateway/bus/jobs/effect_applier.h"
+
+namespace baudgate {
+
+Speaker::Speaker(const Roster& roster, LineObserver& observer)
+    : device_(roster.Speaker()), observer_(observer) {}
+
+std::optional<Finding> Speaker::Hear(View bytes, Instant now) {
+  return in_use() ? observer_.OnUnaskedBytes(bytes, now) : std::nullopt;
+}
+
+const Standing* Speaker::standing() const {
+  return device_ == nullptr ? nullptr : device_->conversation->Listens();
+}
+
+Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
+  const Now received{now.instant - message.since, now.wall - message.since};
+  const Instant before = std::exchange(last_, received.instant);
+  rest_ = before == Instant() ? kLongIdle : received.instant - before;
+  return Take(device_->conversation->OnUnasked(message.bytes, received), received);
+}
+
+Finding Speaker::Look(const Said& said) {
+  if (!ProvesLife(said.outcome)) return observer_.OnUnaskedDamage();
+  observer_.OnUnaskedRead();
+  if (said.reason.empty()) return {.idle = rest_};
+  return {.symptom = Symptom::refusal, .idle = rest_, .cause = said.reason, .remedy = said.remedy};
+}
+
+std::optional<Instant> Speaker::DueAt() const {
+  return in_use() ? device_->conversation->DueAt() : std::nullopt;
+}
+
+std::optional<Speaker::Said> Speaker::OnTimer(Now now) {
+  const auto due = DueAt();
+  if (!due || *due > now.instant) return std::nullopt;
+  return Take(device_->conversation->OnDue(now), now);
+}
+
+Speaker::Said Speaker::Take(Answer answer, Now received) {
+  Said said{.outcome = answer.outcome,
+            .reason = std::move(answer.reason),
+            .remedy = std::move(answer.remedy),
+            .received = received,
+            .samples = SamplesOf(*device_->config, answer.readings),
+            .events = {},
+            .lost = 0,
+            .warning = {}};
+  if (answer.batch && !answer.batch->events.empty()) Keep(std::move(*answer.batch), said);
+  return said;
+}
+
+void Speaker::Keep(EventBatch batch, Said& said) {
+  const std::size_t events = batch.events.size();
+  if (!backlog_.Take(events)) {
+    said.lost = events;
+    if (std::exchange(told_lost_, true)) return;
+    said.warning = fmt::format(
+        "{} of its events wait for the disk: further ones are lost and counted until some are kept",
+        EventBacklog::kMost);
+    return;
+  }
+  if (const std::size_t lost = backlog_.TakeLost(); lost > 0) {
+    told_lost_ = false;
+    const std::string text = Plural(lost, "event") + " before this one lost: the disk failed";
+    batch.events.insert(batch.events.begin(), DeviceEvent{.text = text});
+  }
+  said.events = {device_->index, std::move(batch), said.received, {}};
+}
+
+void UnaskedSide::OnOpened() {
+  first_ = true;
+  if (const Device* const device = speaker_.device()) {
+    ledger_.states.OnState(*device, "the port is open");
+  }
+}
+
+void UnaskedSide::OnKept(const Device& device) {
+  if (&device == speaker_.device()) speaker_.OnKept();
+}
+
+void UnaskedSide::OnSettled(Instant now) {
+  if (speaker_.drained()) intake_.OnDrained(*speaker_.device(), now);
+}
+
+void UnaskedSide::OnBytes(View bytes, Instant now) {
+  // Where a device is asked as well, its answer shows what the connection began with.
+  const bool begins = std::exchange(first_, false) && speaker_.in_use();
+  if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
+    ledger_.line.OnNegotiation();
+    upkeep_.ShowLine(now);
+  }
+  if (const auto before = speaker_.Hear(bytes, now)) {
+    ledger_.devices.OnMore(*speaker_.device(), *before);
+  }
+}
+
+void UnaskedSide::OnInput(const UnaskedInput& heard, Now now) {
+  if (!speaker_.in_use()) return;
+  Device& device = *speaker_.device();
+  for (std::size_t i = 0; i < heard.damaged; ++i) {
+    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
+                      now.instant);
+  }
+  for (const UnaskedMessage& message : heard.messages) {
+    Speaker::Said said = speaker_.OnMessage(message, now);
+    upkeep_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now.instant);
+    Take(std::move(said), now.instant);
+  }
+}
+
+void UnaskedSide::OnTimer(Now now) {
+  if (auto said = speaker_.OnTimer(now)) Take(std::move(*said), now.instant);
+}
+
+void UnaskedSide::Take(Speaker::Said said, Instant now) {
+  Device& device = *speaker_.device();
+  upkeep_.OnHeard(device, now);
+  if (said.lost > 0) ledger_.devices.OnLostEvents(device, said.lost);
+  intake_.TakeUnasked(device, std::move(said));
+}
+
+}  // namespace baudgate

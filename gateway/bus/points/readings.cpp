@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/points/readings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "gateway/base/text.h"
+
+namespace baudgate {
+
+namespace {
+
+using config::Type;
+
+bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.offset == 0; }
+
+bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
+
+/// A float32 has one value in all outputs: what a register of two words can hold.
+Value FitFloat(Type type, double number) {
+  const double fits = type == Type::float32 ? NearestSingle(number) : number;
+  return std::isfinite(fits) ? Value(fits) : Value();
+}
+
+/// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
+Value Fit(const config::Point& point, const Decimal& number) {
+  const Type type = point.type;
+  if (type == Type::boolean) {
+    if (number == 0) return false;
+    if (number == 1) return true;
+    return {};
+  }
+  if (IsFloat(type)) return FitFloat(type, number.ToDouble());
+  if (type == Type::uint64) {
+    const auto whole = number.ToUint64();
+    return whole ? Value(*whole) : Value();
+  }
+  const auto whole = number.ToInt64();
+  return whole && config::RangeOf(point).Contains(*whole) ? Value(*whole) : Value();
+}
+
+Value FitNumber(const config::Point& point, const Value& raw) {
+  if (const auto* number = std::get_if<double>(&raw)) {
+    const double meant = point.type == Type::float32 ? AsDecimal(*number) : *number;
+    if (!std::isfinite(meant)) return {};
+    if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, meant);
+    return Fit(point, Decimal(meant) * point.scale + point.offset);
+  }
+  const auto number = Decimal::Of(raw);
+  return number ? Fit(point, *number * point.scale + point.offset) : Value();
+}
+
+/// A value in user's units that the point could hold.
+bool FitsType(const config::Point& point, const Value& value) {
+  const auto number = Decimal::Of(value);
+  return number && HasValue(Fit(point, *number));
+}
+
+/// Of a point that can be written, `min` and `max` say what may be written: a reading may lie
+/// outside.
+Reason ReasonBeyond(const config::Point& point, const Value& value) {
+  const auto* const real = std::get_if<double>(&value);
+  const auto number = Decimal::Of(real != nullptr ? Value(AsDecimal(*real)) : value);
+  if (!number || point.access != config::Access::read) return Reason::none;
+  if (point.writing.max && *number > *point.writing.max) return Reason::over_range;
+  if (point.writing.min && *number < *point.writing.min) return Reason::under_range;
+  return Reason::none;
+}
+
+/// Two texts that begin alike would look the same if they were cut.
+Value FitText(const config::Point& point, const Value& raw) {
+  std::string text = ToText(raw);
+  return text.size() > point.text_length ? Value() : Value(std::move(text));
+}
+
+}  // namespace
+
+Sample ToSample(const config::Point& point, const Reading& reading) {
+  Sample sample;
+  sample.point = static_cast<std::uint32_t>(reading.point);
+  sample.quality = reading.quality;
+  if (!HasValue(reading.value)) {
+    // A device that gives no value cannot vouch for the last one.
+    if (IsGood(sample.quality)) sample.quality = Quality::bad;
+    return sample;
+  }
+  for (const config::Sentinel& sentinel : point.sentinels) {
+    if (IsMeant(reading.value, sentinel.value)) {
+      sample.quality = {sentinel.quality.code, Reason::sentinel};
+      return sample;
+    }
+  }
+  sample.value =
+      point.type == Type::string ? FitText(point, reading.value) : FitNumber(point, reading.value);
+  if (!HasValue(sample.value)) sample.quality = {Quality::bad_configuration, Reason::out_of_range};
+  const Reason beyond = IsBad(sample.quality) ? Reason::none : ReasonBeyond(point, sample.value);
+  if (beyond != Reason::none) {
+    sample.value = {};
+    sample.quality = {Quality::bad_sensor_failure, beyond};
+  }
+  return sample;
+}
+
+Result<Value> ToRaw(const config::Point& point, const Value& value) {
+  if (!HasValue(value)) return Error{"there is no value to write"};
+  if (point.type == Type::string || std::holds_alternative<std::string>(value)) return value;
+  if (!FitsType(point, value)) {
+    return Error{ToText(value) + " is not a value of type " + std::string(Name(point.type))};
+  }
+  if (IsUnscaled(point)) return value;
+  const auto number = Decimal::Of(value);
+  if (!number) return Error{"the value is not a number"};
+  const Decimal raw = (*number - point.offset) / point.scale;
+  if (IsFloat(point.type)) {
+    const double close = raw.ToDouble();
+    if (!std::isfinite(close)) return Error{"the value is not a number"};
+    return Value(close);
+  }
+  // Scaling is for people; what the device counts in is whole where its type is.
+  if (const auto whole = raw.ToInt64()) return Value(*whole);
+  if (const auto whole = raw.ToUint64()) return Value(*whole);
+  return Error{ToText(value) + " is beyond what the device can hold"};
+}
+
+bool JumpCheck::Agree(const config::Point& point, const History& history, const Value& a,
+                      const Value& b) {
+  if (!HasValue(a)) return false;
+  if (point.type == config::Type::boolean || point.type == config::Type::string) return a == b;
+  const auto first = Decimal::Of(a);
+  const auto second = Decimal::Of(b);
+  if (!first || !second) return false;
+  Decimal jump = std::max(Abs(*first).Shifted(-1), history.largest.Shifted(-2));
+  if (const config::Writing& range = point.writing; range.min && range.max) {
+    jump = (*range.max - *range.min).Shifted(-1);
+  }
+  return Abs(*first - *second) <= point.jump.value_or(jump);
+}
+
+JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history,
+                                    const Value& value) const {
+  const bool near = Agree(point, history, history.last, value);
+  const bool confirmed = Agree(point, history, history.candidate, value);
+  if (confirmed || (near && point.recheck == config::Recheck::jump)) {
+    history.last = value;
+    history.candidate = {};
+    history.readings = 0;
+    history.largest = std::max(history.largest, Abs(Decimal::Of(value).value_or(0)));
+    return Finding::counts;
+  }
+  history.candidate = value;
+  history.readings = std::min(history.readings + 1, kMostReadings);
+  if (history.readings == kMostReadings) return Finding::last_resort;
+  return near ? Finding::wait : Finding::doubt;
+}
+
+JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
+  Result result;
+  // It says itself that what it measures changes.
+  const bool changes = std::ranges::any_of(
+      samples, [](const Sample& sample) { return IsUncertain(sample.quality); });
+  if (histories_.empty()) histories_.resize(points_.size());
+  std::erase_if(samples, [&](Sample& sample) {
+    const config::Point& point = points_[sample.point];
+    if (point.recheck == config::Recheck::off || !IsGood(sample.quality)) return false;
+    History& history = histories_[sample.point];
+    const bool steady = !std::exchange(history.changes, changes) && !changes;
+    const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
+    // A value that has moved on really changes.
+    const bool returned = jumped && Agree(point, history, history.last, sample.value) &&
+                          !Agree(point, history, history.candidate, sample.value);
+    result.unconfirmed = result.unconfirmed || returned;
+    switch (Judge(point, history, sample.value)) {
+      case Finding::counts:
+        return false;
+      case Finding::last_resort:
+        sample.quality = Quality::uncertain;
+        if (IsSeldom(point.group)) result.spoils = point.group;
+        return false;
+      case Finding::doubt:
+        result.doubtful.push_back(sample.point);
+        break;
+      case Finding::wait:
+        break;
+    }
+    result.ask_again = true;
+    return true;
+  });
+  return result;
+}
+
+void JumpCheck::OnWritten(std::size_t point, Value value) {
+  if (points_[point].recheck == config::Recheck::off) return;
+  if (histories_.empty()) histories_.resize(points_.size());
+  histories_[point].candidate = std::move(value);
+  histories_[point].readings = 0;
+}
+
+}  // namespace baudgate
