@@ -283,7 +283,7 @@ class GatewayPipeline {
   std::shared_ptr<dds::SampleWriter> MakeWriter() {
     dds::ProcessLinkOptions options;
     options.open.participant = dds::ParticipantOf(config_.dds);
-    options.open.points = options.open.devices = 1;
+    options.open.room = {.points = 1, .devices = 1};
     auto link = dds::ProcessLink::Create(options, {});
     if (!link) std::exit(4);
     link_ = std::move(*link);

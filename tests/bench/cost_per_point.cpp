@@ -29,7 +29,7 @@ class CountingWriter final : public dds::SampleWriter {
   dds::Sent Write(const dds::DeviceSample&) override { return dds::Sent::yes; }
   dds::Sent Write(const dds::GatewaySample&) override { return dds::Sent::yes; }
   bool WaitAcknowledged(Duration) override { return true; }
-  std::uint32_t subscribers() const override { return 1; }
+  dds::Subscribers subscribers() const override { return {.points = 1}; }
 
  private:
   std::atomic<std::uint64_t>& written_;
