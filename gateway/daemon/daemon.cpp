@@ -280,9 +280,10 @@ std::unique_ptr<Output> Daemon::Impl::MakeModbus() {
       events->OnRouted(end, now);
     };
   }
-  return std::make_unique<ModbusOutput>(
-      ModbusOutput::Links{store, Commands(), [this] { return Figures(); }, &MakeRoomFor,
-                          [this] { return Targets(); }, std::move(server)});
+  return std::make_unique<ModbusOutput>(ModbusOutput::Links{
+      store, Commands(), [this] { return Figures(); }, &MakeRoomFor, [this] { return Targets(); },
+      [this]() -> const reload::ModbusDifference& { return reloading->modbus; },
+      std::move(server)});
 }
 
 std::unique_ptr<Output> Daemon::Impl::MakeDds() {

@@ -2,10 +2,10 @@
 // and the control socket. The daemon has a list of outputs (gateway/daemon/daemon.cpp) and calls
 // them in the order of the list:
 //
-//   at the start    Open, before the first device is asked; SetHistory and Begin, when the lines
-//   run at a reload     Examine, ClientsAt; Prepare, which may fail; Apply; SetHistory at the stop
-//   StopRequests for each; when the lines have ended, Stop for each at any time     Section for the
-//   status document, Metrics for /metrics
+//   at the start   Open, before the first device is asked; SetHistory and Begin, when lines run
+//   at a reload    Examine, CountClients; Prepare, which may fail; Apply; SetHistory
+//   at the stop    StopRequests for each; when the lines have ended, Stop for each
+//   at any time    Section for the status document, Metrics for /metrics
 //
 // A new output is a folder beside this file, which docs/modules.txt names; its configuration
 // (config/model/outputs.h, config/model/config.h) with a reader (config/outputs.cpp); and one line
@@ -15,6 +15,7 @@
 
 #include <asio/io_context.hpp>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -88,8 +89,9 @@ class Output {
   /// `restart`.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
-  /// The clients that this listener has now; see config::Listener::Place.
-  virtual std::size_t ClientsAt(const std::string& /*place*/) const { return 0; }
+  /// Adds the clients that are connected now to the count of their listener
+  /// (config::Listener::Place).
+  virtual void CountClients(std::map<std::string, std::size_t>& /*by_listener*/) const {}
   /// Opens what `next` needs beside what is open. Changes nothing for clients.
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {
     return std::make_unique<Prepared>();
