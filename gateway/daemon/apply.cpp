@@ -60,9 +60,10 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   for (const auto& output : outputs) {
     output->Examine(next, difference.settings, difference.restart);
   }
+  std::map<std::string, std::size_t> clients;
+  for (const auto& output : outputs) output->CountClients(clients);
   for (reload::ListenerChange& listener : difference.modbus.listeners) {
-    listener.clients = 0;
-    for (const auto& output : outputs) *listener.clients += output->ClientsAt(listener.place);
+    listener.clients = clients[listener.place];
   }
   if (NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("recording of " + WhatIsKept(next, catalog) +
@@ -75,11 +76,13 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
 Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
                                          const reload::Difference& difference) {
   Reloader::Prepared prepared;
+  reloading = &difference;
   auto outputs_prepared = std::make_shared<PreparedOutputs>();
   for (const auto& output : outputs) {
     auto& one = outputs_prepared->emplace_back(output->Prepare(next));
     for (const std::string& trouble : one->troubles) prepared.troubles.push_back(trouble);
   }
+  reloading = nullptr;
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
     if (!Begins(difference.lines[i].action)) continue;

@@ -3,7 +3,7 @@
 // them in the order of the list:
 //
 //   start   Open, before the first device is asked; SetHistory and Begin, when the lines run
-//   reload  Examine, ClientsAt; Prepare, which may fail; Apply; SetHistory
+//   reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory
 //   stop    StopRequests for each; when the lines have ended, Stop for each
 //
 // At any time, from any thread: Section for the status document, Metrics for /metrics.
@@ -13,6 +13,7 @@
 
 #include <asio/io_context.hpp>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -101,8 +102,9 @@ class Output {
   /// `restart`.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
-  /// The clients that this listener has now; see config::Listener::Place.
-  virtual std::size_t ClientsAt(const std::string& /*place*/) const { return 0; }
+  /// Adds the clients that are connected now to the count of their listener
+  /// (config::Listener::Place).
+  virtual void CountClients(std::map<std::string, std::size_t>& /*by_listener*/) const {}
   /// Opens what `next` needs beside what is open. Changes nothing for clients.
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {
     return std::make_unique<Prepared>();

@@ -4,8 +4,7 @@
 // for its type and then its content.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/records_json.h"
-#include "gateway/records/audit/audit_file.h"
-#include "gateway/records/audit/audit_source.h"
+#include "gateway/records/audit/audit_log.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 #include "tests/gateway/records/audit/faulty_disk.h"

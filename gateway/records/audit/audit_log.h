@@ -1,6 +1,6 @@
 // The audit while the gateway runs: records come from any thread, the thread of events.db writes
 // them to the file, and all that come while the disk is busy share the next commit. While the disk
-// fails they wait in memory, as many as write_log.h holds, and it is tried again every second.
+// fails they wait in memory, as many as AuditBook holds, and it is tried again every second.
 //
 //   WriteLog   the interface for writers of records   AuditSource    for readers of its state
 //   AuditLog   this: the thread and the lock          AuditedWrites  the sink before the lines
@@ -13,7 +13,9 @@
 #include <condition_variable>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
@@ -23,6 +25,59 @@
 #include "gateway/records/disk/disk.h"
 
 namespace baudgate::audit {
+
+// Records that are not in the file yet, or have changed since: the writing thread takes them from
+// here, and they wait here while the disk fails. Bounded. No thread, no lock, no disk:
+// AuditLog has them.
+//
+//   Begin(r)      → 7            a ticket
+//   Due()         → {7, r}       to be inserted
+//   OnWritten({7, seq 1})        it is on the disk
+//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is forgotten here
+class AuditBook {
+ public:
+  /// The most of each kind: writes to points wait here for their end, all for a disk that fails.
+  static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
+
+  /// Empty: there is no room, and the record is lost.
+  std::optional<Ticket> Begin(WriteRecord record);
+  /// Its last change. An unknown ticket is ignored.
+  void End(Ticket ticket, const Ending& ending);
+  /// Replaces the record, except seq; `last`: no change follows.
+  void Change(Ticket ticket, const WriteRecord& record, bool last);
+
+  bool due() const { return due_ > 0; }
+  /// The records to write, in the order of their tickets.
+  std::vector<Draft> Due() const;
+  /// These are on the disk; each has its seq now.
+  void OnWritten(const std::vector<Draft>& drafts);
+  /// The file is a new one: none of these records is in it.
+  void NewFile();
+
+  /// All records up to this ticket have been in the file.
+  Ticket newest_written() const { return newest_written_; }
+  /// Records that are not in the file yet.
+  std::size_t unwritten() const { return unwritten_; }
+  std::uint64_t lost() const { return lost_; }
+
+ private:
+  struct Entry {
+    WriteRecord record;
+    std::uint64_t version = 1;
+    std::uint64_t written_version = 0;  // 0: it is not in the file
+    bool ended = false;
+  };
+
+  void Changed(Entry& entry);
+
+  std::map<Ticket, Entry> entries_;
+  std::array<std::size_t, kKinds> held_{};
+  Ticket next_ = 1;
+  Ticket newest_written_ = 0;
+  std::size_t due_ = 0;
+  std::size_t unwritten_ = 0;
+  std::uint64_t lost_ = 0;
+};
 
 // Equal writes, folded into one record: writes of one client (its address, with any port) to one
 // register, with one outcome and one reason. The first is recorded at once; those within a minute

@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
-#include "gateway/outputs/modbus/service/modbus_difference.h"
 #include "gateway/outputs/modbus/service/traffic_json.h"
 #include "transports/loop_thread.h"
 
@@ -38,7 +36,6 @@ DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
 
 Status ModbusOutput::Open(const Configuration& config) {
   if (!config->modbus.enabled) return {};
-  config_ = config;
   modbus::ModbusLinks links = links_.server;
   links.lines = links_.lines();
   modbus::ModbusLimits limits;
@@ -53,16 +50,15 @@ Status ModbusOutput::Open(const Configuration& config) {
   return {};
 }
 
-std::size_t ModbusOutput::ClientsAt(const std::string& place) const {
-  return static_cast<std::size_t>(
-      std::ranges::count(Traffic().clients, place, &modbus::ClientStatus::listener));
+void ModbusOutput::CountClients(std::map<std::string, std::size_t>& by_listener) const {
+  for (const modbus::ClientStatus& client : Traffic().clients) ++by_listener[client.listener];
 }
 
 std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& next) {
   auto prepared = std::make_unique<Ports>();
   prepared->renewal.client_share = links_.make_room(next);
   if (!server_) return prepared;
-  const reload::ModbusDifference difference = reload::CompareModbus(config_->modbus, next.modbus);
+  const reload::ModbusDifference& difference = links_.changes();
   for (std::size_t i = 0; i < next.modbus.listen.size(); ++i) {
     const config::Listener& listener = next.modbus.listen[i];
     const reload::ListenerChange& change = difference.listeners[i];
@@ -87,7 +83,6 @@ std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& ne
 std::vector<std::string> ModbusOutput::Apply(const Configuration& config,
                                              std::unique_ptr<Prepared> prepared) {
   if (!server_) return {};
-  config_ = config;
   const modbus::Renewal& renewal = static_cast<Ports&>(*prepared).renewal;
   const std::vector<RouteTarget*> lines = links_.lines();
   modbus::ModbusServer::Ended ended;

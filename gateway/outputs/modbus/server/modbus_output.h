@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/outputs/modbus/server/modbus_server.h"
+#include "gateway/outputs/modbus/service/modbus_difference.h"
 #include "gateway/outputs/output.h"
 #include "transports/loop_thread.h"
 
@@ -34,6 +36,8 @@ class ModbusOutput final : public Output {
     std::function<double(const config::Config& config)> make_room;
     /// The lines that routes lead to, by their numbers in the store.
     std::function<std::vector<RouteTarget*>()> lines;
+    /// What the reload that Prepare is called for changes, as its report has it.
+    std::function<const reload::ModbusDifference&()> changes;
     modbus::ModbusLinks server;  ///< without `lines`
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
@@ -43,7 +47,7 @@ class ModbusOutput final : public Output {
   std::string_view name() const override { return "modbus"; }
   /// Listens, then starts the thread, if the configuration has a server. The error names the port.
   Status Open(const Configuration& config) override;
-  std::size_t ClientsAt(const std::string& place) const override;
+  void CountClients(std::map<std::string, std::size_t>& by_listener) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
@@ -58,7 +62,6 @@ class ModbusOutput final : public Output {
   modbus::TrafficStatus Traffic() const;
 
   const Links links_;
-  Configuration config_;  // as it is served
   LoopThread loop_{"modbus"};
   std::unique_ptr<modbus::ModbusServer> server_;  // null: it is off
 };

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audit_log.h"
 #include "tests/gateway/records/audit/fixture.h"
 
 namespace baudgate::audit {

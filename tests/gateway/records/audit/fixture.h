@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/records/audit/audit_file.h"
-#include "gateway/records/audit/audit_source.h"
+#include "gateway/records/audit/audit_log.h"
 
 namespace baudgate::audit {
 

@@ -8,7 +8,7 @@
 #include <deque>
 #include <functional>
 
-#include "gateway/outputs/modbus/server/client_socket.h"
+#include "gateway/outputs/modbus/server/client_session.h"
 
 namespace baudgate::modbus {
 namespace {
