@@ -21,11 +21,11 @@
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
-#include "gateway/daemon/event_path.h"
 #include "gateway/records/audit/audit_log.h"
 #include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/device_memory.h"
 #include "gateway/records/disk/state_folder.h"
+#include "gateway/records/event_path.h"
 #include "gateway/records/history/history_log.h"
 
 namespace baudgate {
@@ -53,7 +53,7 @@ class FileTroubles {
 };
 
 // The way of a recorded write from an output to its line: the audit log and the sink in front of
-// the lines. Made and ended by daemon.cpp.
+// the lines. Made and ended by Records.
 class WritePath {
  public:
   /// Called once, from any thread: see AuditLog::Options.
@@ -82,7 +82,7 @@ class WritePath {
   audit::AuditedWrites audited_;
 };
 
-// The way of values from the point store to the files of the history. Made and ended by daemon.cpp.
+// The way of values from the point store to the files of the history. Made and ended by Records.
 struct HistoryPlace {
   std::filesystem::path folder{};  ///< empty: there is no place for it
   std::string why_no_folder{};

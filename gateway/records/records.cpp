@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/records.h"
+#include "gateway/records/records.h"
 
 #include <functional>
 #include <utility>
