@@ -13,10 +13,11 @@
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/daemon/outputs.h"
-#include "gateway/daemon/reload_options.h"
 #include "gateway/lines/line_control.h"
 
 namespace baudgate {
+
+struct ReloadOptions;
 
 class Daemon {
  public:

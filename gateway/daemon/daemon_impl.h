@@ -15,12 +15,12 @@
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/outputs.h"
-#include "gateway/daemon/records.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/daemon/ticker.h"
 #include "gateway/lines/lines.h"
 #include "gateway/outputs/status/status_json.h"
+#include "gateway/records/records.h"
 #include "gateway/records/trace/line_recorder.h"
 
 namespace baudgate {

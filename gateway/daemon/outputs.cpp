@@ -6,7 +6,6 @@
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/daemon/descriptors.h"
-#include "gateway/daemon/records.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/lines/lines.h"
@@ -14,6 +13,7 @@
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
 #include "gateway/outputs/web/web_output.h"
+#include "gateway/records/records.h"
 
 namespace baudgate {
 namespace {
@@ -57,6 +57,13 @@ modbus::GatewayFigures FiguresOf(const PointStore& store, const Lines& lines, In
   return info;
 }
 
+RoutedEnd::Slave SlaveOf(modbus::RouteOutcome end) {
+  using modbus::RouteOutcome;
+  using Slave = RoutedEnd::Slave;
+  if (end == RouteOutcome::ok || end == RouteOutcome::refused) return Slave::answered;
+  return end == RouteOutcome::no_reply ? Slave::silent : Slave::unknown;
+}
+
 std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
   modbus::ModbusLinks server;
   server.frames = {links.catalog.FramesOf(modbus::Framing::rtu),
@@ -66,7 +73,7 @@ std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
     server.events = events->feed();
     server.alarms = &events->log();
     server.routed = [events](const modbus::RoutedReport& end, Now now) {
-      events->OnRouted(end, now);
+      events->OnRouted({end.route, end.unit, SlaveOf(end.end), end.reply}, now);
     };
   }
   const auto figures = [&store = links.store, &lines = links.lines, started = links.info.started] {

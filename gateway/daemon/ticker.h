@@ -5,8 +5,10 @@
 #pragma once
 
 #include <asio/io_context.hpp>
+#include <asio/post.hpp>
 #include <asio/steady_timer.hpp>
 #include <functional>
+#include <utility>
 
 #include "gateway/base/time.h"
 
@@ -18,11 +20,21 @@ class Ticker {
   /// A change from good to uncertain is reported at most this late.
   static constexpr Duration kInterval = 200ms;
 
-  Ticker(asio::io_context& io, std::function<void(Instant now)> tick);
-  void Start();
+  Ticker(asio::io_context& io, std::function<void(Instant now)> tick)
+      : timer_(io), tick_(std::move(tick)) {}
+  void Start() {
+    asio::post(timer_.get_executor(), [this] { Tick(); });
+  }
 
  private:
-  void Tick();
+  void Tick() {
+    const Instant now = ReadClocks().instant;
+    tick_(now);
+    timer_.expires_at(now + kInterval);
+    timer_.async_wait([this](const asio::error_code& error) {
+      if (!error) Tick();
+    });
+  }
 
   asio::steady_timer timer_;
   const std::function<void(Instant)> tick_;

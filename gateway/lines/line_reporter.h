@@ -6,7 +6,7 @@
 //   port lost, opened                 port_down, port_down over
 //   that device offline → online      no_answer over; of all others only the first (News::first)
 //
-// EventSink takes the events, and PortDisplay shows the port of the line.
+// PortDisplay shows the port of the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,22 +26,6 @@
 #include "transports/transport.h"
 
 namespace baudgate {
-
-// Where a line hands over events to be saved: implemented by gateway/daemon/event_path.h.
-
-/// On the threads of the lines; returns at once.
-class EventSink {
- public:
-  virtual ~EventSink() = default;
-  /// See PollerListener::OnEvents.
-  virtual void OnReported(ReportedEvents events) = 0;
-  /// See PollerListener::OnDrained.
-  virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
-  /// News of that line.
-  virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
-  /// See PollerListener::OnRead.
-  virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;
-};
 
 /// On the line's thread, but Retire.
 class LineReporter final : public PollerListener {

@@ -1,6 +1,6 @@
 // What a poller needs: a port for its requests, and a listener for the news of devices. Implemented
 // by gateway/lines/line_port.h and gateway/lines/line_reporter.h. LineObserver is what the bus
-// tells the diagnosis of a line.
+// tells the diagnosis of a line, and EventSink takes events to be saved.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -140,5 +140,20 @@ class LineObserver {
 
 /// Makes the observer of a line; the roster outlives it.
 using MakeObserver = std::function<std::unique_ptr<LineObserver>(const Roster& roster)>;
+
+/// Where a line hands over events to be saved: implemented by gateway/records/event_path.h. On the
+/// threads of the lines; returns at once.
+class EventSink {
+ public:
+  virtual ~EventSink() = default;
+  /// See PollerListener::OnEvents.
+  virtual void OnReported(ReportedEvents events) = 0;
+  /// See PollerListener::OnDrained.
+  virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
+  /// News of that line.
+  virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
+  /// See PollerListener::OnRead.
+  virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;
+};
 
 }  // namespace baudgate

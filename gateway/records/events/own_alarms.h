@@ -1,6 +1,6 @@
 // Decides when a trouble of lines, devices, routes and disks is an alarm: when it has lasted for
 // the delay of its setting, and nothing else explains it. Takes facts, returns events that raise
-// and end alarms. No clock, no lock, no disk: gateway/daemon/event_path.h has them.
+// and end alarms. No clock, no lock, no disk: gateway/records/event_path.h has them.
 //
 //   Begin(no_answer) … Look 29 s later       nothing
 //                    … Look 30 s later       raised

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "gateway/daemon/daemon.h"
-#include "gateway/daemon/reload_options.h"
+#include "gateway/daemon/reloader.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"

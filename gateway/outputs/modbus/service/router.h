@@ -93,7 +93,7 @@ struct RoutedAsk {
 };
 
 // The result of a request that was passed on: for the part that raises alarms of slaves that do not
-// answer their clients (gateway/daemon/event_path.h).
+// answer their clients (gateway/records/event_path.h).
 struct RoutedReport {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< as the client asked for it

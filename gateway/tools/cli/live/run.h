@@ -8,7 +8,7 @@
 
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
-#include "gateway/daemon/reload_options.h"
+#include "gateway/daemon/reloader.h"
 
 namespace baudgate {
 

@@ -141,18 +141,6 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
   out << '\n';
 }
 
-/// "dds, ": the sections of outputs that no reload applies.
-std::string NeedRestart(const config::Config& config) {
-  std::string names;
-  VisitFields(&config, [&](auto field) {
-    using Section = std::remove_cvref_t<decltype(config.*field.member)>;
-    if constexpr (requires { Section::kReloads; }) {
-      if (!Section::kReloads) names += std::string(field.key) + ", ";
-    }
-  });
-  return names;
-}
-
 void PrintSummary(const config::Config& config, const config::Catalog& catalog,
                   const std::string& security, std::ostream& out) {
   out << "gateway " << config.name << '\n';
@@ -171,8 +159,13 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
     PrintOfMeters(config, out);
     PrintHistory(config, out);
   }
-  out << "reload applies all but gateway (other than its alarms), modbus.enabled, "
-      << NeedRestart(config) << "events and history.directory: these need a restart\n";
+  out << "reload applies all but gateway (other than its alarms), modbus.enabled, ";
+  VisitFields(&config, [&](auto field) {
+    if constexpr (requires { (config.*field.member).kReloads; }) {
+      if (!(config.*field.member).kReloads) out << field.key << ", ";
+    }
+  });
+  out << "events and history.directory: these need a restart\n";
   for (const config::Line& line : config.lines) {
     out << '\n' << Describe(line) << '\n';
     if (line.devices.empty()) continue;

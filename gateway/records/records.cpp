@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/records.h"
+#include "gateway/records/records.h"
 
 #include <functional>
 #include <utility>
@@ -79,21 +79,6 @@ void WritePath::Start() {
     early.swap(early_);
   }
   if (!early.empty()) unsettled_(early);
-}
-
-std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
-                                                 HistoryPlace place) {
-  history::HistoryLog::Options options;
-  options.config = &config;
-  options.store = &store;
-  options.folder = std::move(place.folder);
-  options.why_no_folder = std::move(place.why_no_folder);
-  options.ready = std::move(place.ready);
-  options.taken = std::move(place.taken);
-  options.clocks = ReadClocks;
-  options.warn = [](const std::string& text) { log::Warn("{}", text); };
-  options.inform = [](const std::string& text) { log::Info("{}", text); };
-  return std::make_unique<history::HistoryLog>(std::move(options));
 }
 
 namespace {
@@ -194,18 +179,23 @@ Status Records::PlaceHistory(const config::Config& config) {
 
 void Records::StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store) {
   if (!config->history.on()) return;
-  HistoryPlace place;
-  place.why_no_folder = "there is no folder for it: " + why_no_state_;
+  history::HistoryLog::Options options;
+  options.config = config.get();
+  options.store = &store;
+  options.why_no_folder = "there is no folder for it: " + why_no_state_;
   if (history_folder_) {
-    place.folder = history_folder_->path();
-    place.ready = ReadyOf(history_folder_);
+    options.folder = history_folder_->path();
+    options.ready = ReadyOf(history_folder_);
   }
   if (history_ends_.valid()) {
-    place.taken = [ends = history_ends_] {
+    options.taken = [ends = history_ends_] {
       return ends.wait_for(Duration::zero()) != std::future_status::ready;
     };
   }
-  RunningHistory history{config, MakeHistory(*config, store, std::move(place))};
+  options.clocks = ReadClocks;
+  options.warn = [](const std::string& text) { log::Warn("{}", text); };
+  options.inform = [](const std::string& text) { log::Info("{}", text); };
+  RunningHistory history{config, std::make_unique<history::HistoryLog>(std::move(options))};
   const MutexLock lock(mutex_);
   history_ = std::move(history);
 }

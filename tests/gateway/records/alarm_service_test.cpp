@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "gateway/daemon/event_path.h"
+#include "gateway/records/event_path.h"
 
 namespace baudgate {
 namespace {
 
-using modbus::RouteOutcome;
+using Slave = RoutedEnd::Slave;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
@@ -29,13 +29,13 @@ std::shared_ptr<const config::Config> Configured() {
 
 class AlarmServiceTest : public ::testing::Test {
  protected:
-  void Routed(std::uint8_t unit, RouteOutcome end, Outcome outcome, const std::string& reason = {},
+  void Routed(std::uint8_t unit, Slave slave, Outcome outcome, const std::string& reason = {},
               Bytes pdu = {}) {
     RoutedReply reply;
     reply.outcome = outcome;
     reply.reason = reason;
     reply.pdu = std::move(pdu);
-    service_.OnRouted({config_->modbus.routes[unit == 51 ? 0 : 1], unit, end, reply}, now_);
+    service_.OnRouted({config_->modbus.routes[unit == 51 ? 0 : 1], unit, slave, reply}, now_);
   }
   /// A minute later: what is raised and ended, except what may only have been before the start.
   std::vector<std::string> AfterAMinute(std::span<const AlarmService::DiskState> disks = {}) {
@@ -62,7 +62,7 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
   struct Row {
     const char* what;
     std::uint8_t unit;
-    RouteOutcome end;
+    Slave slave;
     Outcome outcome;
     Bytes pdu;
     std::vector<std::string> told;
@@ -70,53 +70,53 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
   const Row rows[] = {
       {"silence",
        51,
-       RouteOutcome::no_reply,
+       Slave::silent,
        Outcome::no_reply,
        {},
        {"drive.unit-51 no answer to clients for 30s: why"}},
-      {"damage", 51, RouteOutcome::no_reply, Outcome::corrupt, {}, {}},  // it is still the same
+      {"damage", 51, Slave::silent, Outcome::corrupt, {}, {}},  // it is still the same
       {"an exception of its own",
        51,
-       RouteOutcome::refused,
+       Slave::answered,
        Outcome::refused,
        {0x83, 2},
        {"drive.unit-51 no answer to clients, over"}},
       {"a gateway behind it says so",
        51,
-       RouteOutcome::refused,
+       Slave::answered,
        Outcome::refused,
        {0x83, 0x0B},
        {"drive.unit-51 no answer to clients for 30s: the gateway there answers exception 0B"}},
       {"a reply",
        51,
-       RouteOutcome::ok,
+       Slave::answered,
        Outcome::ok,
        {3, 2, 0, 0},
        {"drive.unit-51 no answer to clients, over"}},
-      {"its line is down", 51, RouteOutcome::no_reply, Outcome::line_down, {}, {}},
-      {"it was not sent in time", 51, RouteOutcome::expired, Outcome::no_reply, {}, {}},
+      {"its line is down", 51, Slave::silent, Outcome::line_down, {}, {}},
+      {"it was not sent in time", 51, Slave::unknown, Outcome::no_reply, {}, {}},
       {"its server is away",
        70,
-       RouteOutcome::no_reply,
+       Slave::silent,
        Outcome::line_down,
        {},
        {".10.0.0.9:502 server away for 30s: why"}},
       {"its server is back",
        70,
-       RouteOutcome::ok,
+       Slave::answered,
        Outcome::ok,
        {3, 2, 0, 0},
        {".10.0.0.9:502 server away, over"}},
       {"silence behind a server",
        70,
-       RouteOutcome::no_reply,
+       Slave::silent,
        Outcome::no_reply,
        {},
        {".unit-70 no answer to clients for 30s: why"}},
   };
   for (const Row& row : rows) {
     for (int time = 0; time < 3; ++time) {
-      Routed(row.unit, row.end, row.outcome, "why", row.pdu);
+      Routed(row.unit, row.slave, row.outcome, "why", row.pdu);
       now_.instant += 1s;
     }
     EXPECT_EQ(AfterAMinute(), row.told) << row.what;
@@ -124,11 +124,11 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
 }
 
 TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
-  const auto fails = [&] { Routed(51, RouteOutcome::no_reply, Outcome::no_reply, "why"); };
+  const auto fails = [&] { Routed(51, Slave::silent, Outcome::no_reply, "why"); };
   const std::string raised = "drive.unit-51 no answer to clients for ";
   fails();
   EXPECT_THAT(AfterAMinute(), IsEmpty()) << "one is";
-  Routed(51, RouteOutcome::ok, Outcome::ok, {}, {3, 2, 0, 0});
+  Routed(51, Slave::answered, Outcome::ok, {}, {3, 2, 0, 0});
   fails();
   fails();
   EXPECT_THAT(AfterAMinute(), IsEmpty()) << "two at once are";
@@ -139,7 +139,7 @@ TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
 
 TEST_F(AlarmServiceTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
   for (int time = 0; time < 3; ++time) {
-    Routed(51, RouteOutcome::no_reply, Outcome::no_reply, "why");
+    Routed(51, Slave::silent, Outcome::no_reply, "why");
     now_.instant += 1s;
   }
   EXPECT_EQ(AfterAMinute().size(), 1U);

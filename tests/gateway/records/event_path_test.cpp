@@ -1,6 +1,6 @@
 // What lines tell, as it stands in the file: codes, words, and points by the store's quality.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/event_path.h"
+#include "gateway/records/event_path.h"
 
 #include <gmock/gmock.h>
 

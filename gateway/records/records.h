@@ -1,7 +1,7 @@
 // What the gateway keeps on the disk, as far as its configuration wants it: the state folder, the
 // memory of conversations, the audit of writes, events, values. Made before the lines, ended after
-// them. FileTroubles names files that cannot be written, WritePath is the way of a recorded write,
-// and MakeHistory makes the way of values to the history.
+// them. FileTroubles names files that cannot be written, and WritePath is the way of a recorded
+// write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,11 +21,11 @@
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
-#include "gateway/daemon/event_path.h"
 #include "gateway/records/audit/audit_log.h"
 #include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/device_memory.h"
 #include "gateway/records/disk/state_folder.h"
+#include "gateway/records/event_path.h"
 #include "gateway/records/history/history_log.h"
 
 namespace baudgate {
@@ -53,7 +53,7 @@ class FileTroubles {
 };
 
 // The way of a recorded write from an output to its line: the audit log and the sink in front of
-// the lines. Made and ended by daemon.cpp.
+// the lines. Made and ended by Records.
 class WritePath {
  public:
   /// Called once, from any thread: see AuditLog::Options.
@@ -81,19 +81,6 @@ class WritePath {
   audit::AuditLog log_;
   audit::AuditedWrites audited_;
 };
-
-// The way of values from the point store to the files of the history. Made and ended by daemon.cpp.
-struct HistoryPlace {
-  std::filesystem::path folder{};  ///< empty: there is no place for it
-  std::string why_no_folder{};
-  // As in HistoryLog.
-  std::function<Status()> ready{};
-  std::function<bool()> taken{};
-};
-
-/// Before the lines start. `config` and `store` outlive it.
-std::unique_ptr<history::HistoryLog> MakeHistory(const config::Config& config, PointStore& store,
-                                                 HistoryPlace place);
 
 class Records {
  public:

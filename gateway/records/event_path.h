@@ -1,6 +1,6 @@
 // The way of an event from its line to the file, and the way back, by which its device may be asked
 // for more. The gateway's own events enter here, too, and its own alarms. Made and ended by
-// daemon.cpp. EventsPlace says where events.db is, NewsKind how news is recorded, and AlarmService
+// Records. EventsPlace says where events.db is, NewsKind how news is recorded, and AlarmService
 // raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -21,8 +21,7 @@
 #include "gateway/base/version.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/lines/line_reporter.h"
-#include "gateway/outputs/modbus/service/router.h"
+#include "gateway/bus/writes/route_queue.h"
 #include "gateway/records/disk/disk.h"
 #include "gateway/records/disk/events_file.h"
 #include "gateway/records/events/event_feed.h"
@@ -79,6 +78,19 @@ constexpr NewsKind KindOf(News::What what) {
   return {OwnCode::no_answer, Trouble::no_answer};
 }
 
+/// The end of a client's request that was passed on to a slave.
+struct RoutedEnd {
+  enum class Slave : std::uint8_t {
+    answered,  ///< with an exception as well
+    silent,
+    unknown,  ///< it was not asked, or nobody waited for its reply
+  };
+  const config::Route& route;
+  std::uint8_t unit = 0;  ///< as the client asked for it
+  Slave slave = Slave::unknown;
+  const RoutedReply& reply;
+};
+
 // The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
 // thread, and reports in order what raises and ends alarms. gateway/records/events/own_alarms.h
 // decides what is an alarm, and when.
@@ -91,7 +103,7 @@ class AlarmService {
 
   /// `device`: its name; empty: the news is of the line.
   void OnNews(const std::string& line, const std::string& device, const News& news, Now at);
-  void OnRouted(const modbus::RoutedReport& end, Now now);
+  void OnRouted(const RoutedEnd& end, Now now);
   /// The configuration does not use this device.
   void OnUnused(const std::string& line, const std::string& device, Now now);
 
@@ -160,7 +172,7 @@ class EventPath final : public EventSink {
     records_.OnDrained(device, asked);
   }
   /// A request of a client to a route has ended.
-  void OnRouted(const modbus::RoutedReport& end, Now now) { alarms_.OnRouted(end, now); }
+  void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   /// See AlarmService.
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/event_path.h"
+#include "gateway/records/event_path.h"
 
 #include <optional>
 #include <set>
@@ -18,7 +18,6 @@ namespace {
 
 using events::OwnAlarms;
 using events::Trouble;
-using modbus::RouteOutcome;
 
 /// Two requests without a reply that are so far apart are as good as many.
 constexpr Duration kLongSilence = 30s;
@@ -63,10 +62,10 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
 
 /// How a slave would have answered a request that was not sent is not known. Where the line is
 /// down its own alarm says so.
-void AlarmService::OnRouted(const modbus::RoutedReport& end, Now now) {
+void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Place unit{route.line, events::UnitName(end.unit)};
-  const bool answered = end.end == RouteOutcome::ok || end.end == RouteOutcome::refused;
+  const bool answered = end.slave == RoutedEnd::Slave::answered;
   const MutexLock lock(mutex_);
   if (route.line.empty()) {
     const OwnAlarms::Place server{"", HostAndPort(route.host, route.port)};
@@ -81,7 +80,7 @@ void AlarmService::OnRouted(const modbus::RoutedReport& end, Now now) {
     OnAnswered(unit, now);
   } else if (answered) {
     OnUnanswered(unit, "the gateway there answers exception " + HexByte(end.reply.pdu[1]), now);
-  } else if (end.end == RouteOutcome::no_reply) {
+  } else if (end.slave == RoutedEnd::Slave::silent) {
     OnUnanswered(unit, WhyOf(end.reply.reason), now);
   }
 }
