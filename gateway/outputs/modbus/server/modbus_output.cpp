@@ -101,7 +101,7 @@ modbus::TrafficStatus ModbusOutput::Traffic() const {
 }
 
 std::optional<Output::Json> ModbusOutput::Section(const Wish& wish) const {
-  return control::TrafficJson(Traffic(), wish.line, wish.now.wall);
+  return control::TrafficJson(Traffic(), wish.line, wish.now);
 }
 
 std::vector<Series> ModbusOutput::Metrics() const { return MetricsOf(Traffic()); }

@@ -10,9 +10,9 @@
 
 namespace baudgate::control {
 
-/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…]}; with `line` only the routes that lead
-/// to it, and nothing else.
+/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…],"labels":{"route":{…}}}; with `line` only
+/// the routes that lead to it, and nothing else.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
-                                   WallTime now);
+                                   Now now);
 
 }  // namespace baudgate::control

@@ -70,7 +70,7 @@ modbus::TrafficStatus TwoClients() {
 }
 
 TEST(Traffic, RoutesAndClientsHaveATableEach) {
-  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients(), {}, kNow.wall), {}), R"(
+  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients(), {}, kNow), {}), R"(
 units  route to             requests      ok  refused  no reply  too late  queue full  client left  mean wait
 20     line bay-1             120000  119990        4         3         0           0            3    12.0 ms
 50-59  server 10.0.0.9:502        10      10        0         0         0           0            0     0.0 ms
@@ -87,7 +87,7 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 }
 
 TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
-  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow.wall), {}), "");
+  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow), {}), "");
 }
 
 /// With the section of a Modbus server that has these clients and routes.
@@ -96,7 +96,7 @@ Json Status(const config::Config& config, const PointStore& store,
   const std::string line = target ? config.lines[target->line].name : std::string();
   OutputList outputs;
   outputs.push_back(
-      std::make_unique<FakeOutput>("modbus", TrafficJson(TwoClients(), line, kNow.wall)));
+      std::make_unique<FakeOutput>("modbus", TrafficJson(TwoClients(), line, kNow)));
   return StatusJson(config, store, {"1.2.3", kStarted, &outputs}, target, kNow);
 }
 
