@@ -58,10 +58,6 @@ void EachValue(DeviceState state, const AddValue& add) {
   }
 }
 
-void EachValue(LineStatus::Port port, const AddValue& add) {
-  add("", port == LineStatus::Port::open ? 1 : 0, "");
-}
-
 void EachValue(const TimeByUse& times, const AddValue& add) {
   for (std::size_t i = 0; i < kLineUses; ++i) {
     add(fmt::format("why=\"{}\"", kWhy[i]), Seconds(times[i]), "");
@@ -80,12 +76,5 @@ void EachValue(const RoundTrips& trips, const AddValue& add) {
   add("", Seconds(trips.mean()) * count, "_sum");
   add("", count, "_count");
 }
-
-void EachValue(WallTime time, const AddValue& add) {
-  const bool known = time != WallTime{};
-  add("", known ? std::optional(Seconds(time.time_since_epoch())) : std::nullopt, "");
-}
-
-void EachValue(Duration duration, const AddValue& add) { add("", Seconds(duration), ""); }
 
 }  // namespace baudgate

@@ -55,16 +55,22 @@ using AddValue = std::function<void(std::string_view label, std::optional<double
                                     std::string_view suffix)>;
 /// 1 for the state, 0 for the others.
 void EachValue(DeviceState state, const AddValue& add);
-/// 1 while it is open.
-void EachValue(LineStatus::Port port, const AddValue& add);
 /// Seconds, by LineUse.
 void EachValue(const TimeByUse& times, const AddValue& add);
 /// Seconds, in buckets of an octave each, the last without a bound.
 void EachValue(const RoundTrips& trips, const AddValue& add);
-/// Seconds since the epoch.
-void EachValue(WallTime time, const AddValue& add);
+inline void EachValue(LineStatus::Port port, const AddValue& add) {
+  add("", port == LineStatus::Port::open ? 1 : 0, "");
+}
 /// Seconds.
-void EachValue(Duration duration, const AddValue& add);
+inline void EachValue(Duration duration, const AddValue& add) {
+  add("", std::chrono::duration<double>(duration).count(), "");
+}
+/// Seconds since the epoch, which itself stands for "not yet".
+inline void EachValue(WallTime time, const AddValue& add) {
+  if (time != WallTime{}) return EachValue(time.time_since_epoch(), add);
+  add("", std::nullopt, "");
+}
 template <std::integral Count>
 void EachValue(const std::array<Count, kOutcomeCount>& counts, const AddValue& add) {
   for (std::size_t i = 1; i < kOutcomeCount; ++i) {
@@ -104,13 +110,9 @@ class Families {
  public:
   Families() {
     EachMetric(T(), [this]<typename Value>(auto row, const Value&) {
-      const bool counts = row.metric.ends_with("_total");
-      const bool histogram = std::is_same_v<Value, RoundTrips>;
-      all_.emplace_back(Metric{row.metric,
-                               histogram ? "histogram"
-                               : counts  ? "counter"
-                                         : "gauge",
-                               row.help});
+      std::string_view type = row.metric.ends_with("_total") ? "counter" : "gauge";
+      if (std::is_same_v<Value, RoundTrips>) type = "histogram";
+      all_.emplace_back(Metric{row.metric, type, row.help});
     });
   }
   /// `labels`: `line="bay-1"`.
@@ -118,8 +120,8 @@ class Families {
     auto series = all_.begin();
     EachMetric(its, [&](auto /*row*/, const auto& of) {
       EachValue(of, [&](std::string_view label, std::optional<double> value, auto suffix) {
-        if (value)
-          series->Add(labels + (label.empty() ? "" : ",") + std::string(label), *value, suffix);
+        const std::string more = label.empty() ? "" : "," + std::string(label);
+        if (value) series->Add(labels + more, *value, suffix);
       });
       ++series;
     });

@@ -33,23 +33,6 @@ std::size_t SeriesOf(const config::Config& config) {
 namespace {
 
 // Names are a public contract (docs/metrics.md); those of lines and devices stand in their tables.
-constexpr Metric kBuildInfo{"baudgate_build_info", "gauge",
-                            "The version of the gateway; always 1."};
-constexpr Metric kPointValue{"baudgate_point_value", "gauge",
-                             "The value; absent while it is not good, and of texts."};
-constexpr Metric kPointQuality{"baudgate_point_quality", "gauge",
-                               "Quality and reason as one number, 192 is good."};
-constexpr Metric kPointAge{"baudgate_point_age_seconds", "gauge",
-                           "Time since the last reading; absent before the first."};
-constexpr Metric kLogDropped{
-    "baudgate_log_dropped_total", "counter",
-    "Lines of the log that nobody took: neither the journal nor standard error."};
-constexpr Metric kAlarms{"baudgate_alarms", "gauge",
-                         "Alarms that are active, and that wait for somebody."};
-constexpr Metric kProcessor{"process_cpu_seconds_total", "counter",
-                            "Processor time of the gateway."};
-constexpr Metric kMemory{"process_resident_memory_bytes", "gauge", "Memory of the gateway."};
-constexpr Metric kStarted{"process_start_time_seconds", "gauge", "When the gateway began to poll."};
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -96,9 +79,12 @@ class Store {
   const Now now_;
   Families<LineStatus> lines_;
   Families<DeviceStatus> devices_;
-  Series values_{kPointValue};
-  Series qualities_{kPointQuality};
-  Series ages_{kPointAge};
+  Series values_{
+      {"baudgate_point_value", "gauge", "The value; absent while it is not good, and of texts."}};
+  Series qualities_{
+      {"baudgate_point_quality", "gauge", "Quality and reason as one number, 192 is good."}};
+  Series ages_{{"baudgate_point_age_seconds", "gauge",
+                "Time since the last reading; absent before the first."}};
 };
 
 double ProcessorSeconds() {
@@ -126,7 +112,7 @@ std::string MetricsText(const config::Config& config, const PointStore& store,
   const auto append = [&text](const Metric& metric, double value) {
     Series(metric, value).AppendTo(text);
   };
-  Series version(kBuildInfo);
+  Series version({"baudgate_build_info", "gauge", "The version of the gateway; always 1."});
   version.Add(fmt::format("version=\"{}\"", EscapedLabel(info.version)), 1);
   version.AppendTo(text);
   Store(config, store, now).AppendTo(text);
@@ -135,17 +121,22 @@ std::string MetricsText(const config::Config& config, const PointStore& store,
       for (const Series& series : output->Metrics()) series.AppendTo(text);
     }
   }
-  append(kLogDropped, static_cast<double>(log::Dropped()));
+  append({"baudgate_log_dropped_total", "counter",
+          "Lines of the log that nobody took: neither the journal nor standard error."},
+         static_cast<double>(log::Dropped()));
   if (info.events != nullptr) {
     const events::EventsState state = info.events->state();
-    Series alarms(kAlarms);
+    Series alarms(
+        {"baudgate_alarms", "gauge", "Alarms that are active, and that wait for somebody."});
     alarms.Add("state=\"active\"", static_cast<double>(state.alarms_active));
     alarms.Add("state=\"unacknowledged\"", static_cast<double>(state.alarms_unacknowledged));
     alarms.AppendTo(text);
   }
-  append(kProcessor, ProcessorSeconds());
-  append(kMemory, ResidentBytes());
-  append(kStarted, Seconds(now.wall.time_since_epoch()) - Seconds(now.instant - info.started));
+  append({"process_cpu_seconds_total", "counter", "Processor time of the gateway."},
+         ProcessorSeconds());
+  append({"process_resident_memory_bytes", "gauge", "Memory of the gateway."}, ResidentBytes());
+  append({"process_start_time_seconds", "gauge", "When the gateway began to poll."},
+         Seconds(now.wall.time_since_epoch()) - Seconds(now.instant - info.started));
   return text;
 }
 
