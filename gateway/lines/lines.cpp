@@ -301,7 +301,7 @@ void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
 /// Counts a write that does not reach the poller, which counts all others.
 void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
   store_.UpdateStatus(
-      device, [end](DeviceStatus& status) { ++status.writes[static_cast<std::size_t>(end)]; });
+      device, [end](DeviceStatus& status) { ++status.writes.ends[static_cast<std::size_t>(end)]; });
 }
 
 const Protocol* LineDispatcher::FindProtocol(const std::string& name) const {

@@ -19,39 +19,15 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
+#include "gateway/outputs/series.h"
 #include "gateway/records/history/history_view.h"
 
 namespace baudgate {
-
-/// A metric of Prometheus; docs/metrics.md has all of them.
-struct Metric {
-  std::string_view name;    ///< "baudgate_modbus_clients"
-  std::string_view type;    ///< "counter", "gauge" or "histogram"
-  std::string_view labels;  ///< "line,device"; empty: none
-  std::string_view help;
-};
-
-/// The present values of a metric: labels in the form `listener="0.0.0.0:502"`, and the number.
-struct Series {
-  Metric metric;
-  std::vector<std::pair<std::string, double>> values;
-};
-
-/// A text as the value of a label: `"`, `\\` and line ends are escaped.
-inline std::string EscapedLabel(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '\\' || c == '"') out += '\\';
-    out += c == '\n' ? std::string("\\n") : std::string(1, c);
-  }
-  return out;
-}
 
 /// Files that an output may have open at once, generously.
 struct DescriptorNeeds {

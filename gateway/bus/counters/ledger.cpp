@@ -196,8 +196,8 @@ void DeviceAccounts::OnPlan(const Device& device) {
 
 void DeviceAccounts::OnWrite(const Member& member, WriteEnd end, bool read_back) {
   Change(member, [end, read_back](DeviceStatus& status) {
-    ++status.writes[static_cast<std::size_t>(end)];
-    if (end == WriteEnd::ok && !read_back) ++status.unread_writes;
+    ++status.writes.ends[static_cast<std::size_t>(end)];
+    if (end == WriteEnd::ok && !read_back) ++status.writes.not_read_back;
   });
 }
 

@@ -90,7 +90,7 @@ void LineAccount::OnRing(const Member& member, bool cut) {
                           : "the line echoes again: its ring is closed");
 }
 
-void LineAccount::Show(Duration notice_bound) const {
+void LineAccount::Show(std::optional<Duration> notice_bound) const {
   const LineMinute::Use use = minute_.use(now_.instant);
   store_.UpdateLine(line_, [&](LineStatus& status) {
     static_cast<LineCounters&>(status) = counters_;

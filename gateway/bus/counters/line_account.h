@@ -152,7 +152,7 @@ class LineAccount {
   void OnRing(const Member& member, bool cut);
 
   /// `notice_bound`: see LineStatus.
-  void Show(Duration notice_bound) const;
+  void Show(std::optional<Duration> notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
   /// Replies of devices, so far.

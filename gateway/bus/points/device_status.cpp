@@ -13,15 +13,7 @@ std::int64_t NumberOf(Instant now) { return now.time_since_epoch() / 1min; }
 }  // namespace
 
 MinuteCounts& MinuteCounts::operator+=(const MinuteCounts& other) {
-  answered += other.answered;
-  failed += other.failed;
-  repeats += other.repeats;
-  missed += other.missed;
-  outages += other.outages;
-  up += other.up;
-  down += other.down;
-  served += other.served;
-  wasted += other.wasted;
+  VisitFields(this, [&](auto row) { this->*row.member += other.*row.member; });
   return *this;
 }
 

@@ -17,6 +17,7 @@
 #include "config/model/timing.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
+#include "gateway/bus/points/counted.h"
 #include "gateway/bus/points/findings.h"
 
 namespace baudgate {
@@ -102,6 +103,19 @@ struct MinuteCounts {
 
 /// The part of the time in which it answered; 1 if it was not asked.
 double Availability(const MinuteCounts& tally);
+
+template <typename Visit>
+void VisitFields(const MinuteCounts*, Visit visit) {
+  visit(Counted<&MinuteCounts::answered>());
+  visit(Counted<&MinuteCounts::failed>());
+  visit(Counted<&MinuteCounts::repeats>());
+  visit(Counted<&MinuteCounts::missed>());
+  visit(Counted<&MinuteCounts::outages>());
+  visit(NotInJson<&MinuteCounts::up>());
+  visit(NotInJson<&MinuteCounts::down>());
+  visit(NotInJson<&MinuteCounts::served>());
+  visit(NotInJson<&MinuteCounts::wasted>());
+}
 
 class LastHour {
  public:
@@ -198,6 +212,12 @@ struct QueryCount {
   std::uint8_t asked = 0;            ///< as Finding::asked
 };
 
+/// How writes to points have ended.
+struct WriteCounts {
+  std::array<std::uint32_t, kWriteEnds> ends{};  ///< indexed by WriteEnd
+  std::uint32_t not_read_back = 0;               ///< of the confirmed ones
+};
+
 struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
@@ -216,10 +236,9 @@ struct DeviceStatus {
   std::uint32_t behind = 0;
   std::uint32_t doubled = 0;  ///< exchanges after whose reply came another, different one
   Instant last_doubled{};
-  std::uint32_t rechecks = 0;                      ///< second reads, before a reading counts
-  std::uint32_t unconfirmed = 0;                   ///< of these, with another result
-  std::array<std::uint32_t, kWriteEnds> writes{};  ///< of points, indexed by WriteEnd
-  std::uint32_t unread_writes = 0;                 ///< confirmed, but not read back
+  std::uint32_t rechecks = 0;     ///< second reads, before a reading counts
+  std::uint32_t unconfirmed = 0;  ///< of these, with another result
+  WriteCounts writes;
   /// It sends unasked: its messages count as exchanges, damaged ones as corrupt.
   bool unasked = false;
   std::uint32_t lost_events = 0;  ///< sent unasked while they could not be saved
@@ -238,5 +257,41 @@ struct DeviceStatus {
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
 };
+
+template <typename Visit>
+void VisitFields(const DeviceStatus*, Visit visit) {
+  visit(Counted<&DeviceStatus::state>{
+      .metric = "baudgate_device_state",
+      .help = "1 for the state that the device is in, 0 for the others."});
+  visit(Counted<&DeviceStatus::last_outcome>());
+  visit(Counted<&DeviceStatus::last_reason>());
+  visit(Counted<&DeviceStatus::trouble>());
+  visit(Counted<&DeviceStatus::last_ok_wall>{
+      .key = "last_ok",
+      .metric = "baudgate_device_last_ok_timestamp_seconds",
+      .help = "When the device last answered; absent: never."});
+  visit(Counted<&DeviceStatus::last_ok>{.key = "age_ms"});
+  visit(Counted<&DeviceStatus::exchanges>());
+  visit(Counted<&DeviceStatus::outcomes>{.metric = "baudgate_exchanges_total",
+                                         .help = "Exchanges with the device, by how they ended."});
+  visit(Counted<&DeviceStatus::retries>{.label = "retries"});
+  visit(Counted<&DeviceStatus::missed>{.label = "missed periods"});
+  visit(Counted<&DeviceStatus::late>{.label = "late"});
+  visit(Counted<&DeviceStatus::lateness>{.key = "lateness_ms"});
+  visit(Counted<&DeviceStatus::patience>{.key = "patience_ms"});
+  visit(Counted<&DeviceStatus::doubled>());
+  visit(Counted<&DeviceStatus::rechecks>());
+  visit(Counted<&DeviceStatus::unconfirmed>());
+  visit(Counted<&DeviceStatus::unasked>());
+  visit(Counted<&DeviceStatus::lost_events>());
+  visit(Counted<&DeviceStatus::writes>());
+  visit(Counted<&DeviceStatus::learned>());
+  visit(Counted<&DeviceStatus::timing>{.key = "times"});
+  visit(Counted<&DeviceStatus::recent>());
+  visit(Counted<&DeviceStatus::findings>{.key = "seen"});
+  visit(Counted<&DeviceStatus::hour>());
+  visit(Counted<&DeviceStatus::busy>{.key = "busy_ms"});
+  visit(Counted<&DeviceStatus::round_trips>());
+}
 
 }  // namespace baudgate

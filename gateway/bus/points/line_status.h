@@ -150,13 +150,44 @@ struct LineStatus : LineCounters {
   std::optional<WallTime> cut_since;
   double use = 0;       ///< part of the last full minute, or of the first, that the line was busy
   LineShares minute{};  ///< what that was
-  Duration notice_bound{};  ///< the longest until the return of an absent device is noticed;
-                            ///< zero: none is absent (docs/timeouts.md has the formula)
+  /// The longest until the return of an absent device is noticed; empty: none is absent
+  /// (docs/timeouts.md has the formula).
+  std::optional<Duration> notice_bound;
 };
 
 constexpr std::string_view Name(LineStatus::Port port) {
   constexpr std::string_view kNames[] = {"closed", "open", "released"};
   return kNames[static_cast<std::size_t>(port)];
+}
+
+/// What the JSON has of the port stands before these rows, in status_json.cpp.
+template <typename Visit>
+void VisitFields(const LineStatus*, Visit visit) {
+  visit(NotInJson<&LineStatus::port>{.metric = "baudgate_line_up",
+                                     .help = "1 while the port of the line is open, else 0."});
+  visit(Counted<&LineStatus::times_lost>());
+  visit(Counted<&LineStatus::cut_since>{.key = "echo_lost_since"});
+  visit(Counted<&LineStatus::use>());
+  visit(Counted<&LineStatus::minute>());
+  visit(Counted<&LineStatus::exchanges>());
+  visit(Counted<&LineStatus::outcomes>());
+  visit(Counted<&LineStatus::bytes_in>());
+  visit(Counted<&LineStatus::bytes_out>());
+  visit(Counted<&LineStatus::stray_bytes>());
+  visit(Counted<&LineStatus::late>{.label = "late", .place = -2});
+  visit(Counted<&LineStatus::collisions>{.label = "collisions"});
+  visit(Counted<&LineStatus::echoes>{.label = "echoes", .place = -1});
+  visit(Counted<&LineStatus::probes>());
+  visit(Counted<&LineStatus::busy>{.key = "busy_ms"});
+  visit(Counted<&LineStatus::parity_errors>{.label = "parity errors"});
+  visit(Counted<&LineStatus::framing_errors>{.label = "framing errors"});
+  visit(Counted<&LineStatus::overruns>{.label = "overruns"});
+  visit(Counted<&LineStatus::notice_bound>{.key = "notice_bound_ms"});
+  visit(NotInJson<&LineStatus::spent>{
+      .metric = "baudgate_line_busy_seconds_total",
+      .help = "Time in exchanges and in the silences after them, by what for."});
+  visit(Counted<&LineStatus::round_trips>{.metric = "baudgate_exchange_duration_seconds",
+                                          .help = "Round trips of exchanges with a good reply."});
 }
 
 }  // namespace baudgate

@@ -148,7 +148,7 @@ void Probes::OnIdle(Duration waited, Instant now) {
   state.probed_at = ended.began;
 }
 
-Duration Probes::NoticeBound(Instant now) const {
+std::optional<Duration> Probes::NoticeBound(Instant now) const {
   Duration turn{};
   Duration period{};
   Duration seen{};
@@ -176,7 +176,7 @@ Duration Probes::NoticeBound(Instant now) const {
       period = std::max(period, device->config->poll);
     }
   }
-  if (turn == Duration::zero()) return turn;
+  if (turn == Duration::zero()) return std::nullopt;
   const Duration blocked = std::max<Duration>(looks_.earned_at() - now, {});
   return std::max(std::min(first, first_until - now) + blocked + turn + period, seen);
 }

@@ -128,7 +128,7 @@ class Probes {
   /// sent only after an exchange), the time until a used-up share is earned, and the first looks
   /// that are still to come. If the longest gap measured between two probes plus the worst case is
   /// longer, that counts.
-  Duration NoticeBound(Instant now) const;
+  std::optional<Duration> NoticeBound(Instant now) const;
 
  private:
   struct State {

@@ -31,8 +31,8 @@ constexpr Duration kStart = 5min;
 
 std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
   if (status.unasked) return "its next message is waited for";
-  if (line.notice_bound <= Duration::zero()) return "it is asked again and again";
-  return "its return is noticed within " + FormatAge(line.notice_bound);
+  if (!line.notice_bound) return "it is asked again and again";
+  return "its return is noticed within " + FormatAge(*line.notice_bound);
 }
 
 /// "3 outages in the last hour": what a look at the present does not show. Empty: none, or one that

@@ -55,82 +55,9 @@ std::string PutAsideAdvice(const std::filesystem::path& folder,
 namespace {
 
 std::int64_t InMilliseconds(Duration duration) { return duration / 1ms; }
-std::int64_t Microseconds(Duration duration) { return duration / 1us; }
-
-template <typename Counts>
-Json OutcomesJson(const Counts& counts) {
-  Json json = Json::object();
-  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
-    json[std::string(Name(static_cast<Outcome>(i)))] = counts[i];
-  }
-  return json;
-}
-
-Json RecentJson(const RecentOutcomes& recent) {
-  Json json = {{"exchanges", recent.size()}};
-  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
-    const auto outcome = static_cast<Outcome>(i);
-    json[std::string(Name(outcome))] = recent.Count(outcome);
-  }
-  return json;
-}
-
-/// What its exchanges looked like on the wire.
-Json SeenJson(const Findings& findings) {
-  Json json = Json::object();
-  for (std::size_t i = 0; i < kSymptoms; ++i) {
-    const auto symptom = static_cast<Symptom>(i);
-    const std::size_t count = findings.Count(symptom);
-    if (count > 0) json[std::string(Name(symptom))] = count;
-  }
-  return json;
-}
-
-Json RoundTripsJson(const RoundTrips& trips) {
-  Json json;
-  json["count"] = trips.count();
-  json["last_us"] = Microseconds(trips.last());
-  json["mean_us"] = Microseconds(trips.mean());
-  json["p50_us"] = Microseconds(trips.Percentile(0.5));
-  json["p99_us"] = Microseconds(trips.Percentile(0.99));
-  Json& histogram = json["histogram"] = Json::array();
-  for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
-    const std::uint64_t count = trips.buckets()[bucket];
-    if (count == 0) continue;
-    histogram.push_back(
-        {{"up_to_us", Microseconds(RoundTrips::UpperEdge(bucket))}, {"count", count}});
-  }
-  return json;
-}
-
-/// The last hour. `minutes`: the part of each in which it answered, null where it was not asked.
-Json HourJson(const DeviceStatus& status, Instant now) {
-  const MinuteCounts hour = status.hour.Sum(now);
-  Json minutes = Json::array();
-  for (const MinuteCounts& minute : status.hour.All(now)) {
-    const bool asked = minute.up + minute.down > Duration::zero();
-    minutes.push_back(asked ? Json(std::round(Availability(minute) * 100) / 100) : Json(nullptr));
-  }
-  return {{"answered", hour.answered}, {"failed", hour.failed},
-          {"repeats", hour.repeats},   {"missed", hour.missed},
-          {"outages", hour.outages},   {"availability", Availability(hour)},
-          {"minutes", minutes}};
-}
 
 Json SinceJson(std::optional<Duration> age) {
   return age ? Json(InMilliseconds(*age)) : Json(nullptr);
-}
-
-Json TimesJson(const config::Timing& timing) {
-  Json times = Json::array();
-  for (std::size_t i = 0; i < config::kNamedTimes.size(); ++i) {
-    const auto& [name, time] = config::kNamedTimes[i];
-    if (!(timing.*time)) continue;
-    times.push_back({{"name", name},
-                     {"ms", std::chrono::duration<double, std::milli>(*(timing.*time)).count()},
-                     {"from", config::Name(timing.from[i])}});
-  }
-  return times;
 }
 
 Json PointsJson(const DeviceRecord& record, Instant now) {
@@ -152,16 +79,6 @@ Json ValuesJson(const DeviceRecord& record, Instant now) {
   return values;
 }
 
-/// {"ok":12,…,"not_read_back":1}
-Json WritesJson(const DeviceStatus& status) {
-  Json json;
-  for (std::size_t i = 0; i < kWriteEnds; ++i) {
-    json[Name(static_cast<WriteEnd>(i))] = status.writes[i];
-  }
-  json["not_read_back"] = status.unread_writes;
-  return json;
-}
-
 struct View {
   const GatewayInfo& info;
   Now now;
@@ -170,70 +87,17 @@ struct View {
 
 Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
                 std::span<const DeviceRecord> devices, const View& view) {
-  const DeviceStatus& status = record.status;
   Json json;
   json["name"] = record.device->name;
   json["address"] = record.device->address;
   json["protocol"] = record.device->protocol;
   json["profile"] = record.device->profile;
   json["unit"] = record.device->unit ? Json(*record.device->unit) : Json(nullptr);
-  json["state"] = Name(status.state);
-  json["last_outcome"] = Name(status.last_outcome);
-  json["last_reason"] = status.last_reason;
-  json["trouble"] = status.trouble;
-  json["last_ok"] = TimeJson(status.last_ok_wall);
-  // Since its last good exchange; a point has another, since its reading.
-  json["age_ms"] =
-      SinceJson(status.last_ok ? std::optional(view.now.instant - *status.last_ok) : std::nullopt);
-  json["exchanges"] = status.exchanges;
-  json["outcomes"] = OutcomesJson(status.outcomes);
-  json["retries"] = status.retries;
-  json["missed"] = status.missed;
-  json["late"] = status.late;
-  json["lateness_ms"] = InMilliseconds(status.lateness);
-  json["patience_ms"] = InMilliseconds(status.patience);
-  json["doubled"] = status.doubled;
-  json["rechecks"] = status.rechecks;
-  json["unconfirmed"] = status.unconfirmed;
-  json["unasked"] = status.unasked;
-  json["lost_events"] = status.lost_events;
-  json["writes"] = WritesJson(status);
-  json["learned"] = status.learned;
-  json["times"] = TimesJson(status.timing);
-  json["recent"] = RecentJson(status.recent);
-  json["seen"] = SeenJson(status.findings);
-  json["hour"] = HourJson(status, view.now.instant);
-  json["busy_ms"] = InMilliseconds(status.busy);
-  json["round_trips"] = RoundTripsJson(status.round_trips);
+  AddFields(record.status, view.now, json);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
   json["advice"] = DiagnoseDevice(line, record, devices, view.now, view.info.started);
   return json;
-}
-
-void AddCounters(const LineStatus& status, Json& json) {
-  json["use"] = status.use;
-  Json& minute = json["minute"] = Json::object();
-  for (std::size_t i = 0; i < kLineUses; ++i) {
-    minute[std::string(Name(static_cast<LineUse>(i)))] = status.minute[i];
-  }
-  json["exchanges"] = status.exchanges;
-  json["outcomes"] = OutcomesJson(status.outcomes);
-  json["bytes_in"] = status.bytes_in;
-  json["bytes_out"] = status.bytes_out;
-  json["stray_bytes"] = status.stray_bytes;
-  json["late"] = status.late;
-  json["collisions"] = status.collisions;
-  json["echoes"] = status.echoes;
-  json["probes"] = status.probes;
-  json["busy_ms"] = InMilliseconds(status.busy);
-  json["parity_errors"] = status.parity_errors;
-  json["framing_errors"] = status.framing_errors;
-  json["overruns"] = status.overruns;
-  json["notice_bound_ms"] = status.notice_bound > Duration::zero()
-                                ? Json(InMilliseconds(status.notice_bound))
-                                : Json(nullptr);
-  json["round_trips"] = RoundTripsJson(status.round_trips);
 }
 
 std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
@@ -299,9 +163,7 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   for (const PortService& service : status.services) services.push_back(ServiceJson(service));
   const auto stuck = StuckSince(target.line, view);
   json["stuck_since"] = stuck ? TimeJson(*stuck) : Json(nullptr);
-  json["times_lost"] = status.times_lost;
-  json["echo_lost_since"] = status.cut_since ? TimeJson(*status.cut_since) : Json(nullptr);
-  AddCounters(status, json);
+  AddFields(status, view.now, json);
   json["advice"] = stuck ? Json::array({ExplainHang(line, *stuck)})
                          : Json(DiagnoseLine(line, status, records, view.now, view.info.started));
   json["devices"] = std::move(devices);
@@ -357,6 +219,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
     if (target ? target->line != line : config.lines[line].name.empty()) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
+  json["labels"] = {{"line", LabelsJson<LineStatus>()}, {"device", LabelsJson<DeviceStatus>()}};
   if (info.outputs != nullptr) {
     const Output::Wish wish{target ? config.lines[target->line].name : std::string(), now};
     for (const auto& output : *info.outputs) {

@@ -1,12 +1,24 @@
-// Values in the answers of the control socket. TimeJson writes times.
+// Values in the answers of the control socket. TimeJson writes times, AddFields the rows of a table
+// (gateway/bus/points/counted.h), and LabelsJson its labels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <concepts>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
 
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
+#include "gateway/bus/points/device_status.h"
+#include "gateway/bus/points/line_status.h"
 
 namespace baudgate::control {
 
@@ -33,6 +45,79 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return *text;
   const auto* number = std::get_if<double>(&value);
   return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
+}
+
+// The members of a table by their types, and objects of several keys.
+
+nlohmann::ordered_json JsonOf(const LineShares& shares, Now now);
+nlohmann::ordered_json JsonOf(const RecentOutcomes& recent, Now now);
+/// What the exchanges looked like on the wire.
+nlohmann::ordered_json JsonOf(const Findings& findings, Now now);
+nlohmann::ordered_json JsonOf(const RoundTrips& trips, Now now);
+/// `minutes`: the part of each in which the device answered, null where it was not asked.
+nlohmann::ordered_json JsonOf(const LastHour& hour, Now now);
+nlohmann::ordered_json JsonOf(const config::Timing& timing, Now now);
+/// {"ok":12,…,"not_read_back":1}
+nlohmann::ordered_json JsonOf(const WriteCounts& writes, Now now);
+/// {"ok":447,"no_reply":88,…}
+template <std::integral Count>
+nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, Now /*now*/) {
+  nlohmann::ordered_json json;
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    json[std::string(Name(static_cast<Outcome>(i)))] = counts[i];
+  }
+  return json;
+}
+
+/// The value of a row whose key is `key`.
+template <typename T>
+nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
+  using Json = nlohmann::ordered_json;
+  if constexpr (std::is_same_v<T, Duration>) {
+    return key.ends_with("_us") ? value / 1us : value / 1ms;
+  } else if constexpr (std::is_same_v<T, WallTime>) {
+    return key.ends_with("_ms") ? AgeJson(value, now.wall) : TimeJson(value);
+  } else if constexpr (std::is_same_v<T, Instant>) {
+    return (now.instant - value) / 1ms;
+  } else if constexpr (requires { value.has_value(); }) {
+    return value ? FieldJson(key, *value, now) : Json(nullptr);
+  } else if constexpr (std::is_enum_v<T>) {
+    return Name(value);
+  } else if constexpr (requires { JsonOf(value, now); }) {
+    return JsonOf(value, now);
+  } else {
+    return value;
+  }
+}
+
+/// Adds the rows of a table to an object.
+template <config::HasFields T>
+void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
+  VisitFields(&its, [&](auto row) {
+    if constexpr (row.in_json) {
+      json[std::string(row.key)] = FieldJson(row.key, std::invoke(row.member, its), now);
+    }
+  });
+}
+
+/// {"retries":"retries","missed":"missed periods",…}: the rows of a table that have a label, as
+/// they are listed.
+template <config::HasFields T>
+nlohmann::ordered_json LabelsJson() {
+  struct Labelled {
+    int place;
+    std::string_view key, label;
+  };
+  std::vector<Labelled> rows;
+  VisitFields(static_cast<const T*>(nullptr), [&](auto row) {
+    if constexpr (row.in_json) {
+      if (!row.label.empty()) rows.push_back({row.place, row.key, row.label});
+    }
+  });
+  std::ranges::stable_sort(rows, {}, &Labelled::place);
+  nlohmann::ordered_json json;
+  for (const Labelled& row : rows) json[std::string(row.key)] = row.label;
+  return json;
 }
 
 }  // namespace baudgate::control

@@ -35,7 +35,7 @@ class LineDispatcherTest : public ::testing::Test {
   std::uint64_t Counted(WriteEnd end, std::uint32_t device = 0) const {
     std::uint64_t count = 0;
     store_->Read(device, [&](const DeviceRecord& record) {
-      count = record.status.writes[static_cast<std::size_t>(end)];
+      count = record.status.writes.ends[static_cast<std::size_t>(end)];
     });
     return count;
   }

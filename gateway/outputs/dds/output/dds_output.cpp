@@ -83,7 +83,7 @@ std::optional<Output::Json> DdsOutput::Section(const Wish& wish) const {
 
 std::vector<Series> DdsOutput::Metrics() const {
   if (!link_) return {};
-  return {{kDdsSamples, {{"", static_cast<double>(state().written)}}}};
+  return {Series(kDdsSamples, static_cast<double>(state().written))};
 }
 
 dds::LinkState DdsOutput::state() const {

@@ -21,7 +21,7 @@
 
 namespace baudgate {
 
-inline constexpr Metric kDdsSamples{"baudgate_dds_samples_total", "counter", "",
+inline constexpr Metric kDdsSamples{"baudgate_dds_samples_total", "counter",
                                     "Samples that were published."};
 
 class DdsOutput final : public Output {

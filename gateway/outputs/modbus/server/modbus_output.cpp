@@ -113,21 +113,26 @@ modbus::TrafficStatus ModbusOutput::Traffic() const {
 }
 
 std::optional<Output::Json> ModbusOutput::Section(const Wish& wish) const {
-  return control::TrafficJson(Traffic(), wish.line, wish.now.wall);
+  return control::TrafficJson(Traffic(), wish.line, wish.now);
 }
 
 std::vector<Series> ModbusOutput::Metrics() const { return MetricsOf(Traffic()); }
 
 std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic) {
-  std::vector<Series> metrics = {
-      {kModbusClients, {{"", static_cast<double>(traffic.clients.size())}}}, {kModbusRequests, {}}};
+  Families<modbus::RouteStatus> routes;
+  for (const modbus::RouteStatus& route : traffic.routes) {
+    routes.Add(route, fmt::format("units=\"{}\",target=\"{}\"", EscapedLabel(route.units),
+                                  EscapedLabel(route.target)));
+  }
+  std::vector<Series> metrics = routes.all();
+  metrics.emplace_back(kModbusClients, static_cast<double>(traffic.clients.size()));
+  Series& requests = metrics.emplace_back(kModbusRequests);
   for (const modbus::FunctionCount& count : traffic.functions) {
-    metrics[1].values.emplace_back(
-        fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"",
-                    EscapedLabel(count.listener),
-                    count.function > 0 ? fmt::to_string(count.function) : "other",
-                    count.exception > 0 ? fmt::to_string(count.exception) : "none"),
-        static_cast<double>(count.requests));
+    requests.Add(fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"",
+                             EscapedLabel(count.listener),
+                             count.function > 0 ? fmt::to_string(count.function) : "other",
+                             count.exception > 0 ? fmt::to_string(count.exception) : "none"),
+                 static_cast<double>(count.requests));
   }
   return metrics;
 }

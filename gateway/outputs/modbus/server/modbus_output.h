@@ -18,10 +18,9 @@
 
 namespace baudgate {
 
-inline constexpr Metric kModbusClients{"baudgate_modbus_clients", "gauge", "",
+inline constexpr Metric kModbusClients{"baudgate_modbus_clients", "gauge",
                                        "Modbus clients that are connected."};
 inline constexpr Metric kModbusRequests{"baudgate_modbus_requests_total", "counter",
-                                        "listener,function,exception",
                                         "Requests of Modbus clients that were answered."};
 
 class ModbusOutput final : public Output {

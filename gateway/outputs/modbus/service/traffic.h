@@ -13,6 +13,7 @@
 #include "config/model/modbus.h"
 #include "config/model/outputs.h"
 #include "gateway/base/time.h"
+#include "gateway/bus/points/counted.h"
 
 namespace baudgate::modbus {
 
@@ -59,7 +60,28 @@ struct RouteCounters {
   std::uint64_t shared = 0;      ///< of ok and refused: another's exchange answered it too
   Duration longest_wait{};       ///< in the queue
   Duration total_wait{};         ///< of ok and refused
+
+  Duration MeanWait() const {
+    const auto answered = static_cast<std::int64_t>(ok + refused);
+    return answered == 0 ? Duration() : total_wait / answered;
+  }
 };
+
+template <typename Visit>
+void VisitFields(const RouteCounters*, Visit visit) {
+  visit(Counted<&RouteCounters::requests>{.label = "requests"});
+  visit(Counted<&RouteCounters::ok>{.label = "ok"});
+  visit(Counted<&RouteCounters::refused>{.label = "refused"});
+  visit(Counted<&RouteCounters::denied>());
+  visit(Counted<&RouteCounters::no_reply>{.label = "no reply"});
+  visit(Counted<&RouteCounters::expired>{.label = "too late"});
+  visit(Counted<&RouteCounters::busy>{.label = "queue full"});
+  visit(Counted<&RouteCounters::dropped>{.label = "client left"});
+  visit(Counted<&RouteCounters::broadcasts>());
+  visit(Counted<&RouteCounters::shared>());
+  visit(Counted<&RouteCounters::MeanWait>{.key = "mean_wait_us", .label = "mean wait"});
+  visit(Counted<&RouteCounters::longest_wait>{.key = "longest_wait_us"});
+}
 
 struct RouteStatus : RouteCounters {
   std::string units;         ///< "33-40"
@@ -71,6 +93,16 @@ struct RouteStatus : RouteCounters {
   std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
 };
+
+template <typename Visit>
+void VisitFields(const RouteStatus*, Visit visit) {
+  visit(Counted<&RouteStatus::units>());
+  visit(Counted<&RouteStatus::target>());
+  VisitFields(static_cast<const RouteCounters*>(nullptr), visit);
+  visit(Counted<&RouteStatus::last_trouble>());
+  visit(Counted<&RouteStatus::last_trouble_at>());
+  visit(Counted<&RouteStatus::late>());
+}
 
 /// A listener at which no client can come in; it is looked at again each second.
 struct ClosedListener {

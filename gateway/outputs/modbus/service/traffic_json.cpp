@@ -135,23 +135,6 @@ Json ClientJson(const modbus::ClientStatus& client, WallTime now) {
           {"outstanding", client.outstanding}};
 }
 
-void AddCounters(const modbus::RouteCounters& counters, Json& json) {
-  json["requests"] = counters.requests;
-  json["ok"] = counters.ok;
-  json["refused"] = counters.refused;
-  json["denied"] = counters.denied;
-  json["no_reply"] = counters.no_reply;
-  json["expired"] = counters.expired;
-  json["busy"] = counters.busy;
-  json["dropped"] = counters.dropped;
-  json["broadcasts"] = counters.broadcasts;
-  json["shared"] = counters.shared;
-  const std::uint64_t answered = counters.ok + counters.refused;
-  json["mean_wait_us"] =
-      answered == 0 ? 0 : counters.total_wait / 1us / static_cast<std::int64_t>(answered);
-  json["longest_wait_us"] = counters.longest_wait / 1us;
-}
-
 Json MasterJson(const modbus::MasterStatus& master, WallTime now) {
   return {{"port", master.port},
           {"port_state", master.is_open ? "open" : "closed"},
@@ -165,21 +148,13 @@ Json MasterJson(const modbus::MasterStatus& master, WallTime now) {
           {"advice", DiagnoseMaster(master, now)}};
 }
 
-Json RouteJson(const modbus::RouteStatus& route, WallTime now) {
+Json RouteJson(const modbus::RouteStatus& route, Now now) {
   Json json;
-  json["units"] = route.units;
-  json["target"] = route.target;
-  AddCounters(route, json);
-  json["last_trouble"] = route.last_trouble;
-  json["last_trouble_at"] = TimeJson(route.last_trouble_at);
-  json["late"] = route.late;
-  json["advice"] = DiagnoseRoute(route, now);
+  AddFields(route, now, json);
+  json["advice"] = DiagnoseRoute(route, now.wall);
   Json& units = json["by_unit"] = Json::array();
   for (const auto& [unit, counters] : route.by_unit) {
-    Json one;
-    one["unit"] = unit;
-    AddCounters(counters, one);
-    units.push_back(std::move(one));
+    AddFields(counters, now, units.emplace_back(Json{{"unit", unit}}));
   }
   return json;
 }
@@ -191,7 +166,7 @@ std::string SentenceOf(const modbus::ClosedListener& listener) {
 
 }  // namespace
 
-Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, WallTime now) {
+Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, Now now) {
   Json clients = Json::array();
   Json masters = Json::array();
   Json closed = Json::array();
@@ -207,13 +182,13 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
                         {"framing", Name(other.heard)},
                         {"times", other.times},
                         {"last", TimeJson(other.last)},
-                        {"advice", {DiagnoseOther(other, now)}}});
+                        {"advice", {DiagnoseOther(other, now.wall)}}});
     }
     for (const modbus::ClientStatus& client : traffic.clients) {
-      clients.push_back(ClientJson(client, now));
+      clients.push_back(ClientJson(client, now.wall));
     }
     for (const modbus::MasterStatus& master : traffic.masters) {
-      masters.push_back(MasterJson(master, now));
+      masters.push_back(MasterJson(master, now.wall));
     }
   }
   for (const modbus::RouteStatus& route : traffic.routes) {
@@ -223,7 +198,8 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
           {"masters", std::move(masters)},
           {"closed", std::move(closed)},
           {"other_framing", std::move(others)},
-          {"routes", std::move(routes)}};
+          {"routes", std::move(routes)},
+          {"labels", {{"route", LabelsJson<modbus::RouteCounters>()}}}};
 }
 
 }  // namespace baudgate::control

@@ -13,10 +13,10 @@
 
 namespace baudgate::control {
 
-/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…]}; with `line` only the routes that lead
-/// to it, and nothing else.
+/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…],"labels":{"route":{…}}}; with `line` only
+/// the routes that lead to it, and nothing else.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
-                                   WallTime now);
+                                   Now now);
 
 /// A master that says nothing for so long has stopped polling: panels and PLCs ask all the time.
 inline constexpr Duration kSilentMaster = 1min;

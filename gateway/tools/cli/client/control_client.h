@@ -76,6 +76,13 @@ inline std::string Text(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::string>();
 }
 
+/// Null: there is none, or the gateway is older than this field.
+inline const nlohmann::ordered_json& PartOf(const nlohmann::ordered_json& json, const char* key) {
+  static const nlohmann::ordered_json none;
+  const auto found = json.find(key);
+  return found == json.end() ? none : *found;
+}
+
 /// Empty where there is none, or no text.
 inline std::string TextOf(const nlohmann::ordered_json& json, const char* key) {
   const auto found = json.find(key);

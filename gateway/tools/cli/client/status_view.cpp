@@ -129,12 +129,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Null: there is none, or the gateway is older than this field.
-const Json& PartOf(const Json& status, const char* name) {
-  static const Json none;
-  const auto found = status.find(name);
-  return found == status.end() ? none : *found;
-}
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
 /// What fails stands above what only suffers from it: first devices that do not answer, then those
@@ -263,6 +257,19 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
+/// "retries 3, missed periods 2, late 4 (by up to 80 ms)": the counters that have a label.
+std::string LabelledText(const Json& labels, const Json& of) {
+  std::string text;
+  for (const auto& [key, label] : labels.items()) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", label.get<std::string>(),
+                        NumberText(of, key.c_str()));
+    if (key == "late" && Number(of, "late") > 0 && of.contains("lateness_ms")) {
+      text += fmt::format(" (by up to {} ms)", Number(of, "lateness_ms"));
+    }
+  }
+  return text;
+}
+
 /// Lines "label  text", the labels in one column.
 std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
                   const TableView& view) {
@@ -358,11 +365,7 @@ std::string OneLine(const Json& status, const TableView& view) {
              {"exchanges", ExchangesText(line)},
              {"bytes", fmt::format("{} in, {} out, {} stray", Number(line, "bytes_in"),
                                    Number(line, "bytes_out"), Number(line, "stray_bytes"))},
-             {"trouble", fmt::format("late {}, echoes {}, collisions {}, parity errors {}, framing "
-                                     "errors {}, overruns {}",
-                                     Number(line, "late"), Number(line, "echoes"),
-                                     Number(line, "collisions"), Number(line, "parity_errors"),
-                                     Number(line, "framing_errors"), Number(line, "overruns"))},
+             {"trouble", LabelledText(status.at("labels").at("line"), line)},
              {"absent", line.at("notice_bound_ms").is_null()
                             ? "no device"
                             : fmt::format("probed {}; a return is noticed within {}",
@@ -427,12 +430,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
        {"answered",
         device.at("age_ms").is_null() ? "never" : MillisecondsText(device.at("age_ms")) + " ago"},
        {"exchanges", ExchangesText(device)},
-       {"trouble",
-        fmt::format("retries {}, missed periods {}, late {}{}", Number(device, "retries"),
-                    Number(device, "missed"), Number(device, "late"),
-                    Number(device, "late") == 0
-                        ? ""
-                        : fmt::format(" (by up to {} ms)", Number(device, "lateness_ms")))},
+       {"trouble", LabelledText(status.at("labels").at("device"), device)},
        {"points",
         fmt::format("{}: {} good, {} uncertain, {} bad", Number(points, "count"),
                     Number(points, "good"), Number(points, "uncertain"), Number(points, "bad"))}},

@@ -77,25 +77,22 @@ std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }
 
-std::string RouteTable(const Json& routes, const TableView& view) {
-  static const std::vector<TableColumn> kColumns = {
-      {.title = "units"},
-      {.title = "route to"},
-      {.title = "requests", .right = true},
-      {.title = "ok", .right = true},
-      {.title = "refused", .right = true},
-      {.title = "no reply", .right = true},
-      {.title = "too late", .right = true, .spare = true},
-      {.title = "queue full", .right = true, .spare = true},
-      {.title = "client left", .right = true, .spare = true},
-      {.title = "mean wait", .right = true}};
+/// `labels`: of the counters that have a column. The first four always have room.
+std::string RouteTable(const Json& routes, const Json& labels, const TableView& view) {
+  constexpr std::size_t kSpare = 6;
+  std::vector<TableColumn> columns = {{.title = "units"}, {.title = "route to"}};
+  for (const auto& [key, label] : labels.items()) {
+    const bool spare = columns.size() >= kSpare && !key.ends_with("_us");
+    columns.push_back({.title = label, .right = true, .spare = spare});
+  }
   std::vector<TableRow> rows;
-  const auto add = [&rows](const std::string& units, const std::string& target, const Json& of) {
-    rows.push_back(
-        {{units, target, NumberText(of, "requests"), NumberText(of, "ok"),
-          NumberText(of, "refused"), NumberText(of, "no_reply"), NumberText(of, "expired"),
-          NumberText(of, "busy"), NumberText(of, "dropped"), Milliseconds(of, "mean_wait_us")},
-         Failed(of) > 0 ? Tone::warning : Tone::plain});
+  const auto add = [&](const std::string& units, const std::string& target, const Json& of) {
+    TableRow row{{units, target}, Failed(of) > 0 ? Tone::warning : Tone::plain};
+    for (const auto& [key, label] : labels.items()) {
+      row.cells.push_back(key.ends_with("_us") ? Milliseconds(of, key.c_str())
+                                               : NumberText(of, key.c_str()));
+    }
+    rows.push_back(std::move(row));
   };
   for (const Json& route : routes) {
     add(Text(route, "units"), Text(route, "target"), route);
@@ -103,7 +100,7 @@ std::string RouteTable(const Json& routes, const TableView& view) {
     if (units.size() < 2) continue;
     for (const Json& unit : units) add("  " + NumberText(unit, "unit"), "", unit);
   }
-  return RenderTable(kColumns, rows, view);
+  return RenderTable(columns, rows, view);
 }
 
 std::string MasterTable(const Json& masters, const TableView& view) {
@@ -152,7 +149,7 @@ std::string RenderTraffic(const Json& modbus, const TableView& view) {
   const Json& masters = PartOf(modbus, "masters");
   const Json& clients = PartOf(modbus, "clients");
   std::string text;
-  if (!routes.empty()) text += "\n" + RouteTable(routes, view);
+  if (!routes.empty()) text += "\n" + RouteTable(routes, modbus.at("labels").at("route"), view);
   if (!masters.empty()) text += "\n" + MasterTable(masters, view);
   if (!clients.empty()) text += "\n" + ClientTable(clients, view);
   return text;

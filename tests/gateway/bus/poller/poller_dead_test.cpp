@@ -69,7 +69,7 @@ TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
   line->RunFor(10min);
   const auto first = static_cast<std::uint32_t>(GetParam().living);
   for (int round = 0; round < 3; ++round) {
-    const Duration bound = line->store().ReadLine(0).notice_bound;
+    const Duration bound = line->store().ReadLine(0).notice_bound.value();
     const std::uint32_t seen = line->StatusOf(first).exchanges;
     ASSERT_TRUE(line->RunUntil([&] { return line->StatusOf(first).exchanges > seen; }, 2 * bound));
     line->twin(first).manner.dead = false;
@@ -164,7 +164,7 @@ TEST(PollerDead, NoneIsNoBound) {
   const auto line = MakeCrowd({});
   line->Open();
   line->RunFor(1min);
-  EXPECT_EQ(line->store().ReadLine(0).notice_bound, 0s);
+  EXPECT_EQ(line->store().ReadLine(0).notice_bound, std::nullopt);
 }
 
 TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {

@@ -38,7 +38,7 @@ class PollerWriteEnd : public ::testing::Test {
     };
   }
   std::uint32_t Count(WriteEnd end) const {
-    return line_.StatusOf(0).writes[static_cast<std::size_t>(end)];
+    return line_.StatusOf(0).writes.ends[static_cast<std::size_t>(end)];
   }
 
   // Points: 0 plain, 1 plain, 2 in a session.
@@ -54,7 +54,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
   EXPECT_TRUE(results_[0].read_back);
   EXPECT_EQ(results_[0].written, 1U);
   EXPECT_EQ(Count(WriteEnd::ok), 1U);
-  EXPECT_EQ(line_.StatusOf(0).unread_writes, 0U);
+  EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 0U);
 }
 
 /// The module says '>', and its output stays where it was.
@@ -110,7 +110,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndTheReadBackLost) {
   ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
   EXPECT_EQ(results_[0].end, WriteEnd::ok) << "the device has said so";
   EXPECT_FALSE(results_[0].read_back);
-  EXPECT_EQ(line_.StatusOf(0).unread_writes, 1U);
+  EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 1U);
 }
 
 TEST_F(PollerWriteEnd, SilenceToTheWriteLeavesItUnknown) {

@@ -32,7 +32,7 @@ class ProbesTest : public ::testing::Test, protected ToyMembers {
 TEST_F(ProbesTest, NobodyIsOffline) {
   EXPECT_EQ(probes_.Next(At(0s)), nullptr);
   EXPECT_FALSE(probes_.NextAt(At(0s)));
-  EXPECT_EQ(probes_.NoticeBound(kStart), 0s);
+  EXPECT_EQ(probes_.NoticeBound(kStart), std::nullopt);
 }
 
 TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
@@ -69,7 +69,7 @@ TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWai
   b.health.OnTask(Outcome::ok, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), nullptr);
   EXPECT_EQ(probes_.NextAt(At(0s)), kStart + Probes::kAskAgain);
-  EXPECT_EQ(probes_.NoticeBound(kStart), 0s) << "no probe notices its return";
+  EXPECT_EQ(probes_.NoticeBound(kStart), std::nullopt) << "no probe notices its return";
   EXPECT_EQ(probes_.Next(At(Probes::kAskAgain)), &a);
   probes_.OnOffline(a, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &a) << "it was forgotten why";
@@ -188,7 +188,7 @@ TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
 
 TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
   PutOffline(a);
-  const Duration one = probes_.NoticeBound(kStart);
+  const auto one = probes_.NoticeBound(kStart);
   EXPECT_GT(one, 1s) << "b's period";
   PutOffline(b);
   EXPECT_GT(probes_.NoticeBound(kStart), one);

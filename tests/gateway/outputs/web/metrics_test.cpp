@@ -6,14 +6,18 @@
 
 #include <array>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <regex>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
 #include "tests/gateway/outputs/fake_output.h"
 #include "tests/gateway/outputs/status/two_lines.h"
+#include "tests/gateway/outputs/web/fakes.h"
 
 namespace baudgate::web {
 namespace {
@@ -97,7 +101,7 @@ TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
   OutputList outputs;
   outputs.push_back(std::make_unique<FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
   outputs.push_back(
-      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{{kDdsSamples, {{"", 77}}}}));
+      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{Series(kDdsSamples, 77)}));
   const control::GatewayInfo info{"1.2.3", control::kStarted, &outputs};
   const std::string text = MetricsText(config_, store_, info, kNow);
   for (const char* line : {"baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function=\"4\","
@@ -130,20 +134,88 @@ TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
   EXPECT_EQ(series + 4, SeriesOf(config_)) << "no alarms without events, and no outputs";
 }
 
-TEST(Metrics, AreAllInTheDocumentation) {
+TEST_F(MetricsTest, AreAllInTheDocumentation) {
   std::ifstream file("docs/metrics.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
-  std::vector<Metric> metrics(kMetrics.begin(), kMetrics.end());
-  metrics.insert(metrics.end(), {kModbusClients, kModbusRequests, kDdsSamples});
-  for (const Metric& metric : metrics) {
-    std::string row = "| `" + std::string(metric.name) + "` | " + std::string(metric.type) + " | ";
-    std::istringstream labels{std::string(metric.labels)};
+  FakeEvents events;
+  modbus::TrafficStatus traffic;
+  traffic.functions = {{"0.0.0.0:502", 4, 0, 12}};
+  OutputList outputs;
+  outputs.push_back(std::make_unique<FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
+  outputs.push_back(
+      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{Series(kDdsSamples, 77)}));
+  const control::GatewayInfo info{
+      .version = "1.2.3", .started = control::kStarted, .outputs = &outputs, .events = &events};
+  std::istringstream lines(MetricsText(config_, store_, info, kNow));
+  std::size_t metrics = 0;
+  for (std::string line, type, seen; std::getline(lines, line);) {
+    if (line.starts_with("# TYPE ")) type = line.substr(7);
+    if (line.starts_with('#') || std::exchange(seen, type) == type) continue;
+    ++metrics;
+    const std::size_t blank = type.find(' ');
+    std::string row = "| `" + type.substr(0, blank) + "` | " + type.substr(blank + 1) + " | ";
     std::string cell;
-    for (std::string label; std::getline(labels, label, ',');) {
-      cell += (cell.empty() ? "`" : ", `") + label + "`";
+    static const std::regex kLabel(R"((\w+)="[^"]*")");
+    for (std::sregex_iterator label(line.begin(), line.end(), kLabel), end; label != end; ++label) {
+      if ((*label)[1] == "le") continue;
+      cell += (cell.empty() ? "`" : ", `") + (*label)[1].str() + "`";
     }
-    EXPECT_THAT(page, HasSubstr(row + cell)) << metric.help;
+    EXPECT_THAT(page, HasSubstr(row + cell + " |")) << line;
   }
+  EXPECT_EQ(metrics, 18U);
+}
+
+}  // namespace
+
+/// With a table of its own: its rows are all that its metrics need.
+struct Toy {
+  std::uint32_t resets = 7;
+  Duration busy = 1500ms;
+  std::uint32_t untold = 1;
+  RoundTrips trips{};
+};
+
+template <typename Visit>
+void VisitFields(const Toy*, Visit visit) {
+  visit(Counted<&Toy::resets>{.metric = "toy_resets_total", .help = "Resets."});
+  visit(NotInJson<&Toy::busy>{.metric = "toy_busy_seconds", .help = "Busy."});
+  visit(Counted<&Toy::untold>());
+  visit(NotInJson<&Toy::trips>{.metric = "toy_trip_seconds", .help = "Trips."});
+}
+
+namespace {
+
+TEST(Families, FollowFromTheRowsOfATable) {
+  Families<Toy> families;
+  families.Add(Toy(), "device=\"a\"");
+  families.Add({.resets = 8}, "device=\"b\"");
+  std::string text;
+  for (const Series& series : families.all()) series.AppendTo(text);
+  EXPECT_THAT(text, ::testing::StartsWith("# HELP toy_resets_total Resets.\n"
+                                          "# TYPE toy_resets_total counter\n"
+                                          "toy_resets_total{device=\"a\"} 7\n"
+                                          "toy_resets_total{device=\"b\"} 8\n"
+                                          "# HELP toy_busy_seconds Busy.\n"
+                                          "# TYPE toy_busy_seconds gauge\n"
+                                          "toy_busy_seconds{device=\"a\"} 1.5\n"));
+  EXPECT_THAT(text, HasSubstr("# TYPE toy_trip_seconds histogram\n"));
+  EXPECT_EQ(SeriesIn<Toy>(), 2 + SeriesIn<LineStatus>() - 1 - kLineUses);
+}
+
+/// A row that names a metric, but whose type has no values, would be left out without a word.
+template <typename T>
+void ExpectValues() {
+  VisitFields(static_cast<const T*>(nullptr), [](auto row) {
+    using Member = std::remove_cvref_t<decltype(std::invoke(row.member, T()))>;
+    const bool has_values = requires { EachValue(Member(), AddValue()); };
+    EXPECT_TRUE(row.metric.empty() || has_values) << row.metric;
+  });
+}
+
+TEST(Families, EveryRowWithAMetricHasValues) {
+  ExpectValues<LineStatus>();
+  ExpectValues<DeviceStatus>();
+  ExpectValues<modbus::RouteStatus>();
 }
 
 }  // namespace

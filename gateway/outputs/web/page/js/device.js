@@ -6,7 +6,7 @@ import {age, now, setAge} from './clock.js';
 import {DataTable} from './data_table.js';
 import {h} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {count, deviceAdvice, deviceTrouble, micros, okShare, percent, qualityKind} from './format.js';
+import {count, deviceAdvice, deviceTrouble, micros, named, okShare, percent, qualityKind} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, lineLink} from './links.js';
 import {crumbs, Facts, Headline, HourStrip, Problem, section, Sentences} from './parts.js';
@@ -78,7 +78,7 @@ function mapPart(name) {
   return {element: details, print};
 }
 
-function facts(device, answered, strip) {
+function facts(device, labels, answered, strip) {
   const {outcomes, hour} = device;
   strip.paint(hour);
   setAge(answered, device.age_ms === null ? null : now() - device.age_ms);
@@ -91,9 +91,7 @@ function facts(device, answered, strip) {
     ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
     ['Last hour', strip.element],
     ['Outages, last hour', count(hour.outages)],
-    ['Retries', count(device.retries)],
-    ['Missed polls', count(device.missed)],
-    ['Late', count(device.late)],
+    ...named(labels).map(([title, text]) => [title, text(device)]),
     ['Round trip', `mean ${micros(device.round_trips.mean_us)}, 99 % ${micros(device.round_trips.p99_us)}`],
     ['Points', `${device.points.good} good, ${device.points.uncertain} uncertain, ${device.points.bad} bad`],
     ['Learned', device.learned || 'as configured'],
@@ -129,7 +127,7 @@ export function device(root, name, parameters) {
       about.textContent = `${mine.protocol}, address ${mine.address}, profile ${mine.profile}`
         + (mine.unit === null ? ', not on Modbus' : `, Modbus unit ${mine.unit}`);
       advice.paint([...(mine.trouble ? [{kind: 'bad', text: mine.trouble}] : []), ...deviceAdvice(status.lines[0], mine)]);
-      figures.paint(facts(mine, answered, strip));
+      figures.paint(facts(mine, status.labels.device, answered, strip));
       chart.paint(mine.round_trips);
     }, (error) => problem.paint(error)),
     repeat(() => get('recorded', {line, device: short}), ({records}) => {

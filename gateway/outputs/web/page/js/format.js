@@ -28,6 +28,13 @@ export function micros(us) {
   return us < 1e6 ? `${Math.round(us / 1000)} ms` : `${(us / 1e6).toFixed(1)} s`;
 }
 
+/** "Queue full" of "queue full", and "OK" of "ok". */
+const titled = (label) => (label.length < 3 ? label.toUpperCase() : label[0].toUpperCase() + label.slice(1));
+
+/** The counters that the gateway names, {key: label}, as [title, text(of)]. */
+export const named = (labels) => Object.entries(labels).map(([key, label]) =>
+  [titled(label), (of) => (key.endsWith('_us') ? micros : count)(of[key])]);
+
 export function bytes(n) {
   if (n < 1000) return `${n} B`;
   if (n < 1e6) return `${(n / 1000).toFixed(1)} kB`;

@@ -6,7 +6,7 @@ import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.j
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
 import {exchangeColumns, exchangesOf} from './exchanges.js';
-import {ageText, bytes, civilSeconds, count, deviceAdvice, deviceTrouble, lineState, lineTrouble, micros, okShare, percent} from './format.js';
+import {ageText, bytes, civilSeconds, count, deviceAdvice, deviceTrouble, lineState, lineTrouble, micros, named, okShare, percent} from './format.js';
 import {histogram} from './histogram.js';
 import {alarmsLink, deviceLink} from './links.js';
 import {crumbs, Facts, Headline, Problem, section, Sentences} from './parts.js';
@@ -30,7 +30,7 @@ function service(s) {
   return [`Clients at ${s.at} (${s.mode})`, s.trouble || who];
 }
 
-function facts(line) {
+function facts(line, labels) {
   const failed = Object.entries(line.outcomes).filter(([name, n]) => name !== 'ok' && n > 0);
   return [
     ['Port', line.port_text],
@@ -40,9 +40,7 @@ function facts(line) {
     ['Exchanges', count(line.exchanges)],
     ['Not OK', failed.map(([name, n]) => `${name} ${count(n)}`).join(', ') || 'none'],
     ['Bytes', `${bytes(line.bytes_in)} in, ${bytes(line.bytes_out)} out, ${bytes(line.stray_bytes)} stray`],
-    ['Late', count(line.late)],
-    ['Echoes, collisions', `${count(line.echoes)}, ${count(line.collisions)}`],
-    ['Driver', `parity ${count(line.parity_errors)}, framing ${count(line.framing_errors)}, overruns ${count(line.overruns)}`],
+    ...named(labels).map(([title, text]) => [title, text(line)]),
     ...controlLines(line.modem),
     ...line.services.map(service),
     ['Absent devices', line.notice_bound_ms === null ? 'none'
@@ -100,7 +98,7 @@ export function line(root, name) {
     headline.paint(lineTrouble(mine).shape, `${name}: ${lineState(mine)}`);
     about.textContent = `${mine.protocol || 'clients'} on ${mine.port}${mine.serial ? `, ${mine.serial}` : ''}`;
     advice.paint(mine.advice);
-    figures.paint(facts(mine));
+    figures.paint(facts(mine, status.labels.line));
     chart.paint(mine.round_trips);
     useTable.paint(use.take(mine, status.uptime_ms));
     minute.paint(minuteOf(mine));

@@ -5,7 +5,7 @@ import {age, now, setAge} from './clock.js';
 import {aged, counted, heardAgo} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText} from './dom.js';
-import {ageText, bytes, civilSeconds, count, micros} from './format.js';
+import {ageText, bytes, civilSeconds, count, named} from './format.js';
 import {Facts, Headline, Problem, section, Sentences} from './parts.js';
 import {gatewayAdvice} from './overview.js';
 import {watchStatus} from './status.js';
@@ -24,17 +24,10 @@ const clientColumns = [
   last,
 ];
 
-const routeColumns = [
+const routeColumns = (labels) => [
   {title: 'Units', class: 'name', text: (r) => r.units},
   {title: 'Route to', text: (r) => r.target},
-  counted('Requests', (r) => r.requests),
-  counted('OK', (r) => r.ok),
-  counted('Refused', (r) => r.refused),
-  counted('No reply', (r) => r.no_reply),
-  counted('Too late', (r) => r.expired),
-  counted('Queue full', (r) => r.busy),
-  counted('Client left', (r) => r.dropped),
-  {title: 'Mean wait', class: 'num', text: (r) => micros(r.mean_wait_us)},
+  ...named(labels).map(([title, text]) => ({title, class: 'num', text})),
   {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
 ];
 
@@ -125,13 +118,13 @@ export function system(root) {
   const kept = new Facts();
   const clients = new DataTable({columns: clientColumns, key: (c) => `${c.peer} ${c.listener}`, caption: 'Modbus clients',
     empty: 'No Modbus client is connected.'});
-  const routes = new DataTable({columns: routeColumns, key: (r) => `${r.units} ${r.target}`, caption: 'Routes',
-    empty: 'There are no routes.'});
+  const routesPart = section('Routes');
+  let routes = null;  // its columns come with the first status
   const masters = new DataTable({columns: masterColumns, key: (m) => m.port, caption: 'Serial masters',
     empty: 'There are no serial masters.'});
   const configuration = configurationPart();
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
-      section('Routes', routes.element), section('Serial masters', masters.element),
+      routesPart, section('Serial masters', masters.element),
       h('div', {class: 'side-by-side'}, section('DDS', dds.element), section('Kept on the disk', kept.element)),
       configuration.element);
   return watchStatus('', (status) => {
@@ -142,6 +135,11 @@ export function system(root) {
     figures.paint([['Up for', ageText(status.uptime_ms)], ['Its clock', civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
+    if (!routes) {
+      routes = new DataTable({columns: routeColumns(status.modbus.labels.route), key: (r) => `${r.units} ${r.target}`,
+        caption: 'Routes', empty: 'There are no routes.'});
+      routesPart.append(routes.element);
+    }
     routes.paint(status.modbus.routes.flatMap(withUnits));
     masters.paint(status.modbus.masters.map((m) => ({...m, heard})));
     dds.paint(ddsFacts(status.dds));

@@ -8,6 +8,7 @@
 #include "gateway/tools/cli/client/status_view.h"
 #include "gateway/tools/cli/client/traffic_view.h"
 #include "tests/gateway/outputs/fake_output.h"
+#include "tests/gateway/outputs/status/table_docs.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
 namespace baudgate::control {
@@ -70,7 +71,7 @@ modbus::TrafficStatus TwoClients() {
 }
 
 TEST(Traffic, RoutesAndClientsHaveATableEach) {
-  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients(), {}, kNow.wall), {}), R"(
+  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients(), {}, kNow), {}), R"(
 units  route to             requests      ok  refused  no reply  too late  queue full  client left  mean wait
 20     line bay-1             120000  119990        4         3         0           0            3    12.0 ms
 50-59  server 10.0.0.9:502        10      10        0         0         0           0            0     0.0 ms
@@ -86,8 +87,26 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 )");
 }
 
+TEST(Traffic, EachCounterOfARouteStandsOnceAndInTheDocumentation) {
+  EXPECT_THAT(TroublesOfKeys<modbus::RouteStatus>("of a route"), ::testing::IsEmpty());
+}
+
+TEST(Traffic, TheJsonOfARouteIsAsEver) {
+  modbus::TrafficStatus traffic = TwoClients();
+  traffic.routes.resize(1);
+  traffic.routes[0].by_unit.clear();
+  Json route = TrafficJson(traffic, {}, kNow).at("routes").at(0);
+  route.erase("advice");
+  EXPECT_EQ(route.dump(),
+            R"({"units":"20","target":"line bay-1","requests":120000,"ok":119990,"refused":4,)"
+            R"("denied":0,"no_reply":3,"expired":0,"busy":0,"dropped":3,"broadcasts":0,)"
+            R"("shared":0,"mean_wait_us":12000,"longest_wait_us":170000,)"
+            R"("last_trouble":"no reply within 500ms",)"
+            R"("last_trouble_at":"2026-09-21T14:13:08.000Z","late":0,"by_unit":[]})");
+}
+
 TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
-  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow.wall), {}), "");
+  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow), {}), "");
 }
 
 /// With the section of a Modbus server that has these clients and routes.
@@ -95,8 +114,7 @@ Json Status(const config::Config& config, const PointStore& store,
             const std::optional<Target>& target) {
   const std::string line = target ? config.lines[target->line].name : std::string();
   OutputList outputs;
-  outputs.push_back(
-      std::make_unique<FakeOutput>("modbus", TrafficJson(TwoClients(), line, kNow.wall)));
+  outputs.push_back(std::make_unique<FakeOutput>("modbus", TrafficJson(TwoClients(), line, kNow)));
   return StatusJson(config, store, {"1.2.3", kStarted, &outputs}, target, kNow);
 }
 

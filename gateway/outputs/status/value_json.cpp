@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/outputs/status/value_json.h"
+
+namespace baudgate::control {
+
+using Json = nlohmann::ordered_json;
+
+Json JsonOf(const LineShares& shares, Now /*now*/) {
+  Json json;
+  for (std::size_t i = 0; i < kLineUses; ++i) {
+    json[std::string(Name(static_cast<LineUse>(i)))] = shares[i];
+  }
+  return json;
+}
+
+Json JsonOf(const RecentOutcomes& recent, Now /*now*/) {
+  Json json = {{"exchanges", recent.size()}};
+  for (std::size_t i = 1; i < kOutcomeCount; ++i) {
+    const auto outcome = static_cast<Outcome>(i);
+    json[std::string(Name(outcome))] = recent.Count(outcome);
+  }
+  return json;
+}
+
+Json JsonOf(const Findings& findings, Now /*now*/) {
+  Json json = Json::object();
+  for (std::size_t i = 0; i < kSymptoms; ++i) {
+    const auto symptom = static_cast<Symptom>(i);
+    const std::size_t count = findings.Count(symptom);
+    if (count > 0) json[std::string(Name(symptom))] = count;
+  }
+  return json;
+}
+
+Json JsonOf(const RoundTrips& trips, Now /*now*/) {
+  Json json;
+  json["count"] = trips.count();
+  json["last_us"] = trips.last() / 1us;
+  json["mean_us"] = trips.mean() / 1us;
+  json["p50_us"] = trips.Percentile(0.5) / 1us;
+  json["p99_us"] = trips.Percentile(0.99) / 1us;
+  Json& histogram = json["histogram"] = Json::array();
+  for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
+    const std::uint64_t count = trips.buckets()[bucket];
+    if (count == 0) continue;
+    histogram.push_back({{"up_to_us", RoundTrips::UpperEdge(bucket) / 1us}, {"count", count}});
+  }
+  return json;
+}
+
+Json JsonOf(const LastHour& last, Now now) {
+  const MinuteCounts hour = last.Sum(now.instant);
+  Json json;
+  AddFields(hour, now, json);
+  json["availability"] = Availability(hour);
+  Json& minutes = json["minutes"] = Json::array();
+  for (const MinuteCounts& minute : last.All(now.instant)) {
+    const bool asked = minute.up + minute.down > Duration::zero();
+    minutes.push_back(asked ? Json(std::round(Availability(minute) * 100) / 100) : Json(nullptr));
+  }
+  return json;
+}
+
+Json JsonOf(const config::Timing& timing, Now /*now*/) {
+  Json times = Json::array();
+  for (std::size_t i = 0; i < config::kNamedTimes.size(); ++i) {
+    const auto& [name, time] = config::kNamedTimes[i];
+    if (!(timing.*time)) continue;
+    times.push_back({{"name", name},
+                     {"ms", std::chrono::duration<double, std::milli>(*(timing.*time)).count()},
+                     {"from", config::Name(timing.from[i])}});
+  }
+  return times;
+}
+
+Json JsonOf(const WriteCounts& writes, Now /*now*/) {
+  Json json;
+  for (std::size_t i = 0; i < kWriteEnds; ++i) {
+    json[Name(static_cast<WriteEnd>(i))] = writes.ends[i];
+  }
+  json["not_read_back"] = writes.not_read_back;
+  return json;
+}
+
+}  // namespace baudgate::control

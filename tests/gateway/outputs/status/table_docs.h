@@ -1,0 +1,36 @@
+// A table of counters (gateway/bus/points/counted.h) against docs/status.md.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gateway/bus/points/counted.h"
+
+namespace baudgate::control {
+
+/// What is wrong with the keys of a table: they stand twice, or not in the part of docs/status.md
+/// that begins with `| of a device |`. A new counter needs a row there.
+template <config::HasFields T>
+std::vector<std::string> TroublesOfKeys(const std::string& of) {
+  std::ifstream file("docs/status.md");
+  std::string page{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t begin = page.find("| " + of + " |");
+  if (begin == std::string::npos) return {"no table of docs/status.md has the head " + of};
+  page = page.substr(begin, page.find("\n\n", begin) - begin);
+  std::vector<std::string> troubles;
+  std::set<std::string> keys;
+  VisitFields(static_cast<const T*>(nullptr), [&](auto row) {
+    if constexpr (row.in_json) {
+      const std::string key(row.key);
+      if (!keys.insert(key).second) troubles.push_back(key + " stands twice");
+      if (page.find("`" + key + "`") == std::string::npos) troubles.push_back(key + ": no row");
+    }
+  });
+  return troubles;
+}
+
+}  // namespace baudgate::control
