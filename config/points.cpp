@@ -187,12 +187,6 @@ std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& 
   return Simulate{*low, *high, std::nullopt};
 }
 
-std::optional<Recheck> ReadRecheck(MapReader& map) {
-  constexpr std::array<Word<Recheck>, 3> kWords = {
-      {{"off", Recheck::off}, {"jump", Recheck::jump}, {"always", Recheck::always}}};
-  return map.OneOf("recheck", kWords);
-}
-
 namespace {
 
 constexpr std::array<Word<Access>, 3> kAccess = {
@@ -265,7 +259,7 @@ void ReadMeaning(MapReader& map, Point& point) {
   Assign(point.offset, map.Number("offset"));
   Assign(point.deadband, map.Number("deadband"));
   point.jump = map.Number("jump");
-  const auto recheck = ReadRecheck(map);
+  const auto recheck = map.OneOf("recheck", kWords<Recheck>);
   Assign(point.recheck, recheck);
   // What counts as a jump matters only where jumps are read twice.
   if (point.jump && !recheck && point.recheck == Recheck::off) point.recheck = Recheck::jump;
