@@ -62,10 +62,12 @@ auto ReadWord(const YamlNode& node, const std::string& what, const Words& words,
   return words[*index].meaning;
 }
 
-/// Puts what was read where it belongs, and leaves the default where nothing was.
+/// Puts what was read where it belongs, and leaves the default where nothing was. True: something
+/// was.
 template <typename T, typename U>
-void Assign(T& target, std::optional<U> value) {
+bool Assign(T& target, std::optional<U> value) {
   if (value) target = std::move(*value);
+  return value.has_value();
 }
 
 /// Reads a map key by key. Every key that is asked for is thereby allowed; Finish reports the rest.
@@ -137,17 +139,20 @@ class MapReader {
     }
     return std::nullopt;
   }
-  /// Reads the keys of these fields of `its`, in this order. What is absent keeps its value.
+  /// Reads the keys of these fields of `its`, in this order. What is absent keeps its value. True:
+  /// all were given.
   template <auto... kMembers, typename T>
-  void Read(T& its) {
+  bool Read(T& its) {
+    bool given = true;
     const auto visit = [&]<typename Wanted>(std::type_identity<Wanted>) {
       VisitFields(&its, [&](auto field) {
         if constexpr (std::same_as<decltype(field), Wanted>) {
-          Assign(its.*field.member, Value(field));
+          given &= Assign(its.*field.member, Value(field));
         }
       });
     };
     (visit(std::type_identity<Field<kMembers>>()), ...);
+    return given;
   }
   /// Reads the keys of all fields that the table of keys has.
   template <typename T>

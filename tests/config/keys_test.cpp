@@ -89,9 +89,10 @@ std::map<std::string, std::string> Tables() {
   pace.daily = Device().daily;
   pace.retries = Line().retries;
   return {
-      {"times", Table(pace)},    {"timing", Table(Timing())},
-      {"line", Table(Line())},   {"serial", Table(SerialSettings())},
-      {"rs485", Table(Rs485())}, {"serial_server", Table(PortServer())},
+      {"times", Table(pace)},        {"timing", Table(Timing())},
+      {"line", Table(Line())},       {"device", Table(Device())},
+      {"profile", Table(Profile())}, {"serial", Table(SerialSettings())},
+      {"rs485", Table(Rs485())},     {"serial_server", Table(PortServer())},
   };
 }
 
