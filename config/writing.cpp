@@ -255,8 +255,7 @@ void ApplyWritePermit(MapReader& map, Device& device) {
   }
   if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());
-  constexpr std::array<Word<bool>, 2> kWords = {{{"deny", false}, {"allow", true}}};
-  if (!ReadWord(*node, "write", kWords, map.problems()).value_or(false)) return;
+  if (!ReadWord(*node, "write", kDenyAllow, map.problems()).value_or(false)) return;
   if (none) {
     return map.problems().Error(node->mark(), "write: no point of '" + device.name +
                                                   "' can be written; give points access: rw, or "
