@@ -58,7 +58,7 @@ std::string AllowedOf(const Field<kMember>& field) {
 
 /// The keys in front of which `prefix` stands: "gateway." of "gateway.name".
 template <HasFields T>
-std::string Table(const T& its, std::string_view prefix = "") {
+std::string TableOf(const T& its, std::string_view prefix = "") {
   std::string text = "| key | default | allowed | |\n| --- | --- | --- | --- |\n";
   VisitFields(&its, [&](const auto& field) {
     const std::size_t start = field.key.rfind('.') + 1;
@@ -89,30 +89,33 @@ std::map<std::string, std::string> Tables() {
   pace.daily = Device().daily;
   pace.retries = Line().retries;
   return {
-      {"top", Table(Config())},
-      {"gateway", Table(Config(), "gateway.")},
-      {"alarms", Table(AlarmSetting())},
-      {"modbus", Table(Modbus())},
-      {"listener", Table(Listener())},
-      {"client", Table(ClientPriority())},
-      {"function", Table(FunctionPriority())},
-      {"route", Table(Route())},
-      {"dds", Table(Dds())},
-      {"security", Table(DdsSecurity())},
-      {"web", Table(Web())},
-      {"history", Table(History())},
-      {"history_point", Table(HistoryPoint())},
-      {"events", Table(Events())},
-      {"point_event", Table(PointEvent())},
-      {"device_event", Table(EventText())},
-      {"times", Table(pace)},
-      {"timing", Table(Timing())},
-      {"line", Table(Line())},
-      {"device", Table(Device())},
-      {"profile", Table(Profile())},
-      {"serial", Table(SerialSettings())},
-      {"rs485", Table(Rs485())},
-      {"serial_server", Table(PortServer())},
+      {"top", TableOf(Config())},
+      {"gateway", TableOf(Config(), "gateway.")},
+      {"alarms", TableOf(AlarmSetting())},
+      {"modbus", TableOf(Modbus())},
+      {"listener", TableOf(Listener())},
+      {"client", TableOf(ClientPriority())},
+      {"function", TableOf(FunctionPriority())},
+      {"route", TableOf(Route())},
+      {"dds", TableOf(Dds())},
+      {"security", TableOf(DdsSecurity())},
+      {"web", TableOf(Web())},
+      {"history", TableOf(History())},
+      {"history_point", TableOf(HistoryPoint())},
+      {"events", TableOf(Events())},
+      {"point", TableOf(Point())},
+      {"writing", TableOf(Writing())},
+      {"allow_when", TableOf(AllowWhen())},
+      {"point_event", TableOf(PointEvent())},
+      {"device_event", TableOf(EventText())},
+      {"times", TableOf(pace)},
+      {"timing", TableOf(Timing())},
+      {"line", TableOf(Line())},
+      {"device", TableOf(Device())},
+      {"profile", TableOf(Profile())},
+      {"serial", TableOf(SerialSettings())},
+      {"rs485", TableOf(Rs485())},
+      {"serial_server", TableOf(PortServer())},
   };
 }
 
