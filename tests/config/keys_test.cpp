@@ -19,16 +19,16 @@
 namespace baudgate::config {
 namespace {
 
-std::string TextOf(bool value) { return value ? "true" : "false"; }
-std::string TextOf(Duration value) { return FormatDuration(value); }
-std::string TextOf(const Decimal& value) { return value.ToText(); }
-std::string TextOf(const HostPort& at) { return HostAndPort(at.host, at.port); }
-std::string TextOf(const std::string& text) { return text; }
-std::string TextOf(const std::vector<std::string>& texts) {
+std::string ValueText(bool value) { return value ? "true" : "false"; }
+std::string ValueText(Duration value) { return FormatDuration(value); }
+std::string ValueText(const Decimal& value) { return value.ToText(); }
+std::string ValueText(const HostPort& at) { return HostAndPort(at.host, at.port); }
+std::string ValueText(const std::string& text) { return text; }
+std::string ValueText(const std::vector<std::string>& texts) {
   return Join(std::vector<std::string_view>(texts.begin(), texts.end()));
 }
 template <std::integral T>
-std::string TextOf(T value) {
+std::string ValueText(T value) {
   return std::to_string(value);
 }
 
@@ -39,7 +39,7 @@ std::string DefaultOf(const Field<kMember>& field, const T& value) {
       if (one.meaning == value) return std::string(one.word);
     }
   }
-  if constexpr (requires { TextOf(value); }) return TextOf(value);
+  if constexpr (requires { ValueText(value); }) return ValueText(value);
   return {};
 }
 template <auto kMember, typename T>
@@ -53,7 +53,7 @@ std::string AllowedOf(const Field<kMember>& field) {
   for (const auto& one : field.words) words.push_back(one.word);
   if (!words.empty()) return Join(words);
   if (!(field.least < field.most)) return {};
-  return TextOf(field.least) + "…" + TextOf(field.most);
+  return ValueText(field.least) + "…" + ValueText(field.most);
 }
 
 /// The keys in front of which `prefix` stands: "gateway." of "gateway.name".
