@@ -93,9 +93,6 @@ namespace {
 
 constexpr std::size_t kMostPointsOfAll = 100'000;
 
-constexpr std::array<Word<OnBad>, 3> kOnBad = {
-    {{"exception", OnBad::exception}, {"hold", OnBad::hold}, {"nan", OnBad::nan}}};
-
 void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* protocol,
                  Device& device) {
   const auto none = protocol ? protocol->canonical_address("") : Result<std::string>(Error{});
@@ -155,27 +152,24 @@ Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device&
   Assign(device.poll, all.poll);
   Assign(device.slow, all.slow);
   Assign(device.daily, all.daily);
-  device.max_age = map.Time("max_age", 10ms, std::chrono::hours(24 * 30));
-  device.dead_age = map.Time("dead_age", 10ms, std::chrono::hours(24 * 90));
+  map.Read<&Device::max_age, &Device::dead_age>(device);
   return all;
 }
 
 void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, LoadContext& context) {
-  device.unit = map.Integer<std::uint8_t>("unit", 1, kLastSlave);
+  map.Read<&Device::unit>(device);
   if (device.unit) context.uniques.Unit(*device.unit, device.name, map.MarkOf("unit"));
-  const auto on_bad = map.OneOf("on_bad", kOnBad);
-  const auto word_order = ReadWordOrder(map);
-  Assign(device.on_bad, on_bad);
+  const bool has_on_bad = map.Read<&Device::on_bad>(device);
   Assign(device.word_order, profile.word_order);
-  Assign(device.word_order, word_order);
+  const bool has_word_order = map.Read<&Device::word_order>(device);
   const auto check = [&](const std::string& key, bool given) {
     if (device.unit || !given || map.Has("unit")) return;
     map.problems().Error(map.MarkOf(key), key +
                                               ": it is about what Modbus clients read from this "
                                               "gateway, and the device has no 'unit'");
   };
-  check("on_bad", on_bad.has_value());
-  check("word_order", word_order.has_value());
+  check("on_bad", has_on_bad);
+  check("word_order", has_word_order);
 }
 
 void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& line_options,
@@ -274,8 +268,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     device.traits = &protocol->traits;
   }
   ReadAddress(map, of.addresses, protocol, device);
-  Assign(device.enabled, map.Flag("enabled"));
-  Assign(device.trust_order, map.Flag("trust_order"));
+  map.Read<&Device::enabled, &Device::trust_order>(device);
   if (const auto serial = map.Get("serial")) {
     device.serial = ReadSerial(*serial, of.line.serial, context.problems);
     CheckPortSettings(of.line.port, *device.serial, serial->mark(), context.problems);

@@ -17,11 +17,6 @@ namespace baudgate::config {
 
 namespace {
 
-constexpr std::array<Word<AlarmPriority>, 4> kAlarmWords = {{{"high", AlarmPriority::high},
-                                                             {"medium", AlarmPriority::medium},
-                                                             {"low", AlarmPriority::low},
-                                                             {"off", AlarmPriority::none}}};
-
 /// One entry of event_alarms.
 struct EventAlarm {
   std::optional<std::uint32_t> channel{};  ///< empty: of every channel
@@ -110,7 +105,7 @@ std::optional<EventAlarm> ReadEventAlarm(const Entry& entry, const Device& devic
           " names no event; write channel and code, \"2E17\", or \"E17\" for every channel");
     return std::nullopt;
   }
-  const auto priority = ReadWord(entry.value, "event_alarms", kAlarmWords, problems);
+  const auto priority = ReadWord(entry.value, "event_alarms", kWords<AlarmPriority>, problems);
   if (!priority) return std::nullopt;
   event->priority = *priority;
   if (const Status known = CheckEventAlarm(device, entry.key, *event); !known) {
@@ -127,12 +122,11 @@ AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above) {
   const auto node = map.Get("alarms");
   if (!node) return alarms;
   if (node->kind() != YamlNode::Kind::map) {
-    Assign(alarms.priority, ReadWord(*node, "alarms", kAlarmWords, map.problems()));
+    Assign(alarms.priority, ReadWord(*node, "alarms", kWords<AlarmPriority>, map.problems()));
     return alarms;
   }
   MapReader keys(*node, "alarms", map.problems());
-  Assign(alarms.priority, keys.OneOf("priority", kAlarmWords));
-  Assign(alarms.delay, keys.Time("delay", 0ms, 24h));
+  keys.ReadAll(alarms);
   keys.Finish();
   return alarms;
 }
@@ -166,14 +160,6 @@ void ReadEventAlarms(MapReader& map, Device& device) {
 namespace {
 
 constexpr std::size_t kMostEvents = 16;
-constexpr std::array<Word<PointEvent::On>, 3> kOn = {{{"change", PointEvent::On::change},
-                                                      {"above", PointEvent::On::above},
-                                                      {"below", PointEvent::On::below}}};
-constexpr std::array<Word<AlarmPriority>, 5> kAlarms = {{{"no", AlarmPriority::none},
-                                                         {"yes", AlarmPriority::medium},
-                                                         {"low", AlarmPriority::low},
-                                                         {"medium", AlarmPriority::medium},
-                                                         {"high", AlarmPriority::high}}};
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
@@ -251,12 +237,9 @@ std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Prob
   if (node.kind() != YamlNode::Kind::map) return std::nullopt;
   PointEvent event;
   const auto on = map.Need("on", "above");
-  if (on) Assign(event.on, ReadWord(*on, "on", kOn, problems));
-  Assign(event.value, map.Number("value"));
-  Assign(event.hysteresis, map.Number("hysteresis"));
-  Assign(event.delay, map.Time("delay", 0ms, 24h));
+  map.Read<&PointEvent::on, &PointEvent::value, &PointEvent::hysteresis, &PointEvent::delay>(event);
   event.text = ReadEventText(map);
-  event.alarm = ReadAlarm(map);
+  map.Read<&PointEvent::alarm>(event);
   event.normal = map.Label("normal").value_or("");
   event.record = ReadRecordName(map);
   map.Finish();
@@ -273,10 +256,6 @@ std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Prob
 }
 
 }  // namespace
-
-AlarmPriority ReadAlarm(MapReader& map) {
-  return map.OneOf("alarm", kAlarms).value_or(AlarmPriority::none);
-}
 
 std::string ReadEventText(MapReader& map) {
   std::string text = map.Label("text").value_or("");
@@ -321,10 +300,6 @@ std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
 namespace {
 
 constexpr std::size_t kMostTexts = 2000;
-constexpr std::uint32_t kLastChannel = 999;
-constexpr std::uint32_t kLastCode = 999'999;
-constexpr std::array<Word<EventState>, kEventStates> kStates = {
-    {{"off", EventState::off}, {"on", EventState::on}, {"message", EventState::message}}};
 
 bool IsSame(const EventText& a, const EventText& b) {
   return a.channel == b.channel && a.code == b.code;
@@ -411,14 +386,10 @@ std::vector<EventText> ReadEventTable(const YamlNode& node,
   for (const YamlNode& element : ReadList(node, "events", kMostTexts, problems)) {
     MapReader map(element, "event", problems);
     EventText one;
-    one.channel = map.Integer<std::uint32_t>("channel", 0, kLastChannel);
-    if (map.Need("code", "1")) {
-      Assign(one.code, map.Integer<std::uint32_t>("code", 1, kLastCode));
-    }
+    map.Read<&EventText::channel>(one);
+    if (map.Need("code", "1")) map.Read<&EventText::code>(one);
     if (map.Need("text", "stage I> started")) one.text = ReadEventText(map);
-    Assign(one.state, map.OneOf("state", kStates));
-    one.alarm = ReadAlarm(map);
-    one.until = map.Integer<std::uint32_t>("until", 1, kLastCode);
+    map.Read<&EventText::state, &EventText::alarm, &EventText::until>(one);
     one.record = ReadRecordName(map);
     CheckRecordName(one.record, map.MarkOf("record"), records, problems);
     CheckAlarm(one, map);

@@ -44,9 +44,6 @@ inline constexpr std::size_t kLongestEventText = 100;
 /// With every problem that they have; `point` is read but for them.
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
 
-/// `alarm: yes`, or a priority. Also of a table of events.
-AlarmPriority ReadAlarm(MapReader& map);
-
 /// `text`, and a problem where it is too long. Also of a table of events.
 std::string ReadEventText(MapReader& map);
 

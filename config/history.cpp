@@ -108,22 +108,16 @@ void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, P
 namespace {
 
 constexpr std::size_t kMostPatterns = 1000;
-constexpr Duration kLeastMaxGap = 1s;
-constexpr Duration kMostMaxGap = 24h;
-constexpr Duration kLeastKeep = 24h;
-constexpr Duration kMostKeep = 24h * 3660;
 constexpr std::uint64_t kLeastLimit = 50 * kMegabyte;
 constexpr std::uint64_t kMostLimit = 10'000'000 * kMegabyte;
 
 enum class Log : std::uint8_t { changes, all, off };
-constexpr std::array<Word<Log>, 3> kLogs = {
-    {{"changes", Log::changes}, {"all", Log::all}, {"off", Log::off}}};
 
 struct Pattern {
   std::array<std::string, 3> parts;  // of line, device and point
   Log log = Log::changes;
   std::optional<Decimal> deadband;
-  std::optional<Duration> max_gap;
+  HistoryPoint kept;
   Mark mark;
   std::string text;
   bool used = false;
@@ -174,18 +168,20 @@ bool Split(Pattern& pattern, Problems& problems) {
   return true;
 }
 
-std::optional<Pattern> ReadPattern(const YamlNode& node, Problems& problems) {
+std::optional<Pattern> ReadPattern(const YamlNode& node, const HistoryPoint& usual,
+                                   Problems& problems) {
   Pattern pattern;
+  pattern.kept = usual;
   if (node.kind() == YamlNode::Kind::map) {
     MapReader map(node, "points", problems);
     if (map.Need("match", "\"bay-1.*.current_*\"")) Assign(pattern.text, map.Text("match"));
     pattern.mark = map.MarkOf("match");
-    Assign(pattern.log, map.OneOf("log", kLogs));
+    Assign(pattern.log, map.OneOf("log", kWords<Log>));
     pattern.deadband = map.Number("deadband");
     if (pattern.deadband && pattern.deadband->is_negative()) {
       problems.Error(map.MarkOf("deadband"), "deadband: it is 0 or more");
     }
-    pattern.max_gap = map.Time("max_gap", kLeastMaxGap, kMostMaxGap);
+    map.Read<&HistoryPoint::max_gap>(pattern.kept);
     map.Finish();
     if (pattern.text.empty()) return std::nullopt;
   } else {
@@ -212,8 +208,7 @@ Pattern* FirstMatch(std::vector<Pattern>& patterns, const std::string& line,
   return first;
 }
 
-void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_gap,
-            History& history) {
+void Choose(std::vector<Pattern>& patterns, const Config& config, History& history) {
   std::uint32_t number = 0;
   for (const Line& line : config.lines) {
     for (const Device& device : line.devices) {
@@ -222,9 +217,9 @@ void Choose(std::vector<Pattern>& patterns, const Config& config, Duration max_g
         if (point.access == Access::write) continue;
         const Pattern* pattern = FirstMatch(patterns, line.name, device.name, point.name);
         if (pattern == nullptr || pattern->log == Log::off) continue;
-        const Decimal deadband = pattern->deadband.value_or(point.deadband);
-        history.points.push_back(
-            {number, i, pattern->log == Log::all, deadband, pattern->max_gap.value_or(max_gap)});
+        history.points.push_back({number, i, pattern->log == Log::all,
+                                  pattern->deadband.value_or(point.deadband),
+                                  pattern->kept.max_gap});
       }
       ++number;
     }
@@ -237,18 +232,19 @@ History ReadHistory(const YamlNode& node, const Config& config, Problems& proble
   History history;
   MapReader map(node, "history", problems);
   history.directory = ReadAbsolutePath(map, "directory", "/data/baudgate");
-  Duration max_gap = HistoryPoint().max_gap;
-  Assign(max_gap, map.Time("max_gap", kLeastMaxGap, kMostMaxGap));
+  HistoryPoint usual;
+  map.Read<&HistoryPoint::max_gap>(usual);
   ReadLimit(map, history);
-  Assign(history.keep, map.Time("keep", kLeastKeep, kMostKeep));
+  map.Read<&History::keep>(history);
   std::vector<Pattern> patterns;
   if (const auto points = map.Need("points", "[ \"bay-1.*.current_*\" ]")) {
     for (const YamlNode& element : ReadList(*points, "points", kMostPatterns, problems)) {
-      if (auto pattern = ReadPattern(element, problems)) patterns.push_back(std::move(*pattern));
+      if (auto pattern = ReadPattern(element, usual, problems))
+        patterns.push_back(std::move(*pattern));
     }
   }
   map.Finish();
-  Choose(patterns, config, max_gap, history);
+  Choose(patterns, config, history);
   const bool whole = !problems.has_error();  // else points may be missing
   for (const Pattern& pattern : patterns) {
     if (pattern.used || !whole) continue;

@@ -33,10 +33,6 @@ std::optional<std::string> ReadName(MapReader& map, std::string_view example) {
 
 namespace {
 
-constexpr int kSlowestBaud = 300;
-constexpr int kFastestBaud = 921'600;
-constexpr int kMostRetries = 10;
-
 /// Empty: the port's own is none, and the gateway makes it.
 using MapParity = std::optional<Parity>;
 constexpr MapParity kSoftware;
@@ -56,33 +52,16 @@ constexpr std::array<Word<bool>, 2> kWhoMakesParity = {{{"hardware", false}, {"s
 Rs485 ReadRs485(const YamlNode& node, Rs485 rs485, Problems& problems) {
   MapReader map(node, "rs485", problems);
   rs485.enabled = true;
-  Assign(rs485.enabled, map.Flag("enabled"));
-  Assign(rs485.delay_before_send, map.Time("delay_before_send", 0ms, 1s));
-  Assign(rs485.delay_after_send, map.Time("delay_after_send", 0ms, 1s));
-  Assign(rs485.rts_active_high, map.Flag("rts_active_high"));
-  Assign(rs485.receive_while_sending, map.Flag("receive_while_sending"));
+  map.ReadAll(rs485);
   map.Finish();
   CheckRs485(rs485, map.keys(), problems);
   return rs485;
 }
 
-void ReadParity(MapReader& map, SerialSettings& serial) {
-  Assign(serial.software_parity, map.Flag("software_parity"));
-  const auto parity = map.OneOf("parity", kParities);
-  if (!parity) return;
-  if (*parity) serial.parity = **parity;
-  if (!*parity) serial.software_parity = true;
-}
-
 Timing ReadTiming(const YamlNode& node, Problems& problems) {
   Timing timing;
   MapReader map(node, "timing", problems);
-  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
-  timing.quiet = map.Time("quiet", 0ms, 1min);
-  timing.reply = map.Time("reply", 1ms, 10min);
-  timing.gap = map.Time("gap", 1ms, 1min);
-  timing.ceiling = map.Time("ceiling", 1ms, 10min);
-  timing.drain = map.Time("drain", 1ms, 1min);
+  map.ReadAll(timing);
   map.Finish();
   CheckTiming(timing, map.MarkOf("ceiling"), problems);
   return timing;
@@ -124,13 +103,13 @@ SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Prob
     return serial;
   }
   MapReader map(node, "serial", problems);
-  Assign(serial.baud, map.Integer("baud", kSlowestBaud, kFastestBaud));
-  Assign(serial.data_bits, map.Integer("data", 7, 8));
-  Assign(serial.stop_bits, map.Integer("stop", 1, 2));
-  ReadParity(map, serial);
-  Assign(serial.rtscts, map.Flag("rtscts"));
-  Assign(serial.xonxoff, map.Flag("xonxoff"));
-  Assign(serial.low_latency, map.Flag("low_latency"));
+  map.Read<&SerialSettings::baud, &SerialSettings::data_bits, &SerialSettings::stop_bits,
+           &SerialSettings::software_parity>(serial);
+  if (const auto parity = map.OneOf("parity", kParities)) {
+    if (*parity) serial.parity = **parity;
+    if (!*parity) serial.software_parity = true;
+  }
+  map.Read<&SerialSettings::rtscts, &SerialSettings::xonxoff, &SerialSettings::low_latency>(serial);
   if (const auto rs485 = map.Get("rs485")) serial.rs485 = ReadRs485(*rs485, serial.rs485, problems);
   map.Finish();
   CheckSoftwareParity(serial, map.MarkOf("parity"), problems);
@@ -164,22 +143,13 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
 
 Pace ReadPace(MapReader& map, Level level) {
   Pace pace;
-  pace.poll = map.Time("poll", kShortestPoll, 24h);
-  pace.slow = map.Time("slow", kShortestPoll, 24h);
-  pace.daily = map.Time("daily", 1min, std::chrono::hours(24 * 7));
-  pace.retries = map.Integer("retries", 0, kMostRetries);
-  pace.recheck = ReadRecheck(map);
+  map.Read<&Pace::poll, &Pace::slow, &Pace::daily, &Pace::retries, &Pace::recheck>(pace);
   if (const auto timing = map.Get("timing")) pace.timing = ReadTiming(*timing, map.problems());
   pace.timing.from.fill(level);
   return pace;
 }
 
 namespace {
-
-constexpr std::array<Word<PortServer::Mode>, 2> kModes = {
-    {{"raw", PortServer::Mode::raw}, {"rfc2217", PortServer::Mode::rfc2217}}};
-constexpr std::array<Word<PortServer::Busy>, 2> kBusy = {
-    {{"refuse", PortServer::Busy::refuse}, {"wait", PortServer::Busy::wait}}};
 
 PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadContext& context) {
   PortServer server;
@@ -189,15 +159,15 @@ PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadCont
   if (const auto at = map.Need("at", "\"127.0.0.1:4001\"")) {
     Assign(server.at, ReadOwnAddress(*at, "at", "127.0.0.1:4001", context.problems));
   }
-  Assign(server.mode, map.OneOf("mode", kModes));
+  map.Read<&PortServer::mode>(server);
   if (const auto allow = map.Get("allow")) {
     server.allow = ReadAllowOrAll(*allow, context.problems);
   }
-  Assign(server.idle, map.Time("idle", 1s, 24h));
+  map.Read<&PortServer::idle>(server);
   if (key == "lend") {
-    Assign(server.time, map.Time("for", 1s, 24h));
+    map.Read<&PortServer::time>(server);
   } else {
-    Assign(server.busy, map.OneOf("busy", kBusy));
+    map.Read<&PortServer::busy>(server);
   }
   map.Finish();
   if (server.at.port == 0) return server;
@@ -220,10 +190,6 @@ namespace {
 
 constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;
-
-constexpr std::array<Word<Echo>, 3> kEchoes = {
-    {{"off", Echo::off}, {"strip", Echo::strip}, {"verify", Echo::verify}}};
-constexpr std::array<Word<Ask>, 2> kAsks = {{{"deny", Ask::deny}, {"write", Ask::write}}};
 
 void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   const auto node = map.Need("port", "/dev/ttyUSB0");
@@ -317,8 +283,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   const Pace pace = Merge(ReadPace(map, Level::line), context.pace);
   line.timing = pace.timing;
   Assign(line.retries, pace.retries);
-  Assign(line.echo, map.OneOf("echo", kEchoes));
-  Assign(line.ask, map.OneOf("ask", kAsks));
+  map.Read<&Line::echo, &Line::ask>(line);
   line.alarms = ReadAlarmSetting(map, context.alarms);
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
   Options given;

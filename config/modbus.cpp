@@ -98,8 +98,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   if (const auto server = map.Get("server")) {
     ReadTargetServer(*server, listeners, route, context.problems);
   }
-  Assign(route.remap, map.Integer<std::uint8_t>("remap", 0, 255));
-  Assign(route.deadline, map.Time("deadline", 50ms, 1min));
+  map.Read<&Route::remap, &Route::deadline>(route);
   route.alarms =
       ReadAlarmSetting(map, route.line.empty() ? context.alarms : lines[route.line_index].alarms);
   map.Finish();
@@ -113,25 +112,8 @@ namespace {
 
 constexpr std::size_t kMostNetworks = 1000;
 constexpr std::size_t kMostRules = 100;
-constexpr int kMostClients = 10'000;
 
 constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
-constexpr std::array<Word<Priority>, 3> kPriorities = {
-    {{"low", Priority::low}, {"normal", Priority::normal}, {"high", Priority::high}}};
-constexpr std::array<Word<Permit>, 3> kPermits = {
-    {{"read", Permit::read}, {"data", Permit::data}, {"all", Permit::all}}};
-constexpr std::array<Word<modbus::Framing>, 3> kFramings = {{{"tcp", modbus::Framing::tcp},
-                                                             {"rtu", modbus::Framing::rtu},
-                                                             {"ascii", modbus::Framing::ascii}}};
-constexpr std::array<Word<Listener::Errors>, 2> kErrors = {
-    {{"exception", Listener::Errors::exception}, {"silent", Listener::Errors::silent}}};
-constexpr std::array<Word<Listener::Holes>, 2> kHoles = {
-    {{"off", Listener::Holes::off}, {"zero", Listener::Holes::zero}}};
-constexpr std::array<Word<Listener::Broadcast>, 2> kBroadcasts = {
-    {{"ignore", Listener::Broadcast::ignore}, {"pass", Listener::Broadcast::pass}}};
-
-constexpr std::array<Word<Listener::Echo>, 2> kListenerEchoes = {
-    {{"off", Listener::Echo::off}, {"strip", Listener::Echo::strip}}};
 
 /// Sets the framing, and the serial settings that its masters usually have.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
@@ -189,7 +171,7 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
 
 void ReadPermit(MapReader& map, Listener& listener) {
   const auto write = map.OneOf("write", kWrite);
-  const auto permit = map.OneOf("permit", kPermits);
+  const auto permit = map.OneOf("permit", kWords<Permit>);
   Assign(listener.permit, write);
   Assign(listener.permit, permit);
   if (!write || !permit || (*write == Permit::read) == (*permit == Permit::read)) return;
@@ -200,8 +182,7 @@ void ReadPermit(MapReader& map, Listener& listener) {
 }
 
 void NeedPriority(MapReader& map, Priority& priority) {
-  const auto node = map.Need("priority", "high");
-  if (node) Assign(priority, ReadWord(*node, "priority", kPriorities, map.problems()));
+  if (map.Need("priority", "high")) Assign(priority, map.OneOf("priority", kWords<Priority>));
 }
 
 void ReadClients(const YamlNode& node, Listener& listener, Problems& problems) {
@@ -257,11 +238,10 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
     map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
                         "at: /dev/ttyUSB4, or remove the key");
   }
-  Assign(listener.framing, map.OneOf("framing", kFramings));
+  map.Read<&Listener::framing>(listener);
   if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
   if (const auto clients = map.Get("clients")) ReadClients(*clients, listener, map.problems());
-  Assign(listener.max_clients, map.Integer("max_clients", 1, kMostClients));
-  Assign(listener.idle_timeout, map.Time("idle_timeout", 1s, 24h));
+  map.Read<&Listener::max_clients, &Listener::idle_timeout>(listener);
 }
 
 // Lines know a third word: there the gateway asks and can fail an exchange whose echo is wrong.
@@ -274,14 +254,14 @@ void ReadEcho(MapReader& map, Listener& listener) {
                          "write strip where its adapter hears itself, or off");
     return;
   }
-  Assign(listener.echo, ReadWord(*node, "echo", kListenerEchoes, map.problems()));
+  map.Read<&Listener::echo>(listener);
 }
 
 void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
   for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
     map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
   }
-  if (const auto framing = map.OneOf("framing", kFramings)) {
+  if (const auto framing = map.OneOf("framing", kWords<modbus::Framing>)) {
     if (*framing != modbus::Framing::tcp) {
       SetFraming(listener, *framing, catalog);
     } else {
@@ -308,13 +288,11 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
     ReadNetworkSide(map, listener);
   }
   ReadPermit(map, listener);
-  Assign(listener.priority, map.OneOf("priority", kPriorities));
+  map.Read<&Listener::priority>(listener);
   if (const auto functions = map.Get("functions")) {
     ReadFunctions(*functions, listener, context.problems);
   }
-  Assign(listener.errors, map.OneOf("errors", kErrors));
-  Assign(listener.broadcast, map.OneOf("broadcast", kBroadcasts));
-  Assign(listener.holes, map.OneOf("holes", kHoles));
+  map.Read<&Listener::errors, &Listener::broadcast, &Listener::holes>(listener);
   map.Finish();
 }
 

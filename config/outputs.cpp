@@ -132,7 +132,6 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
 }
 
 constexpr std::size_t kMostHosts = 100;
-constexpr std::array<Word<bool>, 2> kAcknowledge = {{{"deny", false}, {"allow", true}}};
 
 /// A name as browsers write it behind "http://", with or without a port.
 bool IsHost(std::string_view text) {
@@ -187,7 +186,7 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   if (const auto hosts = map.Get("hosts")) ReadHosts(*hosts, web, problems);
   const auto token = map.Get("token");
   if (token) ReadTokenFile(*token, web, problems);
-  Assign(web.acknowledge, map.OneOf("acknowledge", kAcknowledge));
+  map.Read<&Web::acknowledge>(web);
   map.Finish();
   if (!token && !web.on_loopback()) {
     problems.Error(map.MarkOf("listen"),
@@ -202,8 +201,6 @@ constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
 constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
-constexpr int kLastDomain = 232;                 // beyond, DDS would compute ports above 65535
-constexpr std::array<Word<bool>, 2> kDdsWrite = {{{"deny", false}, {"allow", true}}};
 
 }  // namespace
 
@@ -219,7 +216,7 @@ std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::
 
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
   MapReader map(node, "gateway", problems);
-  Assign(config.name, map.Text("name"));
+  map.Read<&Config::name>(config);
   if (const Status status = CheckName(config.name); !status) {
     problems.Error(map.MarkOf("name"), "name: " + status.error());
   }
@@ -230,9 +227,7 @@ Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems) {
     problems.Error(map.MarkOf("socket"), "socket: the path is too long; at most " +
                                              std::to_string(kLongestSocketPath) + " bytes");
   }
-  constexpr std::array<Word<Audit>, 2> kAudits = {
-      {{"best_effort", Audit::best_effort}, {"require", Audit::require}}};
-  Assign(config.audit, map.OneOf("audit", kAudits));
+  map.Read<&Config::audit>(config);
   config.alarms = ReadAlarmSetting(map, config.alarms);
   const Pace pace = ReadPace(map, Level::gateway);
   map.Finish();
@@ -249,7 +244,7 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
   Modbus modbus;
   Problems& problems = context.problems;
   MapReader map(node, "modbus", problems);
-  Assign(modbus.enabled, map.Flag("enabled"));
+  map.Read<&Modbus::enabled>(modbus);
   if (const auto listen = map.Get("listen")) {
     std::vector<YamlNode> places = {*listen};
     if (listen->kind() == YamlNode::Kind::list) {
@@ -300,11 +295,7 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
   Dds dds;
   Problems& problems = context.problems;
   MapReader map(node, "dds", problems);
-  Assign(dds.enabled, map.Flag("enabled"));
-  Assign(dds.domain, map.Integer("domain", 0, kLastDomain));
-  Assign(dds.write, map.OneOf("write", kDdsWrite));
-  Assign(dds.heartbeat, map.Time("heartbeat", 100ms, 1h));
-  Assign(dds.lease, map.Time("lease", kShortestLease, kLongestLease));
+  map.Read<&Dds::enabled, &Dds::domain, &Dds::write, &Dds::heartbeat, &Dds::lease>(dds);
   if (const auto interfaces = map.Get("interfaces")) {
     dds.interfaces.clear();
     for (const YamlNode& one : ReadList(*interfaces, "interfaces", kMostInterfaces, problems)) {

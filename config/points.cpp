@@ -91,12 +91,10 @@ std::string_view UnitOf(TimeType type) {
 }
 
 Result<TypeText> ParseType(std::string_view text) {
-  static constexpr std::array<std::string_view, 12> kShown = {
-      "bool",   "int8",  "uint8",  "int16",   "uint16",  "int32",
-      "uint32", "int64", "uint64", "float32", "float64", "string(n)"};
-  for (int i = 0; i < static_cast<int>(Type::string); ++i) {
-    const auto type = static_cast<Type>(i);
-    if (text == Name(type)) return TypeText{type, 0};
+  std::vector<std::string_view> shown;
+  for (const auto& [name, type] : kWords<Type>) {
+    if (type != Type::string && text == name) return TypeText{type, 0};
+    shown.push_back(type != Type::string ? name : "string(n)");
   }
   for (const auto& [name, type] : kIecTypes) {
     if (text == name) return type;
@@ -120,8 +118,8 @@ Result<TypeText> ParseType(std::string_view text) {
     if (Lower(name) != Lower(text)) continue;
     return Error{Quoted(text) + " is unknown; did you mean '" + std::string(name) + "'?"};
   }
-  return Error{Quoted(text) + " is unknown;" + DidYouMean(text, kShown) +
-               " allowed: " + Join(kShown) + ", or a type of IEC 61131-3 such as REAL"};
+  return Error{Quoted(text) + " is unknown;" + DidYouMean(text, shown) +
+               " allowed: " + Join(shown) + ", or a type of IEC 61131-3 such as REAL"};
 }
 
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
@@ -187,36 +185,16 @@ std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& 
   return Simulate{*low, *high, std::nullopt};
 }
 
-std::optional<Recheck> ReadRecheck(MapReader& map) {
-  constexpr std::array<Word<Recheck>, 3> kWords = {
-      {{"off", Recheck::off}, {"jump", Recheck::jump}, {"always", Recheck::always}}};
-  return map.OneOf("recheck", kWords);
-}
-
 namespace {
-
-constexpr std::array<Word<Access>, 3> kAccess = {
-    {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
-constexpr std::array<Word<Group>, kNamedGroups> kGroupWords = {
-    {{"once", Group::once}, {"daily", Group::daily}, {"slow", Group::slow}, {"fast", Group::fast}}};
-constexpr std::array<Word<Table>, 4> kTables = {{{"input", Table::registers},
-                                                 {"holding", Table::registers},
-                                                 {"discrete", Table::bits},
-                                                 {"coil", Table::bits}}};
-constexpr std::uint16_t kLastAddress = 65535;
 
 // DDS carries the unit as string<16>.
 constexpr std::size_t kLongestUnit = 16;
 
 void ReadAddresses(MapReader& map, Point& point) {
-  Assign(point.access, map.OneOf("access", kAccess));
-  Assign(point.write, map.Text("write"));
-  if (point.access == Access::write && !point.write.empty()) {
-    Assign(point.read, map.Text("read"));
-    return;
-  }
-  const auto read = map.Need("read", "\"…\" (the protocol's own address)");
-  if (read) Assign(point.read, ReadText(*read, "read", map.problems()));
+  map.Read<&Point::access, &Point::write>(point);
+  const bool needed = point.access != Access::write || point.write.empty();
+  if (needed) map.Need("read", "\"…\" (the protocol's own address)");
+  map.Read<&Point::read>(point);
 }
 
 void ReadType(MapReader& map, Point& point) {
@@ -236,8 +214,7 @@ void ReadType(MapReader& map, Point& point) {
 }
 
 void ReadPeriod(MapReader& map, Point& point) {
-  Assign(point.group, map.OneOf("group", kGroupWords));
-  point.poll = map.Time("poll", kShortestPoll, std::chrono::hours(24));
+  map.Read<&Point::group, &Point::poll>(point);
   if (!point.poll) return;
   if (map.Has("group")) {
     map.problems().Error(
@@ -248,10 +225,10 @@ void ReadPeriod(MapReader& map, Point& point) {
 }
 
 void ReadPlace(MapReader& map, Point& point) {
-  point.modbus = map.Integer<std::uint16_t>("modbus", 0, kLastAddress);
+  map.Read<&Point::modbus>(point);
   // The Modbus contract: booleans stand in the bit tables unless they are told to take a register.
   point.table = point.type == Type::boolean ? Table::bits : Table::registers;
-  Assign(point.table, map.OneOf("table", kTables));
+  map.Read<&Point::table>(point);
 }
 
 void ReadMeaning(MapReader& map, Point& point) {
@@ -261,12 +238,8 @@ void ReadMeaning(MapReader& map, Point& point) {
                          "unit: " + Quoted(point.unit) + " is too long; at most 16 bytes");
   }
   ReadPeriod(map, point);
-  Assign(point.scale, map.Number("scale"));
-  Assign(point.offset, map.Number("offset"));
-  Assign(point.deadband, map.Number("deadband"));
-  point.jump = map.Number("jump");
-  const auto recheck = ReadRecheck(map);
-  Assign(point.recheck, recheck);
+  map.Read<&Point::scale, &Point::offset, &Point::deadband, &Point::jump>(point);
+  const bool recheck = map.Read<&Point::recheck>(point);
   // What counts as a jump matters only where jumps are read twice.
   if (point.jump && !recheck && point.recheck == Recheck::off) point.recheck = Recheck::jump;
   Assign(point.description, map.Label("description"));

@@ -40,9 +40,6 @@ std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);
 /// [low, high], or one value that stays; of a string point the text.
 std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems);
 
-/// off, jump or always, of gateway, line, profile, device or point.
-std::optional<Recheck> ReadRecheck(MapReader& map);
-
 /// A point before its values are read: merging a device's own keys over those of its profile is
 /// then a matter of keys, and every value keeps the place where it was written.
 struct RawPoint {

@@ -90,6 +90,8 @@ Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope 
 
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kMostNames = 64;
 constexpr std::size_t kLongestName = 64;
 
@@ -162,21 +164,6 @@ std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
   return listed;
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr std::array<Word<WordOrder>, 4> kWordOrders = {{{"ABCD", WordOrder::abcd},
-                                                         {"CDAB", WordOrder::cdab},
-                                                         {"BADC", WordOrder::badc},
-                                                         {"DCBA", WordOrder::dcba}}};
-
-}  // namespace
-
-std::optional<WordOrder> ReadWordOrder(MapReader& map) {
-  return map.OneOf("word_order", kWordOrders);
-}
-
 Result<fs::path> LocateProfile(const std::string& profile, const Protocol& protocol,
                                const Catalog& catalog, const fs::path& base) {
   if (IsProfilePath(profile)) return base / profile;
@@ -209,7 +196,7 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   MapReader map(*root, "profile '" + name + "'", problems);
   if (map.Need("device", "ABB SPAJ 140 C")) Assign(profile.title, map.Label("device"));
   profile.pace = ReadPace(map, Level::profile);
-  profile.word_order = ReadWordOrder(map);
+  map.Read<&Profile::word_order>(profile);
   if (const auto names = map.Get("identity"))
     profile.identity = ReadIdentityNames(*names, problems);
   profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);

@@ -60,7 +60,4 @@ RawProfile ReadProfile(const std::filesystem::path& path, const Protocol& protoc
 RawProfile ReadProfileText(const std::string& text, const std::string& file,
                            const std::string& name, const Protocol& protocol, Problems& problems);
 
-/// Shared with devices, which have the same key.
-std::optional<WordOrder> ReadWordOrder(MapReader& map);
-
 }  // namespace baudgate::config

@@ -13,7 +13,6 @@
 namespace baudgate::config {
 namespace {
 
-constexpr int kMostDecimals = 9;
 constexpr std::size_t kMostInterlocks = 16;
 constexpr std::size_t kMostListed = 1000;
 
@@ -230,10 +229,7 @@ Writing ReadWriting(MapReader& map) {
   Writing writing;
   ReadLimit(map, "min", writing.min, writing.min_point);
   ReadLimit(map, "max", writing.max, writing.max_point);
-  writing.step = map.Number("step");
-  writing.decimals = map.Integer("decimals", 0, kMostDecimals);
-  Assign(writing.select, map.Flag("select"));
-  Assign(writing.select_time, map.Time("select_time", 1s, 10min));
+  map.Read<&Writing::step, &Writing::decimals, &Writing::select, &Writing::select_time>(writing);
   writing.allow_when = ReadAllowWhen(map);
   return writing;
 }
@@ -255,8 +251,7 @@ void ApplyWritePermit(MapReader& map, Device& device) {
   }
   if (!node) return;
   if (node->kind() == YamlNode::Kind::list) return AllowListed(*node, device, map.problems());
-  constexpr std::array<Word<bool>, 2> kWords = {{{"deny", false}, {"allow", true}}};
-  if (!ReadWord(*node, "write", kWords, map.problems()).value_or(false)) return;
+  if (!ReadWord(*node, "write", kDenyAllow, map.problems()).value_or(false)) return;
   if (none) {
     return map.problems().Error(node->mark(), "write: no point of '" + device.name +
                                                   "' can be written; give points access: rw, or "

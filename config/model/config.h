@@ -30,23 +30,30 @@ struct HistoryPoint {
   std::uint32_t point = 0;   ///< in that device's points
   bool every = false;        ///< every reading, changed or not
   Decimal deadband = 0;      ///< smaller changes are not kept, in units of the value
-  Duration max_gap = std::chrono::minutes(10);  ///< an unchanged value is kept again after this
+  Duration max_gap = std::chrono::minutes(10);
 };
 
 template <typename Visit>
 void VisitFields(const HistoryPoint*, Visit visit) {
   visit(Derived<&HistoryPoint::device>());
   visit(Derived<&HistoryPoint::point>());
+  visit(Key{"match",
+            "LINE.DEVICE.POINT, each with * for any text and ? for any character",
+            {},
+            kRequired});
+  visit(Key{"log", "all: every reading", "changes, all, off", "changes"});
   visit(Field<&HistoryPoint::every>());
-  visit(Field<&HistoryPoint::deadband>());
-  visit(Field<&HistoryPoint::max_gap>());
+  visit(Field<&HistoryPoint::deadband>{
+      .help = "smaller changes are not kept, in units of the value", .fallback = "the point's"});
+  visit(Field<&HistoryPoint::max_gap>{"max_gap", "an unchanged value is kept again after this time",
+                                      1s, 24h});
 }
 
 inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
-  std::string directory;                   ///< folder of the files; empty = as `state`
-  std::uint64_t limit = 1000 * kMegabyte;  ///< bytes of all files together
+  std::string directory;                   ///< empty = as `state`
+  std::uint64_t limit = 1000 * kMegabyte;  ///< bytes
   Duration keep = std::chrono::hours(24) * 365;
   std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is kept
 
@@ -55,10 +62,13 @@ struct History {
 
 template <typename Visit>
 void VisitFields(const History*, Visit visit) {
-  visit(Field<&History::directory>());
-  visit(Field<&History::limit>());
-  visit(Field<&History::keep>());
-  visit(Field<&History::points>());
+  visit(Field<&History::directory>{.help = "of the files", .fallback = "gateway.state"});
+  visit(Key{"max_gap", "as of an entry of points, for all"});
+  visit(Field<&History::limit>{.help = "of all files together; 50MB to 10TB", .fallback = "1GB"});
+  visit(Field<&History::keep>{"keep", "older days are removed", 24h, 3660 * 24h});
+  visit(Field<&History::points>{
+      .help = "a list of patterns or maps, below; of several that match the first counts",
+      .fallback = kRequired});
 }
 
 /// Audit decides about a write whose record cannot be kept (gateway/records/audit).
@@ -77,18 +87,19 @@ struct Events {
 template <typename Visit>
 void VisitFields(const Events*, Visit visit) {
   visit(Field<&Events::given>{"events"});
-  visit(Field<&Events::directory>());
+  visit(Field<&Events::directory>{.help = "of the events and the audit of writes",
+                                  .fallback = "gateway.state"});
 }
 
 struct Config {
-  std::string name = "baudgate";  ///< gateway.name: the key of every DDS sample
-  std::string recordings;         ///< folder of the flight recorder's files; empty = not given
-  std::string state;              ///< folder of what outlives the program; empty = not given
-  AlarmSetting alarms;            ///< of the gateway as a whole: its disks
+  std::string name = "baudgate";
+  std::string recordings;  ///< empty = not given
+  std::string state;       ///< empty = not given
+  AlarmSetting alarms;     ///< of the gateway as a whole: its disks
   Events events;
   History history;
   Audit audit = Audit::best_effort;
-  std::string socket;  ///< path of the local control socket; empty = not given
+  std::string socket;  ///< empty = not given
   Modbus modbus;
   Dds dds;
   Web web;
@@ -97,18 +108,29 @@ struct Config {
 
 template <typename Visit>
 void VisitFields(const Config*, Visit visit) {
-  visit(Field<&Config::name>{"gateway.name"});
-  visit(Field<&Config::recordings>{"gateway.recordings"});
-  visit(Field<&Config::state>{"gateway.state"});
-  visit(Field<&Config::alarms>{"gateway.alarms"});
-  visit(Field<&Config::events>());
-  visit(Field<&Config::history>());
-  visit(Field<&Config::audit>{"gateway.audit"});
-  visit(Field<&Config::socket>{"gateway.socket"});
-  visit(Field<&Config::modbus>());
-  visit(Field<&Config::dds>());
-  visit(Field<&Config::web>());
-  visit(Field<&Config::lines>());
+  visit(Key{"gateway", "the gateway itself, and what counts for all lines"});
+  visit(Field<&Config::name>{"gateway.name",
+                             "the key of every DDS sample; letters, digits, single - or _"});
+  visit(Field<&Config::recordings>{.key = "gateway.recordings",
+                                   .help = "the flight recorder's files",
+                                   .fallback = "below systemd's StateDirectory, else in memory"});
+  visit(Field<&Config::state>{.key = "gateway.state",
+                              .help = "what outlives a restart",
+                              .fallback = "systemd's StateDirectory, else /var/lib/baudgate"});
+  visit(Field<&Config::alarms>{.key = "gateway.alarms", .help = "a priority, or a map, below"});
+  visit(Field<&Config::events>{.help = "a map, may be empty: events are kept"});
+  visit(Field<&Config::history>{.help = "which values are kept, and how long"});
+  visit(Field<&Config::audit>{"gateway.audit",
+                              "what becomes of a write whose record cannot be kept: it is sent and "
+                              "the record waits, or it is refused"});
+  visit(Field<&Config::socket>{.key = "gateway.socket",
+                               .help = "for status, read, write, trace …",
+                               .fallback = "/run/baudgate/NAME.sock"});
+  visit(Field<&Config::modbus>{.help = "where Modbus masters come in, and routes to slaves"});
+  visit(Field<&Config::dds>{.help = "how DDS is spoken, by the package baudgate-dds"});
+  visit(Field<&Config::web>{.help = "the page, JSON and metrics; without the key there are none"});
+  visit(Field<&Config::lines>{.help = "a list of lines; may be empty",
+                              .fallback = "required, unless a route leads to a server"});
 }
 
 /// Devices are numbered through all lines, in the order of the file: the number of the first device

@@ -12,19 +12,8 @@ std::string SpokenName(std::string_view name) {
 }
 
 std::string_view Name(WordOrder order) {
-  switch (order) {
-    case WordOrder::abcd:
-      return "ABCD";
-    case WordOrder::cdab:
-      return "CDAB";
-    case WordOrder::badc:
-      return "BADC";
-    case WordOrder::dcba:
-      return "DCBA";
-    case WordOrder::cdabghef:
-      return "CDABGHEF";
-  }
-  return "ABCD";
+  constexpr std::array<std::string_view, 5> kNames = {"ABCD", "CDAB", "BADC", "DCBA", "CDABGHEF"};
+  return kNames[static_cast<std::size_t>(order)];
 }
 
 Duration PeriodOf(const Device& device, Group group) {

@@ -12,11 +12,6 @@ std::string_view Name(AlarmPriority priority) {
   return kNames[static_cast<std::size_t>(priority)];
 }
 
-std::string_view Name(PointEvent::On on) {
-  constexpr std::array<std::string_view, 3> kNames = {"change", "above", "below"};
-  return kNames[static_cast<std::size_t>(on)];
-}
-
 std::string ConditionOf(const PointEvent& event) {
   std::string text(Name(event.on));
   if (event.on != PointEvent::On::change) text += " " + event.value.ToText();
@@ -40,11 +35,6 @@ const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t 
     if (FindEvent(table, channel, one.code) == &one) return &one;
   }
   return nullptr;
-}
-
-std::string_view Name(EventState state) {
-  constexpr std::array<std::string_view, kEventStates> kNames = {"off", "on", "message"};
-  return kNames[static_cast<std::size_t>(state)];
 }
 
 }  // namespace baudgate::config

@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -20,7 +21,21 @@ namespace baudgate::config {
 /// none: it is no alarm. `alarm: yes` is medium.
 enum class AlarmPriority : std::uint8_t { none, low, medium, high };
 inline constexpr std::size_t kAlarmPriorities = 4;
+template <>
+inline constexpr std::array<Word<AlarmPriority>, 4> kWords<AlarmPriority> = {
+    {{"high", AlarmPriority::high},
+     {"medium", AlarmPriority::medium},
+     {"low", AlarmPriority::low},
+     {"off", AlarmPriority::none}}};
 std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
+
+/// Of an event of a point or a device, in `alarm`.
+inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
+    {{"no", AlarmPriority::none},
+     {"yes", AlarmPriority::medium},
+     {"low", AlarmPriority::low},
+     {"medium", AlarmPriority::medium},
+     {"high", AlarmPriority::high}}};
 
 /// `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high }`.
 struct PointEvent {
@@ -41,16 +56,21 @@ struct PointEvent {
 
 template <typename Visit>
 void VisitFields(const PointEvent*, Visit visit) {
-  visit(Field<&PointEvent::on>());
-  visit(Field<&PointEvent::value>());
-  visit(Field<&PointEvent::hysteresis>());
-  visit(Field<&PointEvent::delay>());
-  visit(Field<&PointEvent::text>());
-  visit(Field<&PointEvent::alarm>());
-  visit(Field<&PointEvent::normal>());
-  visit(Field<&PointEvent::record>());
+  visit(Field<&PointEvent::on>{.help = "what raises it", .fallback = kRequired});
+  visit(Field<&PointEvent::value>{.help = "the limit of above and below",
+                                  .fallback = "required with above and below"});
+  visit(Field<&PointEvent::hysteresis>{
+      .help = "above ends at value - hysteresis, below at value + hysteresis; of change: so much "
+              "and less is none"});
+  visit(Field<&PointEvent::delay>{"delay", "for so long it has to be so, or not so any more", 0ms,
+                                  24h});
+  visit(Field<&PointEvent::text>{.help = "in place of what on says"});
+  visit(Field<&PointEvent::alarm>{
+      .help = "yes is medium", .fallback = "no", .words = kEventAlarmWords});
+  visit(Field<&PointEvent::normal>{
+      .help = "of change: this value means that all is well, any other that something is wrong"});
+  visit(Field<&PointEvent::record>{.help = "which values are kept with it: a name of records"});
 }
-std::string_view Name(PointEvent::On on);  ///< "above"
 
 /// "change", "above 5": what tells one of a point from another.
 std::string ConditionOf(const PointEvent& event);
@@ -60,6 +80,8 @@ std::string ConditionOf(const PointEvent& event);
 /// As Modbus and the command line say it.
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
+
+inline constexpr std::uint32_t kLastEventCode = 999'999;
 
 struct EventText {
   std::optional<std::uint32_t> channel;  ///< empty: of every channel
@@ -75,13 +97,15 @@ struct EventText {
 
 template <typename Visit>
 void VisitFields(const EventText*, Visit visit) {
-  visit(Field<&EventText::channel>());
-  visit(Field<&EventText::code>());
-  visit(Field<&EventText::state>());
-  visit(Field<&EventText::text>());
-  visit(Field<&EventText::alarm>());
-  visit(Field<&EventText::until>());
-  visit(Field<&EventText::record>());
+  visit(Field<&EventText::channel>{"channel", "of this channel alone", 0, 999, "every channel"});
+  visit(Field<&EventText::code>{"code", "the device's own number", 1, kLastEventCode, kRequired});
+  visit(Field<&EventText::state>{.help = "what begins, what ends, or neither"});
+  visit(Field<&EventText::text>{.help = "what it means", .fallback = kRequired});
+  visit(Field<&EventText::alarm>{
+      .help = "yes is medium", .fallback = "no", .words = kEventAlarmWords});
+  visit(Field<&EventText::until>{"until", "the code, with state: off, that ends the alarm", 1,
+                                 kLastEventCode});
+  visit(Field<&EventText::record>{.help = "which values are kept with it: a name of records"});
 }
 
 /// That of the channel before that of all; null: the table does not have it.
@@ -92,13 +116,10 @@ const EventText* FindEvent(std::span<const EventText> table, std::uint32_t chann
 const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
                                 std::uint32_t code);
 
-std::string_view Name(EventState state);  ///< "on"
-
 // The alarms that the gateway raises itself: the key `alarms:` of the gateway, a line, a device and
 // a route. The more specific setting wins, each key by itself.
 struct AlarmSetting {
   AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
-  /// A trouble raises its alarm once it has lasted this long.
   Duration delay = std::chrono::seconds(30);
 
   bool on() const { return priority != AlarmPriority::none; }
@@ -107,8 +128,9 @@ struct AlarmSetting {
 
 template <typename Visit>
 void VisitFields(const AlarmSetting*, Visit visit) {
-  visit(Field<&AlarmSetting::priority>());
-  visit(Field<&AlarmSetting::delay>());
+  visit(Field<&AlarmSetting::priority>{.help = "of the alarms that the gateway raises itself"});
+  visit(Field<&AlarmSetting::delay>{
+      "delay", "a trouble raises its alarm once it has lasted this long", 0ms, 24h});
 }
 
 }  // namespace baudgate::config

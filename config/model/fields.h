@@ -1,27 +1,34 @@
 // The members of the configuration's structs, one by one. Beside each struct stands its visitor,
-// which names every member once; comparison, defaults and tests go through it:
+// which has one row for each member: comparison, the reader of the key (MapReader::Read),
+// docs/keys.md and the man page follow from it.
 //
 //     template <typename Visit>
-//     void VisitFields(const Sentinel*, Visit visit) {
-//       visit(Field<&Sentinel::value>());
-//       visit(Field<&Sentinel::quality>());
+//     void VisitFields(const PortServer*, Visit visit) {
+//       visit(Field<&PortServer::mode>{.help = "raw: bytes as they are; rfc2217: telnet"});
+//       visit(Field<&PortServer::time>{"for", "of lend: the longest time", 1s, 24h});
 //     }
 //
-// tests/config/model/fields_test.cpp fails where a member is missing.
+// tests/config/model/fields_test.cpp fails where a member is missing, tests/config/keys_test.cpp
+// where docs/keys.md differs from the rows.
 //
 // Shared is a value that its copies share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <concepts>
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include "gateway/base/time.h"
 
 namespace baudgate::config {
 
@@ -50,8 +57,8 @@ class Shared {
   std::shared_ptr<const T> value_;
 };
 
-/// "jump" of &Point::jump: what the compiler calls it, between the last "::" and the end of the
-/// list.
+/// "jump" of &Point::jump, "strip" of Echo::strip: what the compiler calls it, between the last
+/// "::" and the end of the list. A number that is no enumerator is "Echo)3".
 template <auto kMember>
 constexpr std::string_view MemberName() {
   std::string_view name = __PRETTY_FUNCTION__;
@@ -59,12 +66,79 @@ constexpr std::string_view MemberName() {
   return name.substr(name.rfind(':') + 1);
 }
 
-/// A setting, and the key that messages name it by.
+/// A word of the configuration, and what it stands for.
+template <typename T>
+struct Word {
+  std::string_view word;
+  T meaning;
+};
+inline constexpr std::array<Word<bool>, 2> kDenyAllow = {{{"deny", false}, {"allow", true}}};
+
+/// In the table of keys, of a key that has no default.
+inline constexpr std::string_view kRequired = "required";
+
+template <typename E, std::size_t kCount = 0>
+constexpr auto WordsOfNames() {
+  if constexpr (MemberName<static_cast<E>(kCount)>().find(')') == std::string_view::npos) {
+    return WordsOfNames<E, kCount + 1>();
+  } else {
+    std::array<Word<E>, kCount> words;
+    const auto set = [&words]<std::size_t... kIndices>(std::index_sequence<kIndices...>) {
+      ((words[kIndices] = {MemberName<static_cast<E>(kIndices)>(), static_cast<E>(kIndices)}), ...);
+    };
+    set(std::make_index_sequence<kCount>());
+    return words;
+  }
+}
+
+/// The words of an enumeration: the names of its enumerators, unless a specialisation beside it has
+/// others.
+template <typename E>
+inline constexpr auto kWords = WordsOfNames<E>();
+
+/// "strip": the first word for this value.
+template <typename E>
+requires std::is_enum_v<E>
+constexpr std::string_view Name(E value) {
+  for (const Word<E>& one : kWords<E>) {
+    if (one.meaning == value) return one.word;
+  }
+  return {};
+}
+
+template <typename Struct, typename T>
+T ValueOf(T Struct::*);
+template <typename Struct, typename T>
+T ValueOf(std::optional<T> Struct::*);
+
+/// A setting, and the key that messages name it by. With `help` it stands in the table of keys.
 template <auto kMember>
 struct Field {
+  using Value = decltype(ValueOf(kMember));
+  using Bound =
+      std::conditional_t<std::integral<Value> || std::same_as<Value, Duration>, Value, int>;
+  static constexpr std::span<const Word<Value>> Words() {
+    if constexpr (std::is_enum_v<Value>) return kWords<Value>;
+    return {};
+  }
+
   static constexpr auto member = kMember;
   static constexpr bool is_setting = true;
   std::string_view key = MemberName<kMember>();
+  std::string_view help{};
+  Bound least{};  ///< of a number or a time
+  Bound most{};
+  std::string_view fallback{};  ///< the default, where the member's initial value is another one
+  std::span<const Word<Value>> words = Words();  ///< the only ones that may stand there
+};
+
+/// A key whose reader sets several members, or one that another key sets as well.
+struct Key {
+  static constexpr bool is_setting = false;
+  std::string_view key;
+  std::string_view help{};
+  std::string_view allowed{};
+  std::string_view fallback{};
 };
 
 /// A member that is no setting: a place in the file, or what follows from settings.

@@ -28,11 +28,10 @@ struct PortServer {
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;
-  std::vector<Network> allow;  ///< who may connect; empty = everybody: on loopback only
-  Busy busy = Busy::refuse;    ///< of a served port
-  /// Without a byte in either direction for so long a client loses the port.
+  std::vector<Network> allow;  ///< empty = everybody: on loopback only
+  Busy busy = Busy::refuse;
   Duration idle = std::chrono::minutes(10);
-  Duration time = std::chrono::minutes(30);  ///< of a loan: the longest one client has the port
+  Duration time = std::chrono::minutes(30);
   Mark mark;
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
@@ -40,28 +39,31 @@ struct PortServer {
   std::string Place() const;
 };
 
-constexpr std::string_view Name(PortServer::Mode mode) {
-  return mode == PortServer::Mode::raw ? "raw" : "rfc2217";
-}
-
 template <typename Visit>
 void VisitFields(const PortServer*, Visit visit) {
-  visit(Field<&PortServer::at>());
-  visit(Field<&PortServer::mode>());
-  visit(Field<&PortServer::allow>());
-  visit(Field<&PortServer::busy>());
-  visit(Field<&PortServer::idle>());
-  visit(Field<&PortServer::time>{"for"});
+  visit(Field<&PortServer::at>{.help = "address and TCP port of this machine",
+                               .fallback = kRequired});
+  visit(Field<&PortServer::mode>{
+      .help = "raw: bytes as they are; rfc2217: telnet, by which a client also sets the port"});
+  visit(Field<&PortServer::allow>{
+      .help = "addresses and networks that may connect; beyond loopback it must name somebody",
+      .fallback = "everybody"});
+  visit(Field<&PortServer::idle>{
+      "idle", "without a byte in either direction for so long a client loses the port", 1s, 24h});
+  visit(Field<&PortServer::busy>{
+      .help = "of serial_server: a client that connects while another one has the port is refused, "
+              "or waits for its turn (at most seven wait)"});
+  visit(Field<&PortServer::time>{"for", "of lend: the longest time that a client has the port", 1s,
+                                 24h});
   visit(Derived<&PortServer::mark>());
 }
 
 enum class Echo : std::uint8_t { off, strip, verify };
-/// Telegrams by hand that may write.
 enum class Ask : std::uint8_t { deny, write };
 
 struct Line {
   std::string name;
-  std::string port;  ///< /dev/…, a pty's path, or tcp://host:port
+  std::string port;
   SerialSettings serial;
   std::string protocol;
   bool tcp = false;  ///< its protocol knows TCP only: `serial` is nobody's setting, and not shown
@@ -87,20 +89,29 @@ struct Line {
 
 template <typename Visit>
 void VisitFields(const Line*, Visit visit) {
-  visit(Field<&Line::name>());
-  visit(Field<&Line::port>());
-  visit(Field<&Line::serial>());
-  visit(Field<&Line::protocol>());
+  visit(Field<&Line::name>{.help = "letters, digits, single - or _", .fallback = kRequired});
+  visit(Field<&Line::port>{.help = "/dev/…, a pty's path, or tcp://host:port for a serial server",
+                           .fallback = kRequired});
+  visit(Field<&Line::serial>{.help = "\"9600 7E1\": bit/s, data bits, parity (N, E, O, M, S), stop "
+                                     "bits; or a map",
+                             .fallback = "the protocol's"});
+  visit(Key{"parity", "who makes parity bits; software: for ports that know 8N1 only",
+            "hardware, software", "hardware"});
+  visit(Key{"rs485", "a map, below"});
+  visit(Field<&Line::protocol>{.help = "a name from `baudgate protocols`",
+                               .fallback = "required, unless it has serial_server"});
   visit(Derived<&Line::tcp>());
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
-  visit(Field<&Line::echo>());
-  visit(Field<&Line::ask>());
-  visit(Field<&Line::alarms>());
+  visit(Field<&Line::echo>{
+      .help = "the adapter hears itself; verify: every request must come back, as in a ring"});
+  visit(Field<&Line::ask>{.help = "telegrams by hand that may write"});
+  visit(Field<&Line::alarms>{.help = "of the line and its devices, below",
+                             .fallback = "the gateway's"});
   visit(Field<&Line::options>());
-  visit(Field<&Line::devices>());
-  visit(Field<&Line::serial_server>());
-  visit(Field<&Line::lend>());
+  visit(Field<&Line::devices>{.help = "a list of devices, below"});
+  visit(Field<&Line::serial_server>{.help = "the port over the network, all the time"});
+  visit(Field<&Line::lend>{.help = "the port over the network, for a while"});
   visit(Derived<&Line::mark>());
 }
 

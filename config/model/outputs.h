@@ -40,8 +40,8 @@ struct ClientPriority {
 
 template <typename Visit>
 void VisitFields(const ClientPriority*, Visit visit) {
-  visit(Field<&ClientPriority::from>());
-  visit(Field<&ClientPriority::priority>());
+  visit(Field<&ClientPriority::from>{.help = "an address or a network", .fallback = kRequired});
+  visit(Field<&ClientPriority::priority>{.help = "of its requests", .fallback = kRequired});
 }
 
 /// So have some functions, whoever asks: over the client's and the listener's.
@@ -52,8 +52,10 @@ struct FunctionPriority {
 
 template <typename Visit>
 void VisitFields(const FunctionPriority*, Visit visit) {
-  visit(Field<&FunctionPriority::codes>());
-  visit(Field<&FunctionPriority::priority>());
+  visit(Field<&FunctionPriority::codes>{.help = "function codes: [5, 6, 15, 16]",
+                                        .fallback = kRequired});
+  visit(Field<&FunctionPriority::priority>{.help = "before the client's and the listener's",
+                                           .fallback = kRequired});
 }
 
 /// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
@@ -102,27 +104,38 @@ struct Listener {
 
 template <typename Visit>
 void VisitFields(const Listener*, Visit visit) {
+  visit(Key{"at", "\"0.0.0.0:502\", \"[::]:502\", or a serial port", {}, "127.0.0.1:1502"});
   visit(Field<&Listener::host>());
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
-  visit(Field<&Listener::serial>());
-  visit(Field<&Listener::echo>());
-  visit(Field<&Listener::framing>());
-  visit(Field<&Listener::allow>());
+  visit(Field<&Listener::serial>{.help = "of a serial port, as of a line; parity and rs485 as well",
+                                 .fallback = "those of the framing"});
+  visit(Field<&Listener::echo>{
+      .help = "of a serial port: strip where the adapter returns the gateway's own replies"});
+  visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
+                                  .fallback = "tcp; at a serial port rtu"});
+  visit(Field<&Listener::allow>{.help = "networks whose clients may connect",
+                                .fallback = "everybody"});
+  visit(Key{"permit", "read: functions 1-4; data: 1-6, 15 and 16", "read, data, all", "all"});
+  visit(Key{"write", "deny is permit: read", "allow, deny", "allow"});
   visit(Field<&Listener::permit>{"write"});
-  visit(Field<&Listener::priority>());
-  visit(Field<&Listener::clients>());
-  visit(Field<&Listener::functions>());
-  visit(Field<&Listener::errors>());
-  visit(Field<&Listener::broadcast>());
-  visit(Field<&Listener::holes>());
-  visit(Field<&Listener::max_clients>());
-  visit(Field<&Listener::idle_timeout>());
+  visit(Field<&Listener::priority>{.help = "who is served first on lines with a route"});
+  visit(Field<&Listener::clients>{.help = "priorities of some clients: a list of maps, below"});
+  visit(Field<&Listener::functions>{.help = "priorities of some functions: a list of maps, below"});
+  visit(Field<&Listener::errors>{
+      .help = "silent: no answer in place of the exceptions 0x06, 0x0A and 0x0B",
+      .fallback = "exception; at a serial port silent"});
+  visit(Field<&Listener::broadcast>{
+      .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
+  visit(Field<&Listener::holes>{
+      .help = "zero: in a block read, addresses without a point read 0, their quality too, if the "
+              "block has a point; off: exception 0x02"});
+  visit(Field<&Listener::max_clients>{
+      "max_clients", "connected at the same time; fewer where open files are few", 1, 10'000});
+  visit(Field<&Listener::idle_timeout>{
+      "idle_timeout", "a client without a request for so long is closed", 1s, 24h});
   visit(Derived<&Listener::mark>());
 }
-
-std::string_view Name(Priority priority);
-std::string_view Name(Permit permit);
 
 // Where requests for units that are no devices go.
 
@@ -152,15 +165,19 @@ struct Route {
 
 template <typename Visit>
 void VisitFields(const Route*, Visit visit) {
-  visit(Field<&Route::first>{"units"});
+  visit(Field<&Route::first>{.key = "units", .help = "20, or \"33-40\"", .fallback = kRequired});
   visit(Field<&Route::last>{"units"});
-  visit(Field<&Route::line>());
+  visit(Field<&Route::line>{.help = "a line whose protocol carries Modbus"});
   visit(Derived<&Route::line_index>());
+  visit(Key{"server", "in place of line: a Modbus TCP server elsewhere, 10.0.0.9:502"});
   visit(Field<&Route::host>());
   visit(Field<&Route::port>());
-  visit(Field<&Route::remap>());
-  visit(Field<&Route::deadline>());
-  visit(Field<&Route::alarms>());
+  visit(Field<&Route::remap>{"remap", "the slave of the first unit; the next unit has the next", 0,
+                             255, "the unit's own number"});
+  visit(Field<&Route::deadline>{
+      "deadline", "from the request to the end of its reply, queueing included", 50ms, 1min});
+  visit(Field<&Route::alarms>{.help = "of units that do not answer their clients, below",
+                              .fallback = "the line's, or the gateway's"});
   visit(Derived<&Route::mark>());
 }
 
@@ -169,14 +186,14 @@ void VisitFields(const Route*, Visit visit) {
 
 /// Absolute paths; without `identity` DDS is open to everybody who reaches its ports.
 struct DdsSecurity {
-  std::string ca;              ///< certificates of the authority that issues identities
-  std::string permissions_ca;  ///< of the one that signs the two documents; empty: `ca`
-  std::string identity;        ///< the participant's certificate
-  std::string key;             ///< its private key
-  std::string password_file;   ///< holds the key's password; empty: it has none
-  std::string governance;      ///< what is protected in the domain; signed
-  std::string permissions;     ///< who may publish and subscribe what; signed
-  Keys keys;                   ///< places in the configuration
+  std::string ca;
+  std::string permissions_ca;  ///< empty: `ca`
+  std::string identity;
+  std::string key;
+  std::string password_file;  ///< empty: the key has no password
+  std::string governance;
+  std::string permissions;
+  Keys keys;  ///< places in the configuration
 
   bool on() const { return !identity.empty(); }
   const std::string& signer() const { return permissions_ca.empty() ? ca : permissions_ca; }
@@ -184,13 +201,17 @@ struct DdsSecurity {
 
 template <typename Visit>
 void VisitFields(const DdsSecurity*, Visit visit) {
-  visit(Field<&DdsSecurity::ca>());
-  visit(Field<&DdsSecurity::permissions_ca>());
-  visit(Field<&DdsSecurity::identity>());
-  visit(Field<&DdsSecurity::key>());
-  visit(Field<&DdsSecurity::password_file>());
-  visit(Field<&DdsSecurity::governance>());
-  visit(Field<&DdsSecurity::permissions>());
+  visit(Field<&DdsSecurity::ca>{.help = "certificates of the authority that issues identities",
+                                .fallback = kRequired});
+  visit(Field<&DdsSecurity::permissions_ca>{
+      .help = "of the authority that signs governance and permissions", .fallback = "ca"});
+  visit(Field<&DdsSecurity::identity>{.help = "the gateway's certificate", .fallback = kRequired});
+  visit(Field<&DdsSecurity::key>{.help = "its private key", .fallback = kRequired});
+  visit(Field<&DdsSecurity::password_file>{.help = "holds the password of the key"});
+  visit(Field<&DdsSecurity::governance>{.help = "what is protected in the domain; signed",
+                                        .fallback = kRequired});
+  visit(Field<&DdsSecurity::permissions>{.help = "who may publish and subscribe what; signed",
+                                         .fallback = kRequired});
   visit(Derived<&DdsSecurity::keys>());
 }
 
@@ -226,11 +247,14 @@ struct Web {
 template <typename Visit>
 void VisitFields(const Web*, Visit visit) {
   visit(Field<&Web::on>{"web"});
-  visit(Field<&Web::listen>());
-  visit(Field<&Web::allow>());
-  visit(Field<&Web::hosts>());
-  visit(Field<&Web::token_file>{"token"});
-  visit(Field<&Web::acknowledge>());
+  visit(Field<&Web::listen>{.help = "beyond 127.0.0.1 it needs token"});
+  visit(Field<&Web::allow>{.help = "addresses and networks that may connect",
+                           .fallback = "everybody"});
+  visit(Field<&Web::hosts>{.help = "names of this gateway in browsers: [gate.example.com]"});
+  visit(Field<&Web::token_file>{.key = "token",
+                                .help = "{ file: PATH }, mode 0600: its first line is the token"});
+  visit(Field<&Web::acknowledge>{.help = "whether alarms may be acknowledged on the page",
+                                 .words = kDenyAllow});
   visit(Derived<&Web::token_mark>());
 }
 
@@ -242,9 +266,10 @@ struct Modbus {
 
 template <typename Visit>
 void VisitFields(const Modbus*, Visit visit) {
-  visit(Field<&Modbus::enabled>());
-  visit(Field<&Modbus::listen>());
-  visit(Field<&Modbus::routes>());
+  visit(Field<&Modbus::enabled>{.help = "false: nothing is served on Modbus"});
+  visit(Field<&Modbus::listen>{.help = "an address, a map, or a list of them",
+                               .fallback = "127.0.0.1:1502"});
+  visit(Field<&Modbus::routes>{.help = "a list; the first route that names the unit counts"});
 }
 
 inline constexpr std::size_t kMostPeers = 64;
@@ -257,29 +282,34 @@ struct Dds {
   static constexpr bool kReloads = false;
 
   bool enabled = true;
-  int domain = 0;  ///< 0…232
+  int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
   bool multicast = true;           ///< ask the domain's multicast group, and listen to it
   std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast; kMostPeers at most
   std::vector<HostPort> discovery_servers;  ///< IPv4; who announces himself there is introduced
-  Duration heartbeat = std::chrono::seconds(10);  ///< every point is published at least so often
-  Duration lease = kUsualLease;  ///< from its last sign of life until the gateway counts as gone
+  Duration heartbeat = std::chrono::seconds(10);
+  Duration lease = kUsualLease;
   DdsSecurity security;
-  bool write = false;  ///< take write requests
+  bool write = false;
 };
 
 template <typename Visit>
 void VisitFields(const Dds*, Visit visit) {
-  visit(Field<&Dds::enabled>());
-  visit(Field<&Dds::domain>());
-  visit(Field<&Dds::interfaces>());
-  visit(Field<&Dds::multicast>());
-  visit(Field<&Dds::peers>());
-  visit(Field<&Dds::discovery_servers>());
-  visit(Field<&Dds::heartbeat>());
-  visit(Field<&Dds::lease>());
-  visit(Field<&Dds::security>());
-  visit(Field<&Dds::write>());
+  visit(Field<&Dds::enabled>{.help = "false: nothing is published"});
+  visit(Field<&Dds::domain>{"domain", "of DDS; beyond 232 ports would be above 65535", 0, 232});
+  visit(Field<&Dds::interfaces>{.help = "addresses of this machine on which DDS is spoken"});
+  visit(Field<&Dds::multicast>{.help = "false: ask peers and discovery servers only"});
+  visit(Field<&Dds::peers>{.help = "machines that are asked where multicast does not reach"});
+  visit(Field<&Dds::discovery_servers>{
+      .help = "servers that introduce this gateway to all others: [\"10.0.0.7:11811\"]"});
+  visit(Field<&Dds::heartbeat>{"heartbeat", "every point is published at least this often", 100ms,
+                               1h});
+  visit(Field<&Dds::lease>{"lease", "a gateway that was not heard for so long is gone",
+                           kShortestLease, kLongestLease});
+  visit(
+      Field<&Dds::security>{.help = "a folder as `baudgate certs dds` makes it, or a map, below"});
+  visit(Field<&Dds::write>{.help = "whether the domain may write what devices allow",
+                           .words = kDenyAllow});
 }
 
 }  // namespace baudgate::config

@@ -15,63 +15,9 @@ constexpr IntegerRange RangeOf() {
 
 }  // namespace
 
-std::string_view Name(Type type) {
-  switch (type) {
-    case Type::boolean:
-      return "bool";
-    case Type::int8:
-      return "int8";
-    case Type::uint8:
-      return "uint8";
-    case Type::int16:
-      return "int16";
-    case Type::uint16:
-      return "uint16";
-    case Type::int32:
-      return "int32";
-    case Type::uint32:
-      return "uint32";
-    case Type::int64:
-      return "int64";
-    case Type::uint64:
-      return "uint64";
-    case Type::float32:
-      return "float32";
-    case Type::float64:
-      return "float64";
-    case Type::string:
-      return "string";
-  }
-  return "float32";
-}
-
 std::string_view Name(Group group) {
-  switch (group) {
-    case Group::once:
-      return "once";
-    case Group::daily:
-      return "daily";
-    case Group::slow:
-      return "slow";
-    case Group::fast:
-      return "fast";
-    case Group::again:
-      return "again";
-    default:
-      return "own";
-  }
-}
-
-std::string_view Name(Access access) {
-  switch (access) {
-    case Access::read:
-      return "r";
-    case Access::write:
-      return "w";
-    case Access::read_write:
-      return "rw";
-  }
-  return "r";
+  if (group == Group::again) return "again";
+  return group < Group::own ? kWords<Group>[static_cast<std::size_t>(group)].word : "own";
 }
 
 std::string PeriodText(const Point& point) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +35,23 @@ enum class Type : std::uint8_t {
   float64,
   string
 };
+template <>
+inline constexpr std::array<Word<Type>, 12> kWords<Type> = {{{"bool", Type::boolean},
+                                                             {"int8", Type::int8},
+                                                             {"uint8", Type::uint8},
+                                                             {"int16", Type::int16},
+                                                             {"uint16", Type::uint16},
+                                                             {"int32", Type::int32},
+                                                             {"uint32", Type::uint32},
+                                                             {"int64", Type::int64},
+                                                             {"uint64", Type::uint64},
+                                                             {"float32", Type::float32},
+                                                             {"float64", Type::float64},
+                                                             {"string", Type::string}}};
 enum class Access : std::uint8_t { read, write, read_write };
+template <>
+inline constexpr std::array<Word<Access>, 3> kWords<Access> = {
+    {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
 /// What the number of a point means where IEC 61131-3 has a type of its own for it; each is an
 /// unsigned number of 32 bits, as PLCs hold it.
 enum class TimeType : std::uint8_t {
@@ -51,6 +68,9 @@ enum class TimeType : std::uint8_t {
 inline constexpr std::size_t kMostIntervals = 8;
 enum class Group : std::uint8_t { once, daily, slow, fast, own, again = own + kMostIntervals };
 inline constexpr std::size_t kNamedGroups = 4;
+template <>
+inline constexpr std::array<Word<Group>, kNamedGroups> kWords<Group> = {
+    {{"once", Group::once}, {"daily", Group::daily}, {"slow", Group::slow}, {"fast", Group::fast}}};
 inline constexpr std::size_t kGroups = kNamedGroups + kMostIntervals;
 constexpr Group OwnGroup(std::size_t interval) {
   return static_cast<Group>(static_cast<std::size_t>(Group::own) + interval);
@@ -59,6 +79,11 @@ inline constexpr Duration kAgainPeriod = std::chrono::seconds(8);
 constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
 /// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
 enum class Table : std::uint8_t { registers, bits };
+template <>
+inline constexpr std::array<Word<Table>, 4> kWords<Table> = {{{"input", Table::registers},
+                                                              {"holding", Table::registers},
+                                                              {"discrete", Table::bits},
+                                                              {"coil", Table::bits}}};
 
 /// A raw value that the device sends in place of a measurement, and the quality it means.
 struct Sentinel {
@@ -115,9 +140,12 @@ struct AllowWhen {
 
 template <typename Visit>
 void VisitFields(const AllowWhen*, Visit visit) {
-  visit(Field<&AllowWhen::point>());
-  visit(Field<&AllowWhen::is>());
-  visit(Field<&AllowWhen::only>{"for"});
+  visit(Field<&AllowWhen::point>{.help = "LINE.DEVICE.POINT", .fallback = kRequired});
+  visit(Field<&AllowWhen::is>{.help = "its value; with any other, or none that is good, nothing is "
+                                      "written",
+                              .fallback = kRequired});
+  visit(Field<&AllowWhen::only>{
+      .key = "for", .help = "guards writes of this value alone", .fallback = "every value"});
   visit(Derived<&AllowWhen::device>());
   visit(Derived<&AllowWhen::index>());
   visit(Derived<&AllowWhen::mark>());
@@ -142,15 +170,16 @@ struct Writing {
 template <typename Visit>
 void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allowed>{"write"});
-  visit(Field<&Writing::min>());
-  visit(Field<&Writing::max>());
+  visit(Field<&Writing::min>{.help = "the least value, or the point of the device that has it"});
+  visit(Field<&Writing::max>{.help = "the greatest value, or the point of the device that has it"});
   visit(Field<&Writing::min_point>{"min"});
   visit(Field<&Writing::max_point>{"max"});
-  visit(Field<&Writing::step>());
-  visit(Field<&Writing::decimals>());
-  visit(Field<&Writing::select>());
-  visit(Field<&Writing::select_time>());
-  visit(Field<&Writing::allow_when>());
+  visit(Field<&Writing::step>{.help = "only multiples of it, counted from 0"});
+  visit(Field<&Writing::decimals>{"decimals",
+                                  "digits behind the decimal point that the device takes", 0, 9});
+  visit(Field<&Writing::select>{.help = "true: written only after it was selected"});
+  visit(Field<&Writing::select_time>{"select_time", "how long a selection counts", 1s, 10min});
+  visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});
 }
 
 /// A large gateway has 100,000 of them: the small members stand side by side.
@@ -185,38 +214,46 @@ struct Point {
 
 template <typename Visit>
 void VisitFields(const Point*, Visit visit) {
-  visit(Field<&Point::name>());
-  visit(Field<&Point::read>());
-  visit(Field<&Point::write>());
-  visit(Field<&Point::type>());
+  visit(Field<&Point::name>{.help = "letters, digits, single _, no digit first",
+                            .fallback = kRequired});
+  visit(Field<&Point::read>{.help = "the protocol's own address; `baudgate protocols NAME`",
+                            .fallback = "required, unless access is w"});
+  visit(Field<&Point::write>{.help = "where it is written, if not where it is read"});
+  visit(Field<&Point::type>{.help = "string with its length: string(16); or as IEC 61131-3: INT, "
+                                    "REAL, DT …",
+                            .fallback = kRequired});
   visit(Field<&Point::text_length>{"length"});
   visit(Field<&Point::time_type>{"type"});
-  visit(Field<&Point::unit>());
-  visit(Field<&Point::access>());
+  visit(Field<&Point::unit>{.help = "of the value: at most 16 bytes"});
+  visit(Field<&Point::access>{.help = "what the device can do"});
   visit(Field<&Point::writing>{"write"});
-  visit(Field<&Point::group>());
-  visit(Field<&Point::poll>());
-  visit(Field<&Point::modbus>());
-  visit(Field<&Point::table>());
-  visit(Field<&Point::scale>());
-  visit(Field<&Point::offset>());
-  visit(Field<&Point::sentinels>());
-  visit(Field<&Point::on_fault>());
-  visit(Field<&Point::jump>());
-  visit(Field<&Point::recheck>());
-  visit(Field<&Point::deadband>());
-  visit(Field<&Point::events>());
-  visit(Field<&Point::simulate>());
-  visit(Field<&Point::description>());
+  visit(Field<&Point::group>{.help = "how often it is read"});
+  visit(Field<&Point::poll>{"poll",
+                            "an interval of its own, in place of group; at most eight a device",
+                            kShortestPoll, 24h});
+  visit(Field<&Point::modbus>{
+      "modbus", "0-based address, 0…8999 or 9100…19999; without it not on Modbus", 0, 65535});
+  visit(Field<&Point::table>{.help = "input and holding are the same, discrete and coil as well",
+                             .fallback = "input; of bool discrete"});
+  visit(Field<&Point::scale>{.help = "value = raw × scale + offset"});
+  visit(Field<&Point::offset>{.help = "see scale"});
+  visit(Field<&Point::sentinels>{
+      .help = "raw values that mean a quality: { 999: sensor_failure, 0xFFFF: not_connected }"});
+  visit(Field<&Point::on_fault>{
+      .help = "what its register shows while its value is bad: nan, hold or a number"});
+  visit(Field<&Point::jump>{.help = "how far a reading may be from the last one"});
+  visit(Field<&Point::recheck>{.help = "as of a device", .fallback = "the device's"});
+  visit(Field<&Point::deadband>{.help = "smaller changes are not published"});
+  visit(Field<&Point::events>{.help = "an event, or a list of them, below"});
+  visit(Field<&Point::simulate>{.help = "what a twin answers: a value, or [low, high]"});
+  visit(Field<&Point::description>{.help = "for people"});
   visit(Derived<&Point::mark>());
 }
 
-std::string_view Name(Type type);    ///< "float32"; string without its length
-std::string_view Name(Group group);  ///< "own" of those behind it as well
-std::string_view Name(Access access);
-
 /// "fast", or its own period: "250ms".
 std::string PeriodText(const Point& point);
+
+std::string_view Name(Group group);  ///< "own" of those behind it as well
 
 /// The name of IEC 61131-3: "REAL", "UINT", "DT", "STRING[16]".
 std::string IecName(const Point& point);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "config/model/fields.h"
 #include "gateway/base/time.h"
@@ -19,8 +20,8 @@ char LetterOf(Parity parity);
 std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {
-  bool enabled = false;
-  Duration delay_before_send{};  ///< RTS to first bit; the driver knows milliseconds only
+  bool enabled = false;          ///< the key `rs485` alone sets it
+  Duration delay_before_send{};  ///< the driver knows milliseconds only
   Duration delay_after_send{};
   bool rts_active_high = true;
   bool receive_while_sending = false;
@@ -28,15 +29,18 @@ struct Rs485 {
 
 template <typename Visit>
 void VisitFields(const Rs485*, Visit visit) {
-  visit(Field<&Rs485::enabled>());
-  visit(Field<&Rs485::delay_before_send>());
-  visit(Field<&Rs485::delay_after_send>());
-  visit(Field<&Rs485::rts_active_high>());
-  visit(Field<&Rs485::receive_while_sending>());
+  visit(Field<&Rs485::enabled>{.help = "the driver switches direction", .fallback = "true"});
+  visit(Field<&Rs485::delay_before_send>{"delay_before_send", "RTS to first bit", 0ms, 1s});
+  visit(Field<&Rs485::delay_after_send>{"delay_after_send", "last bit to RTS", 0ms, 1s});
+  visit(Field<&Rs485::rts_active_high>{.help = "RTS is high while the gateway sends"});
+  visit(Field<&Rs485::receive_while_sending>{.help = "the port hears what it sends"});
 }
 
+inline constexpr int kSlowestBaud = 300;
+inline constexpr int kFastestBaud = 921'600;
+
 struct SerialSettings {
-  int baud = 9600;    ///< bit/s, 300…921600, non-standard rates included
+  int baud = 9600;    ///< bit/s, non-standard rates included
   int data_bits = 8;  ///< 7 or 8; clients of a port (serial_server) may set 5 and 6 as well
   Parity parity = Parity::none;
   int stop_bits = 1;             ///< 1 or 2
@@ -61,15 +65,19 @@ struct SerialSettings {
 
 template <typename Visit>
 void VisitFields(const SerialSettings*, Visit visit) {
-  visit(Field<&SerialSettings::baud>());
-  visit(Field<&SerialSettings::data_bits>());
-  visit(Field<&SerialSettings::parity>());
-  visit(Field<&SerialSettings::stop_bits>());
-  visit(Field<&SerialSettings::software_parity>());
-  visit(Field<&SerialSettings::rtscts>());
-  visit(Field<&SerialSettings::xonxoff>());
-  visit(Field<&SerialSettings::low_latency>());
-  visit(Field<&SerialSettings::rs485>());
+  constexpr std::string_view kOwn = "the protocol's";
+  visit(Field<&SerialSettings::baud>{"baud", "bit/s", kSlowestBaud, kFastestBaud, kOwn});
+  visit(Field<&SerialSettings::data_bits>{"data", "bits of a character", 7, 8, kOwn});
+  visit(Field<&SerialSettings::stop_bits>{"stop", "stop bits", 1, 2, kOwn});
+  visit(Field<&SerialSettings::software_parity>{
+      .help = "for ports that know 8N1 only: the gateway makes and checks the parity bit"});
+  visit(Field<&SerialSettings::parity>{.help = "also N, E, O, M, S; software as software_parity",
+                                       .fallback = kOwn});
+  visit(Field<&SerialSettings::rtscts>{.help = "flow control by RTS and CTS"});
+  visit(Field<&SerialSettings::xonxoff>{
+      .help = "flow control by the bytes 0x11 and 0x13: not with binary protocols"});
+  visit(Field<&SerialSettings::low_latency>{.help = "ask the driver to deliver bytes at once"});
+  visit(Field<&SerialSettings::rs485>{.help = "a map, below"});
 }
 
 }  // namespace baudgate::config

@@ -25,12 +25,6 @@ Duration Rounded(Duration time) {
 
 }  // namespace
 
-std::string_view Name(Level level) {
-  constexpr std::array<std::string_view, 6> kNames = {"protocol", "gateway", "line",
-                                                      "profile",  "device",  "learned"};
-  return kNames[static_cast<std::size_t>(level)];
-}
-
 Timing Merge(const Timing& first, const Timing& second) {
   Timing merged = first;
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,8 +22,6 @@ enum class Recheck : std::uint8_t {
   always  ///< each time
 };
 
-std::string_view Name(Recheck recheck);
-
 /// No line is faster: a request and its reply at 115200 bit/s, and what a USB adapter adds.
 inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);
 
@@ -32,11 +31,11 @@ enum class Level : std::uint8_t { protocol, gateway, line, profile, device, lear
 
 /// The named times of a line (docs/timeouts.md). Nothing = decided one level up.
 struct Timing {
-  std::optional<Duration> quiet;    ///< silence before sending
-  std::optional<Duration> reply;    ///< end of request to first byte of the reply
-  std::optional<Duration> gap;      ///< longest silence inside a frame
-  std::optional<Duration> ceiling;  ///< whole exchange, from the end of the request
-  std::optional<Duration> drain;    ///< silence that ends a drain
+  std::optional<Duration> quiet;
+  std::optional<Duration> reply;
+  std::optional<Duration> gap;
+  std::optional<Duration> ceiling;
+  std::optional<Duration> drain;
   /// The source of each, in the order of kNamedTimes.
   std::array<Level, 5> from{};
 
@@ -46,17 +45,31 @@ struct Timing {
 /// Where one of `least` is longer than in `timing`, it counts.
 Timing Lengthen(const Timing& timing, const Timing& least);
 
+template <typename Visit>
+constexpr void VisitFields(const Timing*, Visit visit) {
+  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
+  visit(Field<&Timing::quiet>{"quiet", "silence before a request", 0ms, 1min});
+  visit(Field<&Timing::reply>{"reply", "from the end of the request to the first byte of the reply",
+                              1ms, 10min});
+  visit(Field<&Timing::gap>{"gap", "longest silence inside a frame", 1ms, 1min});
+  visit(Field<&Timing::ceiling>{"ceiling", "whole exchange, from the end of the request", 1ms,
+                                10min});
+  visit(Field<&Timing::drain>{"drain", "silence that ends a drain", 1ms, 1min});
+  visit(Field<&Timing::from>());
+}
+
 struct NamedTime {
   std::string_view name;
   std::optional<Duration> Timing::*time = nullptr;
 };
-inline constexpr std::array<NamedTime, 5> kNamedTimes = {{{"quiet", &Timing::quiet},
-                                                          {"reply", &Timing::reply},
-                                                          {"gap", &Timing::gap},
-                                                          {"ceiling", &Timing::ceiling},
-                                                          {"drain", &Timing::drain}}};
-
-std::string_view Name(Level level);  ///< "protocol", "gateway", …
+inline constexpr std::array<NamedTime, 5> kNamedTimes = [] {
+  std::array<NamedTime, 5> times;
+  VisitFields(static_cast<const Timing*>(nullptr), [&, i = std::size_t{0}](auto field) mutable {
+    if constexpr (requires { times[i].time = field.member; })
+      times[i++] = {field.key, field.member};
+  });
+  return times;
+}();
 
 /// "quiet 5ms, reply 1s (line), …": of times that are all given; the protocol's own stand without
 /// a word.
@@ -88,12 +101,17 @@ struct Pace {
 
 template <typename Visit>
 void VisitFields(const Pace*, Visit visit) {
-  visit(Field<&Pace::timing>());
-  visit(Field<&Pace::retries>());
-  visit(Field<&Pace::poll>());
-  visit(Field<&Pace::slow>());
-  visit(Field<&Pace::recheck>());
-  visit(Field<&Pace::daily>());
+  visit(Field<&Pace::poll>{"poll", "period of the points of group fast", kShortestPoll, 24h});
+  visit(Field<&Pace::slow>{"slow", "period of the points of group slow", kShortestPoll, 24h});
+  visit(Field<&Pace::daily>{"daily", "period of the points of group daily", 1min, 7 * 24h});
+  visit(Field<&Pace::retries>{
+      "retries", "how often a failed exchange is repeated before its poll is given up", 0, 10});
+  visit(Field<&Pace::recheck>{
+      .help = "which readings wait for a second one: none, those that differ by more than the "
+              "point's jump, all",
+      .fallback = "jump where nothing but an 8-bit sum or no sum guards replies and parity is off, "
+                  "else off"});
+  visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 
 /// Key by key: `first` wins where it says something, else `second`.

@@ -4,15 +4,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
+#include "config/model/fields.h"
 #include "config/model/problem.h"
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/time.h"
@@ -49,21 +51,23 @@ std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& w
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
 
-/// A word of the configuration and what it stands for.
-template <typename T>
-struct Word {
-  std::string_view word;
-  T meaning;
-};
-
-template <typename T, std::size_t kCount>
-std::optional<T> ReadWord(const YamlNode& node, const std::string& what,
-                          const std::array<Word<T>, kCount>& words, Problems& problems) {
-  std::array<std::string_view, kCount> names;
-  for (std::size_t i = 0; i < kCount; ++i) names[i] = words[i].word;
+/// The meaning of a word; `words`: a list of Word.
+template <typename Words>
+auto ReadWord(const YamlNode& node, const std::string& what, const Words& words, Problems& problems)
+    -> std::optional<std::remove_cvref_t<decltype(words[0].meaning)>> {
+  std::vector<std::string_view> names;
+  for (const auto& one : words) names.push_back(one.word);
   const auto index = ReadChoice(node, what, names, problems);
   if (!index) return std::nullopt;
   return words[*index].meaning;
+}
+
+/// Puts what was read where it belongs, and leaves the default where nothing was. True: something
+/// was.
+template <typename T, typename U>
+bool Assign(T& target, std::optional<U> value) {
+  if (value) target = std::move(*value);
+  return value.has_value();
 }
 
 /// Reads a map key by key. Every key that is asked for is thereby allowed; Finish reports the rest.
@@ -107,11 +111,57 @@ class MapReader {
     if (!value) return std::nullopt;
     return static_cast<T>(*value);
   }
-  template <typename T, std::size_t kCount>
-  std::optional<T> OneOf(std::string_view key, const std::array<Word<T>, kCount>& words) {
+  template <typename Words>
+  auto OneOf(std::string_view key, const Words& words)
+      -> std::optional<std::remove_cvref_t<decltype(words[0].meaning)>> {
     const auto node = Get(key);
     if (!node) return std::nullopt;
     return ReadWord(*node, std::string(key), words, problems_);
+  }
+
+  /// The value of a field's key: one of its words, a flag, a number or a time in its range, a text.
+  template <auto kMember, typename T = typename Field<kMember>::Value>
+  requires std::is_enum_v<T> || std::integral<T> || std::same_as<T, Duration> ||
+      std::same_as<T, Decimal> || std::same_as<T, std::string>
+          std::optional<T> Value(const Field<kMember>& field) {
+    const std::string_view key = field.key.substr(field.key.rfind('.') + 1);
+    if (!field.words.empty()) return OneOf(key, field.words);
+    if constexpr (std::same_as<T, bool>) {
+      return Flag(key);
+    } else if constexpr (std::integral<T>) {
+      return Integer<T>(key, field.least, field.most);
+    } else if constexpr (std::same_as<T, Duration>) {
+      return Time(key, field.least, field.most);
+    } else if constexpr (std::same_as<T, Decimal>) {
+      return Number(key);
+    } else if constexpr (std::same_as<T, std::string>) {
+      return Text(key);
+    }
+    return std::nullopt;
+  }
+  /// Reads the keys of these fields of `its`, in this order. What is absent keeps its value. True:
+  /// all were given.
+  template <auto... kMembers, typename T>
+  bool Read(T& its) {
+    bool given = true;
+    const auto visit = [&]<typename Wanted>(std::type_identity<Wanted>) {
+      VisitFields(&its, [&](auto field) {
+        if constexpr (std::same_as<decltype(field), Wanted>) {
+          given &= Assign(its.*field.member, Value(field));
+        }
+      });
+    };
+    (visit(std::type_identity<Field<kMembers>>()), ...);
+    return given;
+  }
+  /// Reads the keys of all fields that the table of keys has.
+  template <typename T>
+  void ReadAll(T& its) {
+    VisitFields(&its, [&](auto field) {
+      if constexpr (requires { Value(field); }) {
+        if (!field.help.empty()) Assign(its.*field.member, Value(field));
+      }
+    });
   }
 
   /// Reports every key that was not asked for.
@@ -128,11 +178,5 @@ class MapReader {
   Problems& problems_;
   bool allow_all_ = false;
 };
-
-/// Puts what was read where it belongs, and leaves the default where nothing was.
-template <typename T, typename U>
-void Assign(T& target, std::optional<U> value) {
-  if (value) target = std::move(*value);
-}
 
 }  // namespace baudgate::config

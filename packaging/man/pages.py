@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Man pages and shell completions from what the programs' own --help says.
+"""Man pages and shell completions from what the programs' own --help says, and from docs/keys.md.
 
 usage: pages.py VERSION DATE OUT BAUDGATE [BAUDGATE_DDS]
 
@@ -125,6 +125,20 @@ def roff_command(command):
     return text + roff_options(command.options)
 
 
+def roff_keys(document):
+    """The tables of docs/keys.md: a heading, and rows of key, default, allowed values and help."""
+    text = ""
+    for section in document.split("\n## ")[1:]:
+        heading, *lines = section.replace("`", "").splitlines()
+        text += f".SS {roff(heading)}\n"
+        for line in [line for line in lines if line.startswith("| ")][2:]:
+            key, default, allowed, help = (cell.strip() for cell in line[1:-1].split("|"))
+            default = default if default.startswith("required") else default and f"default: {default}"
+            facts = [help, allowed and f"allowed: {allowed}", default]
+            text += f".TP\n\\fB{roff(key)}\\fR\n{roff('; '.join(fact for fact in facts if fact))}\n"
+    return text
+
+
 # Completions
 
 
@@ -247,7 +261,7 @@ def main(version, date, out, baudgate, dds=None):
 
     tree = read(baudgate)
     page("baudgate.1.in", COMMANDS="".join(roff_command(command) for command in leaves(tree)))
-    page("baudgate.yaml.5")
+    page("baudgate.yaml.5", KEYS=roff_keys((here.parent.parent / "docs/keys.md").read_text(encoding="utf-8")))
     if dds:
         page("baudgate-dds.8.in", OPTIONS=roff_options(read(dds).options))
     for name, made in {"baudgate.bash": bash, "_baudgate": zsh, "baudgate.fish": fish}.items():
