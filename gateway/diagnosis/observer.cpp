@@ -34,16 +34,16 @@ void Observer::OnRequest(const Member& member, const Request& request, Instant n
   earlier_.OnBegin(exchange_, std::move(unanswered));
 }
 
-void Observer::OnBytes(View bytes, Instant now) {
-  if (exchange_.member() == nullptr) greeting_.OnBytes(bytes);
+void Observer::Hear(View bytes, Instant now) {
+  if (exchange_.member() == nullptr) greeting_.Keep(bytes);
   exchange_.Hear(bytes, now);
 }
 
-Finding Observer::OnEnd(Outcome outcome) {
+Finding Observer::TakeFinding(Outcome outcome) {
   exchange_.End(outcome);
   if (exchange_.member() == nullptr) return {};
   if (ProvesLife(outcome)) OnAnswered();
-  earlier_.OnEnd(exchange_);
+  earlier_.NoteSilence(exchange_);
   const bool plain = ProvesLife(outcome) && exchange_.heard().size() == exchange_.frame().size();
   Finding finding = plain ? Plain(exchange_.AsHearing(roster_)) : Look();
   finding = Greet(LookAgain(std::move(finding)));
@@ -82,7 +82,7 @@ Finding Observer::Greet(Finding finding) {
   const bool speaks =
       finding.symptom == Symptom::text ||
       (roster_.is_network() && OtherService(heard, exchange_.member()->protocol->tcp));
-  greeting_.OnEnd(heard, speaks);
+  greeting_.NoteExchange(heard, speaks);
   if (IsAnswered(finding.symptom) || greeting_.text().empty()) return finding;
   return Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
 }

@@ -46,7 +46,7 @@ class ServerGreeting {
     text_.clear();
   }
   /// Bytes have come before the first request.
-  void OnBytes(View bytes) {
+  void Keep(View bytes) {
     Append(text_, bytes.first(std::min(bytes.size(), kMost - text_.size())));
   }
   /// A device has answered. Returns what the connection had said until then; `heard`: with the
@@ -58,7 +58,7 @@ class ServerGreeting {
   }
   /// An exchange has ended, whether answered or not. `speaks`: what was heard in it are words, or
   /// another service.
-  void OnEnd(View heard, bool speaks) {
+  void NoteExchange(View heard, bool speaks) {
     const bool first = std::exchange(first_, false);
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
   }
@@ -117,9 +117,9 @@ class Observer : public LineObserver {
     greeting_.OnOpened();
   }
   void OnRequest(const Member& member, const Request& request, Instant now) override;
-  void OnBytes(View bytes, Instant now) override;
+  void Hear(View bytes, Instant now) override;
   void OnReply(View frame) override { exchange_.Take(frame); }
-  Finding OnEnd(Outcome outcome) override;
+  Finding TakeFinding(Outcome outcome) override;
   bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
   std::vector<EarlierFinding> TakeChanged() override;
 

@@ -43,7 +43,7 @@ void AlarmService::TellAll(OwnAlarms::Records records) {
 
 void AlarmService::OnNews(const std::string& line, const std::string& device, const News& news,
                           Now at) {
-  const OwnAlarms::Place place{line, device};
+  const OwnAlarms::Subject place{line, device};
   const MutexLock lock(mutex_);
   if (news.what == News::What::not_in_use || news.what == News::What::port_lent) {
     return TellAll(alarms_.SetInUse(place, news.over, at));
@@ -64,11 +64,11 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
 /// down its own alarm says so.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
-  const OwnAlarms::Place unit{route.line, events::UnitName(end.unit)};
+  const OwnAlarms::Subject unit{route.line, events::UnitName(end.unit)};
   const bool answered = end.slave == RoutedEnd::Slave::answered;
   const MutexLock lock(mutex_);
   if (route.line.empty()) {
-    const OwnAlarms::Place server{"", HostAndPort(route.host, route.port)};
+    const OwnAlarms::Subject server{"", HostAndPort(route.host, route.port)};
     if (answered) TellAll(alarms_.End(Trouble::server_away, server, now));
     if (!answered && end.reply.outcome == Outcome::line_down) {
       alarms_.Begin(Trouble::server_away, server, end.reply.reason, now);
@@ -85,14 +85,14 @@ void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   }
 }
 
-void AlarmService::OnAnswered(const OwnAlarms::Place& unit, Now now) {
+void AlarmService::OnAnswered(const OwnAlarms::Subject& unit, Now now) {
   unanswered_.erase(unit);
   TellAll(alarms_.End(Trouble::unit_silent, unit, now));
 }
 
 /// One lost reply is no silence: it takes as many as a device of the gateway's own, or two that are
 /// far apart. The delay of the alarm counts from the first.
-void AlarmService::OnUnanswered(const OwnAlarms::Place& unit, const std::string& why, Now now) {
+void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::string& why, Now now) {
   Unanswered& its = unanswered_.try_emplace(unit, Unanswered{.first = now}).first->second;
   ++its.requests;
   its.last = now.instant;

@@ -127,15 +127,15 @@ class AlarmService {
   };
 
   void TellAll(events::OwnAlarms::Records records) BAUDGATE_REQUIRES(mutex_);
-  void OnAnswered(const events::OwnAlarms::Place& unit, Now now) BAUDGATE_REQUIRES(mutex_);
-  void OnUnanswered(const events::OwnAlarms::Place& unit, const std::string& why, Now now)
+  void OnAnswered(const events::OwnAlarms::Subject& unit, Now now) BAUDGATE_REQUIRES(mutex_);
+  void OnUnanswered(const events::OwnAlarms::Subject& unit, const std::string& why, Now now)
       BAUDGATE_REQUIRES(mutex_);
   void Forget(Now now) BAUDGATE_REQUIRES(mutex_);
 
   const Tell tell_;
   Mutex mutex_;
   events::OwnAlarms alarms_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<events::OwnAlarms::Place, Unanswered> unanswered_ BAUDGATE_GUARDED_BY(mutex_);
+  std::map<events::OwnAlarms::Subject, Unanswered> unanswered_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 class EventPath final : public EventSink {

@@ -24,7 +24,7 @@ DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListen
     : roster_(roster), store_(store), listener_(listener) {
   for (const auto& device : roster.devices()) {
     ShowTimes(*device);
-    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+    if (!device->in_use) entries_[*device].shown = DeviceState::disabled;
   }
 }
 
@@ -37,7 +37,7 @@ void DeviceStates::OnClosed(Override why) {
     if (!device->in_use) continue;
     // Behind a closed port nothing is online. The log has one line for the port, not one a device;
     // the first answer after it opens is news again.
-    DeviceState& shown = states_[*device].shown;
+    DeviceState& shown = entries_[*device].shown;
     if (shown != DeviceState::never_seen) shown = DeviceState::offline;
     store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
       status.state = shown;
@@ -54,7 +54,7 @@ std::string DeviceStates::WhyClosed() const {
 
 void DeviceStates::OnState(const Member& member, const std::string& reason) {
   const DeviceState state = StateOf(member);
-  const DeviceState from = std::exchange(states_[member].shown, state);
+  const DeviceState from = std::exchange(entries_[member].shown, state);
   ShowOverride(member);
   if (state == from) return;
   if (member.device != nullptr) {
@@ -82,7 +82,7 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
 /// A remark is shown, and goes to the log. Its values are good, so it is no news.
 bool DeviceStates::OnTrouble(const Device& device) {
   const DeviceTrouble& is = device.conversation->trouble();
-  DeviceTrouble& known = states_[device].trouble;
+  DeviceTrouble& known = entries_[device].trouble;
   if (is.reason == known.reason && is.text == known.text) return false;
   const DeviceTrouble was = std::exchange(known, is);
   ShowOverride(device);

@@ -1,7 +1,7 @@
 // DeviceStates: the public state of each device, and the quality that it gives to all its points.
 // Example: a device that does not answer any more is offline, so all its points are
 // bad_communication. Published in the point store, and reported to the listener and the tap when it
-// changes. Driven by gateway/bus/poller/device_side.cpp and gateway/bus/jobs/upkeep.cpp.
+// changes. Driven by gateway/bus/poller/device_side.cpp and gateway/bus/jobs/device_tracker.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,7 +41,7 @@ class DeviceStates {
   void ShowTimes(const Device& device);
 
  private:
-  struct State {
+  struct Entry {
     DeviceState shown = DeviceState::never_seen;
     DeviceTrouble trouble;  // or a remark
   };
@@ -54,7 +54,7 @@ class DeviceStates {
   PointStore& store_;
   PollerListener& listener_;
   Tap* tap_ = nullptr;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   Now now_{};
   bool open_ = false;
   Override closed_as_ = Quality::bad_not_connected;

@@ -8,13 +8,13 @@
 #include <string>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/job.h"
 #include "gateway/bus/jobs/unasked.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/effects.h"
@@ -55,22 +55,23 @@ class Intake {
 class EffectApplier {
  public:
   /// All references outlive it.
-  EffectApplier(OwedReplies& owed, Agenda& agenda, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : owed_(owed), agenda_(agenda), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
+  EffectApplier(OwedReplies& owed, Agenda& agenda, Accounts& accounts, DeviceTracker& tracker,
+                Intake& intake)
+      : owed_(owed), agenda_(agenda), accounts_(accounts), tracker_(tracker), intake_(intake) {}
 
   /// The answer to a request of `job` counts.
-  void OnReply(const Job& job, Device& device, Answer answer, Instant now);
+  void ApplyReply(const Job& job, Device& device, Answer answer, Instant now);
   /// Its events are on the disk. `said`: see Conversation.
   void OnEventsKept(const Device& device, const std::string& said, Instant now);
   /// Another device answers in its place.
   void OnReplaced(Device& device, Now now) {
-    upkeep_.OnReplaced(device, now);
+    tracker_.OnReplaced(device, now);
     intake_.OnReplaced(device);
   }
   /// A request to the member is repeated.
-  void OnRetry(const Member& member) { ledger_.devices.OnRetry(member); }
+  void OnRetry(const Member& member) { accounts_.devices.OnRetry(member); }
   /// Answers the clients of the job. Returns a write of which points remain to be written.
-  std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
+  std::optional<Job::Write> ApplyEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
 
  private:
   std::optional<Job::Write> OnWriteEnd(Job::Write& write, Device& device,
@@ -78,8 +79,8 @@ class EffectApplier {
 
   OwedReplies& owed_;
   Agenda& agenda_;
-  Ledger& ledger_;
-  Upkeep& upkeep_;
+  Accounts& accounts_;
+  DeviceTracker& tracker_;
   Intake& intake_;
 };
 

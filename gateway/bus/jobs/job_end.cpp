@@ -43,20 +43,20 @@ WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
   }
 }
 
-Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
-  if (!HasValue(shown)) return Shown::nothing;
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return Comparison::nothing;
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
   if (!is_float && !scaled)
-    return ToText(shown) == ToText(write.shown) ? Shown::written : Shown::another;
+    return ToText(shown) == ToText(write.shown) ? Comparison::written : Comparison::another;
   const auto written = Decimal::Of(write.shown);
   const auto now = Decimal::Of(shown);
-  if (!written || !now) return Shown::another;
-  if (Abs(*now - *written) <= Tolerance(point, *written)) return Shown::written;
+  if (!written || !now) return Comparison::another;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return Comparison::written;
   const auto before = Decimal::Of(write.before);
   const bool on_its_way =
       before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
-  return on_its_way ? Shown::between : Shown::another;
+  return on_its_way ? Comparison::between : Comparison::another;
 }
 
 ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
@@ -72,11 +72,11 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     const bool read = is_read(write.point) && IsGood(shown.reported);
     if (!read) result.read_back = false;
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
-    const Shown what = read ? Compare(point, write, shown.value) : Shown::nothing;
-    if (what != Shown::written) result.read_back = false;
+    const Comparison what = read ? Compare(point, write, shown.value) : Comparison::nothing;
+    if (what != Comparison::written) result.read_back = false;
     // It may be on its way, or the device may have limited it: that is not known yet.
-    if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
-    if (what != Shown::another) continue;
+    if (what == Comparison::between) result.reason = point.name + " shows " + ToText(shown.value);
+    if (what != Comparison::another) continue;
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
     result.end = WriteEnd::differs;
     result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +

@@ -38,13 +38,13 @@ namespace baudgate {
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
 /// What a point shows after its write was confirmed.
-enum class Shown {
+enum class Comparison {
   nothing,
   written,  ///< numbers may differ by rounding
   between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
   another,
 };
-Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown);
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown);
 
 struct ReadBackVerdict {
   WriteResult result;

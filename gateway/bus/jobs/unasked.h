@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/jobs/upkeep.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/points/readings.h"
 #include "protocols/conversation.h"
 
@@ -119,15 +119,15 @@ class Speaker {
 class UnaskedSide {
  public:
   /// All outlive it.
-  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
-              Intake& intake)
+  UnaskedSide(const Roster& roster, LineObserver& observer, Accounts& accounts,
+              DeviceTracker& tracker, Intake& intake)
       : speaker_(roster, observer),
         observer_(observer),
         is_network_(roster.is_network()),
-        ledger_(ledger),
-        upkeep_(upkeep),
+        accounts_(accounts),
+        tracker_(tracker),
         intake_(intake) {
-    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
+    if (const Device* const device = speaker_.device()) accounts_.devices.OnSpeaks(*device);
   }
 
   /// See Speaker.
@@ -138,7 +138,7 @@ class UnaskedSide {
 
   void OnOpened();
   /// Bytes of the line.
-  void OnBytes(View bytes, Instant now);
+  void Overhear(View bytes, Instant now);
   /// What the line has made of them.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
@@ -154,8 +154,8 @@ class UnaskedSide {
   const LineObserver& observer_;
   const bool is_network_;
   bool first_ = true;  // nothing has come since the port was opened
-  Ledger& ledger_;
-  Upkeep& upkeep_;
+  Accounts& accounts_;
+  DeviceTracker& tracker_;
   Intake& intake_;
 };
 

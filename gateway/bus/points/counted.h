@@ -10,7 +10,7 @@
 // The JSON (gateway/outputs/status/value_json.h), the text of `status`, the page (both by the
 // labels that stand in the JSON) and /metrics (gateway/outputs/status/table_series.h) follow.
 // A new counter: 1. the member and its row, beside it; 2. the place that counts it, such as
-// gateway/bus/counters/ledger.cpp; 3. docs/status.md (and docs/metrics.md), which tests demand.
+// gateway/bus/counters/accounts.cpp; 3. docs/status.md (and docs/metrics.md), which tests demand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

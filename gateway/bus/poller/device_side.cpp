@@ -30,11 +30,11 @@ bool TelegramExchange::Begin(Instant now) {
   return Take(line_.Start(std::move(exchange), now));
 }
 
-bool TelegramExchange::OnBytes(View bytes, Instant now) {
+bool TelegramExchange::Receive(View bytes, Instant now) {
   const EchoResult heard = echo_.Filter(bytes);
   if (heard.bytes.empty()) return false;
   if (reply_.size() < kMostReply) Append(reply_, View(heard.bytes));
-  return Take(line_.OnBytes(heard.bytes, now));
+  return Take(line_.Feed(heard.bytes, now));
 }
 
 bool TelegramExchange::OnTimer(Instant now) { return Take(line_.OnTimer(now)); }
@@ -45,22 +45,26 @@ bool TelegramExchange::Take(LineNews news) {
   return news.send;
 }
 
-DeviceSide::DeviceSide(Roster& roster, Ledger& ledger, Upkeep& upkeep, UnaskedSide& unasked,
-                       EffectApplier& effects)
-    : roster_(roster), ledger_(ledger), upkeep_(upkeep), unasked_(unasked), effects_(effects) {}
+DeviceSide::DeviceSide(Roster& roster, Accounts& accounts, DeviceTracker& tracker,
+                       UnaskedSide& unasked, EffectApplier& effects)
+    : roster_(roster),
+      accounts_(accounts),
+      tracker_(tracker),
+      unasked_(unasked),
+      effects_(effects) {}
 
 void DeviceSide::Attach(Tap& tap, std::vector<ForeignRule> foreign) {
   roster_.SetForeign(std::move(foreign));
-  ledger_.Attach(tap);
+  accounts_.Attach(tap);
 }
 
 void DeviceSide::OnOpened(Instant now) {
-  upkeep_.OnOpened(now);
+  tracker_.OnOpened(now);
   unasked_.OnOpened();
 }
 
 std::string DeviceSide::OnClosing(Override why) {
-  ledger_.OnClosed(why);
+  accounts_.OnClosed(why);
   return WhyClosed();
 }
 
@@ -68,13 +72,13 @@ void DeviceSide::Recall(std::uint32_t index, std::string memory, Now now) {
   Device& device = roster_.DeviceAt(index);
   device.conversation->Recall(memory, now);
   device.memory = std::move(memory);
-  upkeep_.OnRecalled(device);
+  tracker_.OnRecalled(device);
 }
 
 void DeviceSide::SetInUse(std::uint32_t index, bool in_use, bool open, Instant now) {
   Device& device = roster_.DeviceAt(index);
-  if (in_use) upkeep_.OnEnabled(device, open, now);
-  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, open, now);
+  if (in_use) tracker_.OnEnabled(device, open, now);
+  if (device.in_use != in_use) tracker_.SetInUse(device, in_use, open, now);
 }
 
 void DeviceSide::OnEventsKept(std::uint32_t index, const std::string& said, Instant now) {
@@ -91,11 +95,11 @@ void DeviceSide::OnHostClock(bool right) {
 void DeviceSide::OnUnsettledWrite(std::uint32_t index) {
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnUnsettledWrite();
-  ledger_.states.OnMemory(device);
+  accounts_.states.OnMemory(device);
 }
 
 void DeviceSide::OnWritingTelegram(std::uint32_t index, View telegram, Instant now) {
-  upkeep_.OnTelegram(*roster_.DeviceAt(index).protocol, telegram, now);
+  tracker_.OnTelegram(*roster_.DeviceAt(index).protocol, telegram, now);
 }
 
 Speaking DeviceSide::SpeakingAs(std::uint32_t index) const {

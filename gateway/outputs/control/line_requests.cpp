@@ -131,7 +131,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
   server.at = *at;
   if (request.value("rfc2217", false)) server.mode = config::PortServer::Mode::rfc2217;
   if (line.lend && line.lend->at == server.at) {
-    return Error{"line '" + line.name + "' is lent at " + server.Place() + " already (lend)"};
+    return Error{"line '" + line.name + "' is lent at " + server.Address() + " already (lend)"};
   }
   for (const std::string_view range : Split(allow, ' ')) {
     if (range.empty()) continue;
@@ -140,7 +140,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
     server.allow.push_back(*std::move(network));
   }
   if (server.allow.empty() && !server.on_loopback()) {
-    return Error{"whoever reaches " + server.Place() +
+    return Error{"whoever reaches " + server.Address() +
                  " from other machines could write to the devices of the line; say with --allow "
                  "ADDRESS who may come in"};
   }

@@ -1,5 +1,5 @@
 // All that the status shows of a line: its own account, those of its devices, their states, and how
-// long their fast rounds take. DeviceAccounts and FastRounds are parts; Ledger joins them with
+// long their fast rounds take. DeviceAccounts and FastRounds are parts; Accounts joins them with
 // LineAccount (line_account.h) and DeviceStates (gateway/bus/devices/device_states.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,8 +24,8 @@
 namespace baudgate {
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
-// much line time they took. Shown in the point store. Driven by Upkeep, EffectApplier and the
-// phases of a job.
+// much line time they took. Shown in the point store. Driven by DeviceTracker, EffectApplier and
+// the phases of a job.
 class DeviceAccounts {
  public:
   /// All references outlive it.
@@ -81,7 +81,7 @@ class DeviceAccounts {
   void OnLostEvents(const Member& member, std::size_t events);
 
  private:
-  struct State {
+  struct Entry {
     Duration busy{};                   // line time that it has taken
     Duration counted{};                // of that, in the status
     Duration drained{};                // line time of the silence after its last exchange
@@ -103,12 +103,12 @@ class DeviceAccounts {
   const Schedule& schedule_;
   PointStore& store_;
   PollerListener& listener_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   Now now_{};
 };
 
 // How long one fast round of all polled devices of a line takes: the point store derives the age
-// limits of fast values from it. Driven by gateway/bus/jobs/upkeep.cpp and
+// limits of fast values from it. Driven by gateway/bus/jobs/device_tracker.cpp and
 // gateway/bus/jobs/job_end.cpp.
 class FastRounds {
  public:
@@ -124,7 +124,7 @@ class FastRounds {
   void Measure(Instant now) const;
 
  private:
-  struct State {
+  struct Entry {
     bool clean = true;  // nothing has failed in the round under way
     Duration wire{};    // its line time so far
     Duration last{};    // line time of the last whole round
@@ -132,13 +132,13 @@ class FastRounds {
 
   const Roster& roster_;
   PointStore& store_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
 };
 
-struct Ledger {
+struct Accounts {
   /// `line_index`: in the store. All references outlive it.
-  Ledger(const Roster& roster, const Schedule& schedule, PointStore& store,
-         std::uint32_t line_index, PollerListener& listener)
+  Accounts(const Roster& roster, const Schedule& schedule, PointStore& store,
+           std::uint32_t line_index, PollerListener& listener)
       : line(store, line_index, listener),
         devices(roster, schedule, store, listener),
         states(roster, store, listener),
