@@ -2,15 +2,13 @@
 // reload`); an edit alone is only shown in the status. Reads the file, says what it changes, has it
 // applied, keeps a copy, and takes it back if it is not confirmed. On a thread of its own; lines,
 // outputs and the watchdog do not wait for it, and it does not wait for a disk. ReloadDisplay shows
-// the configuration that runs, ConfigFile reads the user's file, ConfigCopies keeps copies, and
-// ManualSettings carries over what a person has set.
+// the configuration that runs, ConfigFile reads the user's file, and ConfigCopies keeps copies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>
 #include <asio/steady_timer.hpp>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,14 +16,11 @@
 #include <vector>
 
 #include "config/model/config.h"
-#include "config/model/line.h"
 #include "gateway/base/guarded.h"
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/points/point_store.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reload/trial.h"
-#include "gateway/lines/line_control.h"
 #include "gateway/outputs/control/request.h"
 #include "gateway/outputs/status/status_json.h"
 #include "gateway/records/disk/disk.h"
@@ -155,27 +150,6 @@ class ConfigCopies {
   std::optional<std::string> trouble_;  // as it was said last
   DiskCalls calls_;
 };
-
-// What a person has set at a running line by `release`, `disable` or `enable`: a reload that
-// restarts the line carries it over. If a loan ended with the old line, there would be two masters
-// on the bus. But a network client loses its connection with the old line, and polls go on.
-//
-//   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
-//   bay-1 is restarted: lent until 12:00, a disabled
-//
-struct ManualSettings {
-  WallTime released_until{};             ///< the epoch: the port is not lent by hand
-  std::map<std::string, bool> in_use{};  ///< devices that differ from `enabled`
-};
-
-/// The manual settings of a running line, by its number.
-ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
-                                const config::Line& config);
-
-/// Applies them to the line in its place, by its number, which is not started yet. If the new
-/// configuration has changed `enabled` of a device, that holds.
-void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
-             std::uint32_t line, std::uint32_t first_device, WallTime now);
 
 class Reloader final : public control::ReloadService {
  public:

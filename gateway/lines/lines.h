@@ -1,6 +1,7 @@
 // All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
 // a reload ends keeps its number, a new one gets the next. ThreadKindOf chooses a thread, LoopWatch
-// finds loops that hang, and LineDispatcher passes requests of outputs to their line.
+// finds loops that hang, LineDispatcher passes requests of outputs to their line, and
+// ManualSettings is what a person has set.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -197,5 +199,26 @@ class LineDispatcher final : public CommandSink, public LineControl {
   const config::Catalog& catalog_;
   const Lines& lines_;
 };
+
+// What a person has set at a running line by `release`, `disable` or `enable`: a reload that
+// restarts the line carries it over. If a loan ended with the old line, there would be two masters
+// on the bus. But a network client loses its connection with the old line, and polls go on.
+//
+//   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
+//   bay-1 is restarted: lent until 12:00, a disabled
+//
+struct ManualSettings {
+  WallTime released_until{};             ///< the epoch: the port is not lent by hand
+  std::map<std::string, bool> in_use{};  ///< devices that differ from `enabled`
+};
+
+/// The manual settings of a running line, by its number.
+ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+                                const config::Line& config);
+
+/// Applies them to the line in its place, by its number, which is not started yet. If the new
+/// configuration has changed `enabled` of a device, that holds.
+void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
+             std::uint32_t line, std::uint32_t first_device, WallTime now);
 
 }  // namespace baudgate

@@ -1,7 +1,7 @@
 // A line whose port is lent, by hand or over the network, under virtual time; and the write that is
 // ended before the port goes.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/reloader.h"
+#include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
 
 namespace baudgate {
