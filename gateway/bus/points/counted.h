@@ -7,10 +7,12 @@
 //       visit(Counted<&DeviceStatus::busy>{.key = "busy_ms"});
 //     }
 //
-// The JSON (gateway/outputs/status/value_json.h), the text of `status`, the page (both by the
-// labels that stand in the JSON) and /metrics (gateway/outputs/status/table_series.h) follow.
-// A new counter: 1. the member and its row, beside it; 2. the place that counts it, such as
-// gateway/bus/counters/accounts.cpp; 3. docs/status.md (and docs/metrics.md), which tests demand.
+// The JSON (gateway/outputs/status/value_json.h) and /metrics (gateway/outputs/series.h) follow
+// from the rows. The text of `status` and the page follow from the labels, which stand in the JSON.
+//
+// A new counter: 1. the member and, beside it, its row; 2. the place that counts it, such as
+// gateway/bus/counters/accounts.cpp; 3. docs/status.md. With a metric also docs/metrics.md. Tests
+// demand both.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

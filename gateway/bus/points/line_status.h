@@ -160,7 +160,7 @@ constexpr std::string_view Name(LineStatus::Port port) {
   return kNames[static_cast<std::size_t>(port)];
 }
 
-/// What the JSON has of the port stands before these rows, in status_json.cpp.
+/// What the JSON has of the port stands before these rows (gateway/outputs/status/status_json.cpp).
 template <typename Visit>
 void VisitFields(const LineStatus*, Visit visit) {
   visit(NotInJson<&LineStatus::port>{.metric = "baudgate_line_up",

@@ -95,7 +95,7 @@ TEST(Tables, TheJsonOfADeviceIsAsEver) {
       {"round_trips", Json::parse(R"({"count":0,"last_us":0,"mean_us":0,"p50_us":0,"p99_us":0,
          "histogram":[]})")}};
   json["hour"].erase("minutes");
-  EXPECT_EQ(json.dump(), expected.dump());
+  EXPECT_EQ(Known(json, expected).dump(), expected.dump());
 }
 
 TEST(Tables, TheJsonOfALineIsAsEver) {
@@ -105,14 +105,13 @@ TEST(Tables, TheJsonOfALineIsAsEver) {
   line.busy = 68min;
   Json json;
   AddFields(line, kNow, json);
-  json.erase("round_trips");
-  json.erase("outcomes");
-  EXPECT_EQ(json.dump(),
-            R"({"times_lost":0,"echo_lost_since":null,"use":0.0,"minute":{"polls":0.0,)"
-            R"("probes":0.0,"routes":0.0,"writes":0.0,"silence":0.0,"drains":0.0},)"
-            R"("exchanges":0,"bytes_in":0,"bytes_out":0,"stray_bytes":0,"late":0,)"
-            R"("collisions":2,"echoes":1,"probes":0,"busy_ms":4080000,"parity_errors":0,)"
-            R"("framing_errors":0,"overruns":0,"notice_bound_ms":null})");
+  const Json expected =
+      Json::parse(R"({"times_lost":0,"echo_lost_since":null,"use":0.0,"minute":{"polls":0.0,)"
+                  R"("probes":0.0,"routes":0.0,"writes":0.0,"silence":0.0,"drains":0.0},)"
+                  R"("exchanges":0,"bytes_in":0,"bytes_out":0,"stray_bytes":0,"late":0,)"
+                  R"("collisions":2,"echoes":1,"probes":0,"busy_ms":4080000,"parity_errors":0,)"
+                  R"("framing_errors":0,"overruns":0,"notice_bound_ms":null})");
+  EXPECT_EQ(Known(json, expected).dump(), expected.dump());
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST_F(MetricsTest, AreAllInTheDocumentation) {
     }
     EXPECT_THAT(page, HasSubstr(row + cell + " |")) << line;
   }
-  EXPECT_EQ(metrics, 18U);
+  EXPECT_GE(metrics, 18U);
 }
 
 }  // namespace
