@@ -27,20 +27,5 @@ TEST(LeadingZero, NamesBothReadings) {
   }
 }
 
-std::string OfDevice(const std::string& protocol, const std::string& device) {
-  return Shown(config::LoadText("lines:\n- { name: l, port: /dev/l, protocol: " + protocol +
-                                    ", devices: [{ name: d, address: 1, " + device + " }] }\n",
-                                "x.yaml", Shipped())
-                   .problems);
-}
-
-std::string Of(const std::string& protocol, const std::string& option) {
-  return OfDevice(protocol, "points: [], " + option);
-}
-
-std::string OfPoint(const std::string& protocol, const std::string& point) {
-  return OfDevice(protocol, "points: [{ name: p, " + point + " }]");
-}
-
 }  // namespace
 }  // namespace baudgate::testing

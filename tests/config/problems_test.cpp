@@ -3,72 +3,39 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "config/loader.h"
 #include "config/profile.h"
 #include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
+#include "tests/support/file_cases.h"
 
 namespace baudgate::testing {
 namespace {
 
-/// One of problems.txt, whose head explains the signs.
-struct ProblemCase {
-  int line;
-  std::string catalog;
-  std::string form;
-  std::string written;
-  std::vector<std::pair<char, std::string>> said{};
-};
-
-std::vector<ProblemCase> ReadCases() {
-  std::ifstream file("tests/config/problems.txt");
-  std::vector<ProblemCase> cases;
-  std::string catalog;
-  std::string form;
-  bool in_form = false;
-  int number = 0;
-  for (std::string line; std::getline(file, line);) {
-    ++number;
-    if (line.empty() || line[0] == '#') continue;
-    const std::string rest = line.size() > 2 ? line.substr(2) : "";
-    if (line[0] == '@') {
-      catalog = rest;
-      form.clear();
-      in_form = true;
-    } else if (line[0] == '-') {
-      cases.push_back({number, catalog, form, rest});
-      in_form = false;
-    } else if (line[0] != '|') {
-      cases.back().said.emplace_back(line[0], rest);
-    } else if (in_form) {
-      form += rest + "\n";
-    } else {
-      cases.back().written += "\n" + rest;
-    }
-  }
-  return cases;
+std::string Joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
 }
 
 /// The document with each part of what is written at its place.
-std::string DocumentOf(const ProblemCase& one) {
+std::string DocumentOf(const std::string& form, std::string written) {
   const std::string place = "§";
-  std::string text = one.form;
+  std::string text = form;
   std::size_t at = 0;
-  for (std::string left = one.written;;) {
-    const std::size_t end = left.find(place);
-    const std::string part = left.substr(0, end);
+  for (bool last = false; !last;) {
+    const std::size_t end = written.find(place);
+    last = end == std::string::npos;
+    const std::string part = written.substr(0, end);
     at = text.find(place, at);
     EXPECT_NE(at, std::string::npos) << "more parts than places";
     if (at == std::string::npos) return text;
     text.replace(at, place.size(), part);
     at += part.size();
-    if (end == std::string::npos) break;
-    left.erase(0, end + place.size());
+    if (!last) written.erase(0, end + place.size());
   }
   while ((at = text.find(place, at)) != std::string::npos) text.erase(at, place.size());
   return text;
@@ -103,30 +70,34 @@ std::string Without(const std::string& prefix, std::string problems) {
   return problems;
 }
 
+/// The head of the file explains the signs.
 TEST(Problems, AreSaidAsInTheTable) {
-  const auto cases = ReadCases();
+  const auto cases = ReadFileCases("tests/config/problems.txt");
   EXPECT_GT(cases.size(), 500U);
-  for (const ProblemCase& one : cases) {
-    SCOPED_TRACE("tests/config/problems.txt:" + std::to_string(one.line) + ": " + one.written);
-    const std::string ignored = " without ";
-    const std::size_t end = one.catalog.find(ignored);
-    std::string problems = ProblemsOf(one.catalog.substr(0, end), DocumentOf(one));
+  for (const FileCase& one : cases) {
+    std::string written = Joined(one.given);
+    written.pop_back();
+    SCOPED_TRACE(one.place + ": " + written);
+    const std::string without = " without ";
+    const std::size_t end = one.head.find(without);
+    std::string problems =
+        ProblemsOf(one.head.substr(0, end), DocumentOf(Joined(one.form), written));
     if (end != std::string::npos) {
-      problems = Without(one.catalog.substr(end + ignored.size()), problems);
+      problems = Without(one.head.substr(end + without.size()), problems);
     }
-    EXPECT_FALSE(one.said.empty());
+    const bool alone = std::count(problems.begin(), problems.end(), '\n') == 1;
+    ASSERT_FALSE(one.results.empty());
     std::string whole;
-    for (const auto& [sign, text] : one.said) {
+    for (const auto& [sign, text] : one.results) {
       const bool found = problems.find(text) != std::string::npos;
-      const bool alone = std::count(problems.begin(), problems.end(), '\n') == 1;
-      if (sign == '=') whole += text.empty() ? "" : text + "\n";
+      if (sign == '=' && !text.empty()) whole += text + "\n";
       const bool right = sign == '='   ? true
                          : sign == '~' ? found && !problems.empty()
                          : sign == '^' ? found && alone
                                        : sign == '!' && !found;
       EXPECT_TRUE(right) << sign << " " << text << "\n" << problems;
     }
-    if (one.said[0].first == '=') {
+    if (one.results[0].first == '=') {
       EXPECT_EQ(problems, whole);
     }
   }
