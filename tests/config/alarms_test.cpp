@@ -51,49 +51,6 @@ TEST(AlarmsKey, TheMoreSpecificSettingWinsEachKeyByItself) {
   }
 }
 
-std::string ProblemsWith(const std::string& keys, const std::string& top = "events: {}\n") {
-  return Shown(config::LoadText(top +
-                                    "lines: [{ name: l, port: /dev/l, protocol: spabus, devices: "
-                                    "[\n{ name: d, address: 1, profile: spaj140c, " +
-                                    keys + " }] }]\n",
-                                "t.yaml", Shipped())
-                   .problems);
-}
-
-TEST(AlarmsKey, OneSentenceEach) {
-  struct Row {
-    const char* keys;
-    const char* problem;
-  };
-  const Row rows[] = {
-      {"alarms: hihg",
-       "t.yaml:3:51: error: alarms: 'hihg' is unknown; did you mean 'high'? allowed: high, medium, "
-       "low, off\n"},
-      {"alarms: { delay: 30 }",
-       "t.yaml:3:60: error: delay: '30' has no unit; write for example 30ms or 30s\n"},
-      {"alarms: { wait: 30s }",
-       "t.yaml:3:53: error: unknown key 'wait' in alarms; allowed: priority, delay\n"},
-      {"event_alarms: { E4: high }",
-       "t.yaml:3:63: error: event_alarms: 'E4' is the end of something and raises no alarm; name "
-       "the event that begins it: E1, E3, E5"},
-      {"event_alarms: { E99: high }",
-       "t.yaml:3:64: error: event_alarms: 'spaj140c' has no event 'E99';"},
-      {"event_alarms: { V3: high }",
-       "t.yaml:3:63: error: event_alarms: 'V3' names no event; write channel and code, \"2E17\", "
-       "or \"E17\" for every channel\n"},
-      {"event_alarms: { E3: loud }", "t.yaml:3:63: error: event_alarms: 'loud' is unknown;"},
-      {"event_alarms: E3", "t.yaml:3:57: error: event_alarms: expected a map"},
-  };
-  for (const Row& row : rows) EXPECT_THAT(ProblemsWith(row.keys), HasSubstr(row.problem));
-  EXPECT_THAT(ProblemsWith("event_alarms: { E3: high }", ""),
-              HasSubstr("warning: event_alarms: the events of 'd' are not asked for"));
-  EXPECT_THAT(Shown(Load("lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, "
-                         "address: 1, event_alarms: { E3: high }, points: [{ name: a, read: A1, "
-                         "type: uint16 }] }] }\n")
-                        .problems),
-              HasSubstr("event_alarms: there is no profile with a table of events"));
-}
-
 TEST(EventAlarms, ChangeRowsOfTheTable) {
   const config::Loaded loaded = config::LoadText(
       "events: {}\nlines: [{ name: l, port: /dev/l, protocol: spabus, devices: [{ name: d, "

@@ -29,14 +29,6 @@ TEST(EventsKey, IsOffUntilItIsGiven) {
   EXPECT_EQ(LoadWith("events: { directory: /data }\n").config.events.directory, "/data");
 }
 
-TEST(EventsKey, SaysWhatIsWrong) {
-  EXPECT_THAT(Shown(LoadWith("events: { directory: data }\n").problems),
-              HasSubstr("t.yaml:1:22: error: directory: 'data' is not an absolute path"));
-  EXPECT_THAT(Shown(LoadWith("events: { folder: /data }\n").problems), HasSubstr("folder"));
-  EXPECT_THAT(Shown(LoadWith("", ", events: on").problems),
-              HasSubstr("warning: events: there is no profile with a table of events"));
-}
-
 struct Table {
   std::vector<config::EventText> texts;
   std::vector<config::Problem> problems;
@@ -62,16 +54,6 @@ TEST(EventTable, IsRead) {
   EXPECT_EQ(config::FindEvent(table, 2, 1)->state, config::EventState::message);
   EXPECT_EQ(config::FindEvent(table, 3, 2)->state, config::EventState::off);
   EXPECT_EQ(config::FindEvent(table, 0, 3), nullptr);
-}
-
-TEST(EventTable, SaysWhatIsWrong) {
-  EXPECT_THAT(Shown(LoadTable("- { text: a }\n").problems), HasSubstr("code"));
-  EXPECT_THAT(Shown(LoadTable("- { code: 1 }\n").problems), HasSubstr("text"));
-  EXPECT_THAT(Shown(LoadTable("- { code: 0, text: a }\n").problems), HasSubstr("out of range"));
-  EXPECT_THAT(Shown(LoadTable("- { code: 1, text: a, state: up }\n").problems),
-              HasSubstr("'up' is unknown"));
-  EXPECT_THAT(Shown(LoadTable("- { code: 1, text: a }\n- { code: 1, text: b }\n").problems),
-              HasSubstr("1 stands in the table twice"));
 }
 
 }  // namespace

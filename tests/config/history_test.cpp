@@ -67,25 +67,5 @@ TEST(HistoryKey, TheFirstThatFitsDecides) {
   EXPECT_TRUE(points[1].every);
 }
 
-TEST(HistoryKey, SaysWhatIsWrong) {
-  const auto wrong = [](const std::string& history) {
-    return Shown(LoadHistory(history).problems);
-  };
-  EXPECT_THAT(wrong("{}"), HasSubstr("points"));
-  EXPECT_THAT(wrong("{ points: [ bay.f1 ] }"),
-              HasSubstr("t.yaml:1:22: error: points: 'bay.f1' is no pattern"));
-  EXPECT_THAT(wrong("{ points: [ bay.f1.a.b ] }"), HasSubstr("is no pattern"));
-  EXPECT_THAT(wrong("{ points: [ bay..a ] }"), HasSubstr("is no pattern"));
-  EXPECT_THAT(wrong("{ points: [ bay.f7.* ] }"),
-              HasSubstr("t.yaml:1:22: error: points: 'bay.f7.*' matches no point"));
-  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5 }"), HasSubstr("t.yaml:1:40: error: limit"));
-  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], limit: 5MB }"), HasSubstr("from 50MB to 10TB"));
-  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], keep: 5s }"), HasSubstr("keep"));
-  EXPECT_THAT(wrong("{ points: [ '*.*.*' ], directory: data }"), HasSubstr("absolute path"));
-  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', deadband: -1 } ] }"), HasSubstr("deadband"));
-  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', log: some } ] }"), HasSubstr("some"));
-  EXPECT_THAT(wrong("{ points: [ { match: '*.*.*', dead: 1 } ] }"), HasSubstr("dead"));
-}
-
 }  // namespace
 }  // namespace baudgate::testing

@@ -46,47 +46,5 @@ TEST(PortServerConfig, APolledLineIsLent) {
   EXPECT_EQ(server.idle, 10min);
 }
 
-struct Wrong {
-  std::string keys;
-  const char* sentence;
-};
-
-TEST(PortServerConfig, SaysWhatIsWrong) {
-  const std::string polled = kPolled;
-  const Wrong kWrong[] = {
-      {"serial_server: {}", "serial_server needs 'at'; for example at: \"127.0.0.1:4001\""},
-      {"serial_server: { at: here }",
-       "at: 'here' is not host:port; write for example 127.0.0.1:4001"},
-      {"serial_server: { at: \"127.0.0.1:70000\" }",
-       "at: '127.0.0.1:70000' has no usable port number; allowed: 1…65535"},
-      {"lend: { at: \"127.0.0.1:4001\" }",
-       "lend: nobody polls this port, so it is not lent; write "
-       "serial_server in its place"},
-      {"serial_server: { at: \"gate:4001\" }", "'gate' is not an address of this machine"},
-      {"serial_server: { at: \"0.0.0.0:4001\" }",
-       "serial_server: 0.0.0.0:4001 can be reached from other machines; say who may come in"},
-      {polled + "lend: { at: \"10.0.0.7:4001\", allow: [] }",
-       "lend: 10.0.0.7:4001 can be reached from other machines; say who may come in"},
-      {polled + "lend: { at: \"10.0.0.7:4001\", allow: [10.0.0.8] }",
-       "warning: lend: whoever `allow` lets in at 10.0.0.7:4001 speaks to the devices at this port "
-       "as it likes: no `write: deny`"},
-      {polled + "lend: { at: \"127.0.0.1:4001\", busy: wait }", "unknown key 'busy' in lend"},
-      {polled + "serial_server: { at: \"127.0.0.1:4001\" }",
-       "serial_server: the gateway asks the devices of this line; write lend in its place"},
-      {"serial_server: { at: \"127.0.0.1:4001\" }, lend: { at: \"127.0.0.1:4002\" }",
-       "lend: the port is served all the time"},
-      {"protocol: fake, serial_server: { at: \"127.0.0.1:4001\" }",
-       "warning: protocol: has no effect"},
-      {"serial_server: { at: \"127.0.0.1:4001\" } }, { name: m, port: /dev/m, serial_server: { at: "
-       "\"127.0.0.1:4001\" }",
-       "serial_server: 127.0.0.1:4001 stands twice"},
-      {"serial: { rtscts: true, xonxoff: true }, serial_server: { at: \"127.0.0.1:4001\" }",
-       "xonxoff: the port has one flow control"},
-  };
-  for (const Wrong& wrong : kWrong) {
-    EXPECT_THAT(Shown(LoadLine(wrong.keys).problems), HasSubstr(wrong.sentence)) << wrong.keys;
-  }
-}
-
 }  // namespace
 }  // namespace baudgate::testing

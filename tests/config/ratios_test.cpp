@@ -21,8 +21,6 @@ config::Loaded LoadRatios(const std::string& ratios) {
       "{ name: b, read: A4, type: bool, unit: xIn }] }] }\n");
 }
 
-std::string ProblemOf(const std::string& ratios) { return Shown(LoadRatios(ratios).problems); }
-
 TEST(Ratios, ChangeEveryNumberOfTheUnitAlike) {
   const auto loaded = LoadRatios("{ xIn: 400 A, xUn: 10 kV }");
   ASSERT_EQ(Shown(loaded.problems), "");
@@ -45,17 +43,6 @@ TEST(Ratios, OneDoesNotMeetTheResultOfAnother) {
   const auto loaded = LoadRatios("{ xIn: 400 xUn, xUn: 10 kV }");
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.lines[0].devices[0].points[0].scale, 200);
-}
-
-TEST(Ratios, SayWhatIsWrong) {
-  EXPECT_NE(ProblemOf("{ A: 400 A }").find("ratios: no point of 'd' is a number of unit 'A'"),
-            std::string::npos);
-  for (const char* wrong : {"400", "A", "0 A", "-4 A", "4x A", "400 seventeen-letters"}) {
-    EXPECT_NE(ProblemOf("{ xIn: " + std::string(wrong) + " }")
-                  .find("is not a number above 0 and a unit; write for example xIn: 400 A"),
-              std::string::npos)
-        << wrong;
-  }
 }
 
 }  // namespace

@@ -88,13 +88,5 @@ TEST(Records, SayWhatIsWrong) {
               HasSubstr("it has: none"));
 }
 
-TEST(Records, OfPointsAreThoseOfTheProfile) {
-  const auto loaded = Load(
-      "events: {}\nlines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, "
-      "address: 1, points: [{ name: a, read: A1, type: bool, events: { on: change, record: trip } "
-      "}] }] }\n");
-  EXPECT_THAT(Shown(loaded.problems), HasSubstr("record: 'records' of the profile has no 'trip'"));
-}
-
 }  // namespace
 }  // namespace baudgate::testing

@@ -56,34 +56,5 @@ TEST(Sentinels, InHexAreTheBitsOfWhatIsRead) {
   }
 }
 
-TEST(Sentinels, WhatCanNeverComeIsAnError) {
-  const std::pair<const char*, const char*> cases[] = {
-      {"modbus_rtu", "read: holding 1 int16, type: float32, sentinels: { 32768: uncertain }"},
-      {"modbus_rtu", "read: holding 1 int16, type: float32, sentinels: { 999.9: uncertain }"},
-      {"modbus_rtu", "read: holding 1 uint16, type: float32, sentinels: { -1: uncertain }"},
-      {"modbus_rtu", "read: holding 1 uint16, type: float32, sentinels: { 0x10000: uncertain }"},
-      {"modbus_rtu", "read: holding 1 bcd16, type: float32, sentinels: { 0xFFFF: uncertain }"},
-      {"modbus_rtu", "read: \"holding 1[b0-b3]\", type: uint16, sentinels: { 16: uncertain }"},
-      {"modbus_rtu", "read: holding 1, type: float32, sentinels: { 0x7FC00000: uncertain }"},
-      {"modbus_rtu", "read: holding 1, type: float64, sentinels: { 0x8000: uncertain }"},
-      {"modbus_rtu", "read: holding 1, type: float32, sentinels: { 16777217: uncertain }"},
-      {"modbus_rtu", "read: holding 1 float32, type: float64, sentinels: { 1e39: uncertain }"},
-      {"modbus_rtu",
-       "read: holding 1 int16, type: float32, scale: 0.1, sentinels: { 3276.7: uncertain }"},
-      {"modbus_rtu", "read: coil 1, type: bool, sentinels: { 2: uncertain }"},
-      {"dcon", "read: \"#0 counter\", type: float64, sentinels: { -1: uncertain }"},
-      {"dcon", "read: \"@[low]\", type: uint16, sentinels: { 256: uncertain }"},
-      {"set4tm", "read: \"08 01 i8@1\", type: float32, sentinels: { 128: uncertain }"},
-      {"modbus_rtu",
-       "read: holding 1, type: int16, sentinels: { -1: uncertain, 0xFFFF: uncertain }"},
-  };
-  for (const auto& [protocol, point] : cases) {
-    const auto loaded = LoadShipped(protocol, point);
-    ASSERT_EQ(loaded.problems.size(), 1U) << point << Shown(loaded.problems);
-    EXPECT_FALSE(loaded.problems[0].warning) << point;
-    EXPECT_NE(loaded.problems[0].message.find("sentinels: "), std::string::npos) << point;
-  }
-}
-
 }  // namespace
 }  // namespace baudgate::testing

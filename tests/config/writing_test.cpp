@@ -43,19 +43,6 @@ TEST(WritePermit, IsOffUntilTheDeviceSaysSo) {
   EXPECT_EQ(Allowed(LoadDevice(", write: []")), "");
 }
 
-TEST(WritePermit, NamesWhatIsWrong) {
-  const auto problem = [](const std::string& keys) { return Shown(LoadDevice(keys).problems); };
-  EXPECT_EQ(problem(", write: yes"),
-            "t.yaml:3:31: error: write: 'yes' is unknown; allowed: deny, allow\n");
-  EXPECT_EQ(problem(", write: [aa]"),
-            "t.yaml:3:32: error: write: 'aa' is no point of 'd'; did you mean 'a'? can be written: "
-            "a, b, t\n");
-  EXPECT_THAT(problem(", write: [r]"), HasSubstr("'r' can only be read of 'd'"));
-  EXPECT_EQ(problem(", write: [allow]"),
-            "t.yaml:3:32: error: write: 'allow' is no point of 'd'; for all of its points write "
-            "'write: allow', without brackets\n");
-}
-
 TEST(WritePermit, NamesSomeOfManyPoints) {
   std::string points;
   for (int i = 0; i < 14; ++i) {
@@ -88,39 +75,6 @@ TEST(WriteLimits, FollowRatios) {
   EXPECT_EQ(PointOf(loaded, 0).writing.min, 200);
   EXPECT_EQ(PointOf(loaded, 0).writing.max, 16000);
   EXPECT_EQ(PointOf(loaded, 0).writing.step, 20);
-}
-
-TEST(WriteLimits, SayWhatIsWrong) {
-  const auto problem = [](const std::string& more) { return Shown(LoadDevice("", more).problems); };
-  EXPECT_THAT(problem(", min: 2, max: 1"), HasSubstr("min: 2 is above max (1)"));
-  EXPECT_THAT(problem(", step: 0"), HasSubstr("step: must be above 0"));
-  EXPECT_THAT(problem(", decimals: 10"), HasSubstr("decimals"));
-  EXPECT_THAT(problem(", type: bool, table: holding, max: 1"), HasSubstr("error"));
-  EXPECT_THAT(problem(", select_time: 5s"), HasSubstr("select_time: needs 'select: yes'"));
-  EXPECT_THAT(problem(", select: true, select_time: 11min"), HasSubstr("select_time"));
-}
-
-TEST(Select, LiesWhereItsRegisterExists) {
-  EXPECT_EQ(Shown(LoadDevice("", ", select: true, select_time: 5s").problems), "");
-  const auto at = [](int address) {
-    return Shown(Load("lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [ { name: d, "
-                      "address: 1, points: [{ name: a, read: A1, type: bool, access: w, select: "
-                      "true, modbus: " +
-                      std::to_string(address) + " }] }] }\n")
-                     .problems);
-  };
-  EXPECT_EQ(at(5535), "");
-  EXPECT_THAT(at(5536), HasSubstr("give it one below 5536"));
-}
-
-TEST(Select, OneRegisterSelectsOnePoint) {
-  const std::string problems =
-      Shown(Load("lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [ { name: d, "
-                 "address: 1, points: [{ name: a, read: A1, type: int16, access: rw, select: true, "
-                 "modbus: 7 }, { name: b, read: A2, type: bool, access: rw, select: true, modbus: "
-                 "7 }] }] }\n")
-                .problems);
-  EXPECT_THAT(problems, HasSubstr("'b' and 'a' would be selected by one register, 60000 + 7"));
 }
 
 TEST(AllowWhen, FindsItsPointAnywhere) {
@@ -157,33 +111,6 @@ TEST(AllowWhen, MayGuardOneValueAlone) {
   const auto loaded = LoadDevice("", ", allow_when: { point: l.d.b, is: off, for: 12.5 }");
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(PointOf(loaded, 0).writing.allow_when.at(0).only, Value(12.5));
-  EXPECT_THAT(Shown(LoadDevice("", ", allow_when: { point: l.d.b, is: off, for: on }").problems),
-              HasSubstr("for: 'a' is float32, and never 'on'"));
-  EXPECT_THAT(Shown(LoadDevice("", ", allow_when: { point: l.d.a, is: 1 }").problems),
-              HasSubstr("'l.d.a' guards itself"));
-}
-
-TEST(AllowWhen, SaysWhatIsWrongOnceAndWhere) {
-  const auto problem = [](const std::string& keys) {
-    return Shown(LoadDevice(", allow_when: " + keys).problems);
-  };
-  EXPECT_EQ(problem("{ point: l.d.c, is: true }"),
-            "t.yaml:3:36: error: allow_when: 'l.d.c' names no point; did you mean 'l.d.a'? write "
-            "LINE.DEVICE.POINT\n");
-  EXPECT_THAT(problem("{ point: k.d.tt, is: true }"), HasSubstr("did you mean 'l.d.t'?"));
-  EXPECT_THAT(problem("{ point: l.d.something, is: true }"), Not(HasSubstr("did you mean")));
-  for (const char* name : {"l", "l.d", "x.d.b", "l.x.b", "l.d.b.c", ".."}) {
-    EXPECT_THAT(problem("{ point: " + std::string(name) + ", is: true }"),
-                HasSubstr("names no point"))
-        << name;
-  }
-  EXPECT_THAT(problem("{ point: l.d.b, is: 2 }"), HasSubstr("is bool, and never '2'"));
-  EXPECT_THAT(problem("{ point: l.d.r, is: on }"), HasSubstr("is uint16, and never 'on'"));
-  EXPECT_THAT(problem("{ point: l.d.r, is: 70000 }"), HasSubstr("and never '70000'"));
-  EXPECT_EQ(problem("{ point: l.d.b, is: off }"), "");
-  EXPECT_THAT(problem("{ point: l.d.b }"), HasSubstr("needs 'is'"));
-  EXPECT_THAT(problem("l.d.b"), HasSubstr("allow_when"));
-  EXPECT_THAT(Shown(LoadDevice("", "").problems), "");
 }
 
 }  // namespace

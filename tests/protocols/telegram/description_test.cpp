@@ -8,6 +8,7 @@
 #include <random>
 
 #include "tests/protocols/telegram/support.h"
+#include "tests/support/file_cases.h"
 
 namespace baudgate::protocols::telegram {
 namespace {
@@ -33,96 +34,6 @@ std::string Sentences(const config::LoadedProfile& loaded) {
 
 TEST(TelegramDescription, AGoodOneHasNoProblem) { EXPECT_EQ(Sentences(LoadText(kGood)), ""); }
 
-struct WrongRow {
-  const char* was;
-  const char* is;
-  const char* says;  ///< with its place
-};
-
-constexpr WrongRow kWrong[] = {
-    {"send: 'S{address:02d}", "send: 'S{address:02q}", "4:22: error: send: '02q' is no format;"},
-    {"send: 'S{address:02d}", "send: 'S{address", "4:13: error: send: '{' without '}'"},
-    {"send: 'S{address:02d}\\r", "send: 'S{address:02d}\\q", "4:26: error: send: unknown escape;"},
-    {"send: 'S{address:02d}\\r\\n'", "send: 'hex 0G'", "4:16: error: send: two hex digits"},
-    {"{weight:8decimal} {unit:word}", "{weight:8decimal} {weight:word}",
-     "5:62: error: receive: field 'weight' stands twice"},
-    {"{unit:word}{checksum", "{unit:text}{tail:text}{checksum",
-     "5:61: error: receive: nothing says where 'unit' ends"},
-    {"{unit:word}{checksum:02X}\\r\\n'", "{checksum:02X}{unit:word}'",
-     "error: receive: nothing says where it ends"},
-    {"checksum: sum8", "checksum: sum9",
-     "6:15: error: checksum: 'sum9' is unknown; did you mean "
-     "'sum8'?"},
-    {"checksum: sum8", "checksum: crc16_modbus", "error: receive: crc16_modbus has 16 bits"},
-    {"    checksum: sum8\n", "",
-     "error: receive: has {checksum}, and no 'checksum' says which it is"},
-    {"{unit:word}{checksum:02X}", "{unit:word}{chksum:02X}",
-     "5:14: error: receive: has no {checksum}, and 'checksum' is sum8: write {checksum:02X}"},
-    {"{checksum:02X}", "{checksum:2X}{checksum:2X}",
-     "error: receive: field 'checksum' stands twice"},
-    {"{checksum:02X}", "{checksum:02d}", "or in decimal digits {checksum:03d}"},
-    {"{weight:8decimal}", "{weight:uint16_ba}", "is no format; did you mean 'uint16_be'?"},
-    {"{unit:word}", "{unit:2bytes}", "have no name: write {:2bytes}, or {unit:byte}"},
-    {"'S': good", "'S': goood", "error: codes: 'goood' is unknown; did you mean 'good'?"},
-    {"codes: { state:", "codes: { stat:",
-     "error: codes: 'stat' is no field of the answer; did you "
-     "mean 'state'?"},
-    {"    reads: yes\n", "",
-     "10:5: error: point 'weight' would be polled by telegram 'weight', which may change the "
-     "device: add 'reads: yes'"},
-    {"send: 'S01\\r\\n', rec", "send: '0x53 0x30', rec",
-     "4 too many; bytes in hex are written 'hex 1B 05'"},
-    {"weight: 12.5, unit: kg }", "wight: 12.5 }",
-     "did you mean 'weight'? allowed: send, receive, address, state, weight, unit"},
-    {"read: weight.weight, type", "read: weight.weight, write: weight, access: rw, type",
-     "is written by 'weight', which only reads"},
-    {"  weight:\n", "  al: { checksum: sum8 }\n  weight:\n",
-     "3:7: error: telegrams: 'al' sends and awaits nothing; did you mean 'all'?"},
-    {"    example: {", "    exmple: {", "error: telegram 'weight' needs 'example'"},
-    {"send: 'S01\\r\\n', rec", "send: 'T01\\r\\n', rec",
-     "error: example of 'weight': it does not fit from byte 1 on, at 'S'"},
-    {"kg8F\\r", "kg8E\\r",
-     "error: example of 'weight': its checksum is wrong; by 'sum8' it is '8F'"},
-    {"receive: 'S01 S ", "receive: 'S02 S ", "error: example of 'weight': its checksum is wrong"},
-    {"12.50 kg8F\\r\\n', weight: 12.5", "12.50 kg8F\\r\\n', weight: 125",
-     "error: example of 'weight': the answer says 12.5, not 125"},
-    {"unit: kg }", "units: kg }", "error: unknown key 'units' in example of 'weight'"},
-    {"read: weight.weight", "read: wight.weight",
-     "error: point 'weight' has 'read: wight', which is no telegram; did you mean 'weight'?"},
-    {"read: weight.weight", "read: weight.wieght",
-     "error: point 'weight' reads 'wieght', which is no field of the answer to 'weight'; did you "
-     "mean 'weight'?"},
-    {"read: weight.weight", "read: weight",
-     "error: point 'weight': read 'weight': a telegram and a "
-     "field are read"},
-    {"read: weight.weight", "read: weight.unit",
-     "and the field 'unit' is a text: write type: "
-     "string(16)"},
-    {"read: weight.weight", "'read': 'weight(a=1).weight'",
-     "error: point 'weight' gives 'a' to 'weight', which has no such field"},
-    {"    checksum: sum8\n", "    checksum: sum8\n    listen: yes\n",
-     "error: listen: a telegram that comes unasked has no 'send'"},
-    {"    checksum: sum8\n", "    checksum: sum8\n    before: login\n",
-     "7:13: error: before: 'login' is no telegram;"},
-    {"    checksum: sum8\n", "    checksum: sum8\n    pause: soon\n", "7:12: error: pause:"},
-    {"receive: 'S{address:02d}", "receive: '{password:4text}",
-     "error: receive: the password cannot be awaited in an answer"},
-    {"telegrams:\n", "telegrams:\n  all: { ends: '{x}' }\n", "3:16: error: ends: real bytes"},
-};
-
-TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
-  for (const WrongRow& row : kWrong) {
-    std::string text = kGood;
-    const auto at = text.find(row.was);
-    ASSERT_NE(at, std::string::npos) << row.was;
-    text.replace(at, std::string(row.was).size(), row.is);
-    const config::LoadedProfile loaded = LoadText(text);
-    EXPECT_NE(Sentences(loaded).find(row.says), std::string::npos)
-        << row.is << " gives\n"
-        << Sentences(loaded) << "and not " << row.says;
-  }
-}
-
 constexpr char kStatus[] = R"(device: d
 telegrams:
   data:
@@ -136,27 +47,28 @@ points:
   - { name: flag, read: 'data(node=0111).flags[b15]', type: bool }
 )";
 
-constexpr WrongRow kWrongStatus[] = {
-    {"[b15]", "[b16]", "takes bit b16 of 'flags', whose last one is b15"},
-    {"node=0111", "node=011", "has 4 characters, and '011' has 3: write as many"},
-    {"'0x00': good", "'A': good", "error: codes: 'A' is no byte; 'state' is one: write 0x1A"},
-    {"flags[b15]", "state=1", "compares 'state' with '1': a byte is written 0x1A"},
-    {"30 35',", "30 35 36',", "it has 8 bytes, and the pattern 7: 1 too many"},
-    {"checksum: sum8", "checksum: { kind: sum8, skip: 99 }",
-     "6:15: error: checksum: nothing is left of the 4 bytes in front of {checksum}"},
-    {"hex 68 {flags:uint16_be} {state:byte} {checksum:03d}",
-     "hex 68 {flags:uint16_be} {state:byte} {checksum:uint8}", "it has 7 bytes, and the pattern 5"},
-};
-
-TEST(TelegramDescription, EveryErrorOfAStatusIsASentence) {
+TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
   EXPECT_EQ(Sentences(LoadText(kStatus)), "");
-  for (const WrongRow& row : kWrongStatus) {
-    std::string text = kStatus;
-    const auto at = text.find(row.was);
-    ASSERT_NE(at, std::string::npos) << row.was;
-    text.replace(at, std::string(row.was).size(), row.is);
+  const auto cases = testing::ReadFileCases("tests/protocols/telegram/description.txt");
+  EXPECT_GT(cases.size(), 40U);
+  for (const testing::FileCase& one : cases) {
+    SCOPED_TRACE(one.place);
+    const auto lines = [](std::string text) {
+      for (const auto& [sign, meant] :
+           {std::pair<std::string, const char*>("¶", "\n"), {"␣", " "}}) {
+        for (std::size_t at = 0; (at = text.find(sign, at)) != std::string::npos;) {
+          text.replace(at, sign.size(), meant);
+        }
+      }
+      return text;
+    };
+    std::string text = one.head == "good" ? kGood : kStatus;
+    const std::string was = lines(one.given.at(0));
+    const std::size_t at = text.find(was);
+    ASSERT_NE(at, std::string::npos) << was;
+    text.replace(at, was.size(), lines(one.given.at(1)));
     const std::string said = Sentences(LoadText(text));
-    EXPECT_NE(said.find(row.says), std::string::npos) << row.is << " gives\n" << said;
+    EXPECT_NE(said.find(one.results.at(0).second), std::string::npos) << said;
   }
 }
 

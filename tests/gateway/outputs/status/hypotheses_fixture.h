@@ -37,7 +37,8 @@ struct Row {
 
 class HypothesesTest : public DiagnoseTest {
  protected:
-  std::string SayOf(const Row& row) {
+  /// Each cause that is said, as docs/status.md calls it, with its sentence.
+  std::vector<std::pair<std::string, std::string>> CausesOf(const Row& row) {
     config_.lines[0].port = row.Is(kServer) ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
     config_.lines[0].serial = row.Is(kServer)
                                   ? config::SerialSettings{.baud = config::SerialSettings::kNoWire}
@@ -57,11 +58,16 @@ class HypothesesTest : public DiagnoseTest {
     if (row.Is(kNeighbour)) Looked(neighbour_.status, clean, 32);
     const DeviceRecord both[] = {neighbour_, record_};
     const Evidence evidence = Gather(line_, record_, both, kNow);
-    std::string text;
+    std::vector<std::pair<std::string, std::string>> causes;
     for (const Hypothesis* hypothesis : Judge(evidence)) {
-      text += (text.empty() ? "" : " | ") + hypothesis->say(evidence);
+      causes.emplace_back(hypothesis->cause, hypothesis->say(evidence));
     }
     config_.lines[0].devices[1].traits = traits;
+    return causes;
+  }
+  std::string SayOf(const Row& row) {
+    std::string text;
+    for (const auto& [cause, said] : CausesOf(row)) text += (text.empty() ? "" : " | ") + said;
     return text;
   }
 };

@@ -10,6 +10,7 @@
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/offline/decode.h"
 #include "protocols/all_protocols.h"
+#include "tests/support/file_cases.h"
 
 namespace baudgate {
 namespace {
@@ -43,58 +44,24 @@ std::string Frames(const std::string& records) {
 }
 
 struct FrameCase {
-  const char* what;
-  std::string records;
-  std::string frames;
+  std::string what;
+  std::string records{};
+  std::string frames{};
 };
 
-const FrameCase kFrameCases[] = {
-    {"a reply in pieces is one line, with what it means",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B | >+\n"
-     "04:05:06.011000 ai-1 < 30 31 2E 35 30 30 0D | 01.500.\n"
-     "04:05:06.011300 ai-1 = ok, 11.0 ms\n",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | #[0] 1.5\n"
-     "04:05:06.011300 ai-1 = ok, 11.0 ms\n"},
-    {"what comes behind the frame has a line of its own",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D 3E 39 | >+01.500.>9\n"
-     "04:05:06.011300 ai-1 = ok, 11.0 ms\n",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B 30 31 2E 35 30 30 0D | #[0] 1.5\n"
-     "04:05:06.010000 ai-1 < 3E 39 | >9\n"
-     "04:05:06.011300 ai-1 = ok, 11.0 ms\n"},
-    {"silence is told, over midnight as well",
-     "23:59:59.900000 ai-1 > 23 30 31 0D | #01.\n00:00:00.400000 ai-1 = no_reply\n",
-     "23:59:59.900000 ai-1 > 23 30 31 0D | #01.\n"
-     "00:00:00.400000 ai-1 = no_reply: no reply after 500 ms\n"},
-    {"damage stays as it came",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B | >+\n04:05:06.020000 ai-1 < 30 | 0\n"
-     "04:05:06.300000 ai-1 = partial: stopped mid-frame\n",
-     "04:05:06.000000 ai-1 > 23 30 31 0D | #01.\n"
-     "04:05:06.010000 ai-1 < 3E 2B 30 | >+0\n"
-     "04:05:06.300000 ai-1 = partial: stopped mid-frame\n"},
-    {"bytes that nobody asked for are put together while they come close",
-     "04:05:06.000000 - < 41 | A\n04:05:06.001000 - < 42 | B\n04:05:06.100000 - < 43 | C\n"
-     "04:05:06.200000 - # port closed\n",
-     "04:05:06.000000 - < 41 42 | AB\n04:05:06.100000 - < 43 | C\n"
-     "04:05:06.200000 - # port closed\n"},
-    {"secrets stay masked",
-     "04:05:06.000000 ai-1 > 23 ** 0D | #*.\n04:05:06.010000 ai-1 < ** ** | **\n"
-     "04:05:06.020000 ai-1 = ok\n",
-     "04:05:06.000000 ai-1 > 23 ** 0D | #*.\n04:05:06.010000 ai-1 < ** ** | **\n"
-     "04:05:06.020000 ai-1 = ok\n"},
-    {"of an unknown device the bytes are shown",
-     "04:05:06.000000 slave-7 > 07 03 | ..\n04:05:06.010000 slave-7 < 07 83 | ..\n"
-     "04:05:06.020000 slave-7 = refused\n",
-     "04:05:06.000000 slave-7 > 07 03 | ..\n04:05:06.010000 slave-7 < 07 83 | ..\n"
-     "04:05:06.020000 slave-7 = refused\n"},
-};
+std::vector<FrameCase> FrameCases() {
+  std::vector<FrameCase> cases;
+  for (const auto& read : testing::ReadFileCases("tests/gateway/tools/cli/frames.txt")) {
+    FrameCase& one = cases.emplace_back(FrameCase{read.given[0]});
+    for (std::size_t i = 1; i < read.given.size(); ++i) one.records += read.given[i] + "\n";
+    for (const auto& [sign, line] : read.results) one.frames += line + "\n";
+  }
+  EXPECT_EQ(cases.size(), 7U);
+  return cases;
+}
 
 TEST(FrameLines, AreWholeAndDecoded) {
-  for (const FrameCase& one : kFrameCases) EXPECT_EQ(Frames(one.records), one.frames) << one.what;
+  for (const FrameCase& one : FrameCases()) EXPECT_EQ(Frames(one.records), one.frames) << one.what;
 }
 
 std::string RecordOf(const std::string& time, const std::string& bytes) {
@@ -166,7 +133,7 @@ TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
 }
 
 TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
-  for (const FrameCase& one : kFrameCases) {
+  for (const FrameCase& one : FrameCases()) {
     const auto decoded = [](const std::string& text) {
       std::istringstream in(kTraceHead[0] + "\n" + kTraceHead[1] + "\n" + text);
       std::ostringstream out;

@@ -1,0 +1,56 @@
+// Cases of a test that stand in a file: what is given, and what has to come of it. A file is read
+// from the root of the tree.
+//
+//   # a comment
+//   @ HEAD            begins a section, up to the next one
+//   | of the section
+//   - GIVEN           begins a case
+//   | more lines of it
+//   = RESULT          a sign and a text: what they mean is a matter of the test
+//
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace baudgate::testing {
+
+struct FileCase {
+  std::string place;                ///< "tests/config/problems.txt:7", for SCOPED_TRACE
+  std::string head{};               ///< of its section
+  std::vector<std::string> form{};  ///< the lines of its section
+  std::vector<std::string> given{};
+  std::vector<std::pair<char, std::string>> results{};
+};
+
+inline std::vector<FileCase> ReadFileCases(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<FileCase> cases;
+  FileCase section;
+  bool in_section = false;
+  int number = 0;
+  for (std::string line; std::getline(file, line);) {
+    ++number;
+    if (line.empty() || line[0] == '#') continue;
+    const std::string rest = line.size() > 2 ? line.substr(2) : "";
+    if (line[0] == '@') {
+      section = {.place = {}, .head = rest};
+      in_section = true;
+    } else if (line[0] == '-') {
+      cases.push_back(section);
+      cases.back().place = path + ":" + std::to_string(number);
+      cases.back().given = {rest};
+      in_section = false;
+    } else if (line[0] != '|') {
+      cases.back().results.emplace_back(line[0], rest);
+    } else {
+      (in_section ? section.form : cases.back().given).push_back(rest);
+    }
+  }
+  return cases;
+}
+
+}  // namespace baudgate::testing
