@@ -124,30 +124,20 @@ struct Pattern {
 };
 
 /// "500MB", "2GB".
-std::optional<std::uint64_t> ParseSize(std::string_view text) {
+Result<std::uint64_t> ParseLimit(std::string_view text) {
+  const Error none{Quoted(text) + " is no size; write for example 500MB or 2.5GB"};
+  if (const std::string why = WhyLeadingZero(text); !why.empty()) {
+    return Error{Quoted(text) + " " + why};
+  }
   const auto digits = text.find_first_not_of("0123456789.");
-  if (digits == std::string_view::npos) return std::nullopt;
+  if (digits == std::string_view::npos) return none;
   const auto number = ParseDecimal(text.substr(0, digits));
   const std::string_view unit = Trim(text.substr(digits));
   const double factor = unit == "MB" ? 1 : unit == "GB" ? 1000 : unit == "TB" ? 1'000'000 : 0;
-  if (!number || factor == 0 || *number > 1e9) return std::nullopt;
-  return static_cast<std::uint64_t>(std::llround(*number * factor * double{kMegabyte}));
-}
-
-void ReadLimit(MapReader& map, History& history) {
-  const auto text = map.Text("limit");
-  if (!text) return;
-  const auto size = ParseSize(*text);
-  if (const std::string why = WhyLeadingZero(*text); !why.empty()) {
-    map.problems().Error(map.MarkOf("limit"), "limit: " + Quoted(*text) + " " + why);
-  } else if (!size) {
-    map.problems().Error(map.MarkOf("limit"), "limit: " + Quoted(*text) +
-                                                  " is no size; write for example 500MB or 2.5GB");
-  } else if (*size < kLeastLimit || *size > kMostLimit) {
-    map.problems().Error(map.MarkOf("limit"), "limit: it is from 50MB to 10TB");
-  } else {
-    history.limit = *size;
-  }
+  if (!number || factor == 0 || *number > 1e9) return none;
+  const auto size = static_cast<std::uint64_t>(std::llround(*number * factor * double{kMegabyte}));
+  if (size < kLeastLimit || size > kMostLimit) return Error{"it is from 50MB to 10TB"};
+  return size;
 }
 
 /// Empty: it is no pattern, and that was said.
@@ -234,7 +224,9 @@ History ReadHistory(const YamlNode& node, const Config& config, Problems& proble
   history.directory = ReadAbsolutePath(map, "directory", "/data/baudgate");
   HistoryPoint usual;
   map.Read<&HistoryPoint::max_gap>(usual);
-  ReadLimit(map, history);
+  if (const auto limit = map.Get("limit")) {
+    Assign(history.limit, ReadParsed(*limit, "limit", problems, ParseLimit));
+  }
   map.Read<&History::keep>(history);
   std::vector<Pattern> patterns;
   if (const auto points = map.Need("points", "[ \"bay-1.*.current_*\" ]")) {

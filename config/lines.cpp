@@ -97,10 +97,8 @@ Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base) {
 SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems) {
   SerialSettings serial = base;
   if (node.kind() == YamlNode::Kind::scalar) {
-    const auto parsed = ParseSerial(node.text(), base);
-    if (parsed) return *parsed;
-    problems.Error(node.mark(), "serial: " + parsed.error());
-    return serial;
+    const auto parse = [&](const std::string& text) { return ParseSerial(text, base); };
+    return ReadParsed(node, "serial", problems, parse).value_or(base);
   }
   MapReader map(node, "serial", problems);
   map.Read<&SerialSettings::baud, &SerialSettings::data_bits, &SerialSettings::stop_bits,
@@ -191,30 +189,21 @@ namespace {
 constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;
 
+Result<std::string> ParsePort(const std::string& text) {
+  constexpr std::string_view kTcp = "tcp://";
+  if (text.starts_with("/")) return text;
+  if (!text.starts_with(kTcp)) {
+    return Error{Quoted(text) + " is neither a path like /dev/ttyUSB0 nor tcp://host:port"};
+  }
+  if (const Status zero = RefuseLeadingZeros(text, ":"); !zero) return Error{zero.error()};
+  if (ParseHostPort(text.substr(kTcp.size()))) return text;
+  return Error{Quoted(text) + " is not tcp://host:port; write for example tcp://10.0.0.5:4001"};
+}
+
 void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   const auto node = map.Need("port", "/dev/ttyUSB0");
   if (!node) return;
-  const auto port = ReadText(*node, "port", context.problems);
-  if (!port) return;
-  constexpr std::string_view kTcp = "tcp://";
-  if (port->starts_with(kTcp)) {
-    const auto at = ParseHostPort(port->substr(kTcp.size()));
-    if (const Status zero = RefuseLeadingZeros(*port, ":"); !zero) {
-      return context.problems.Error(node->mark(), "port: " + zero.error());
-    }
-    if (!at) {
-      context.problems.Error(node->mark(), "port: " + Quoted(*port) +
-                                               " is not tcp://host:port; write for example "
-                                               "tcp://10.0.0.5:4001");
-      return;
-    }
-  } else if (!port->starts_with("/")) {
-    context.problems.Error(node->mark(), "port: " + Quoted(*port) +
-                                             " is neither a path like /dev/ttyUSB0 nor "
-                                             "tcp://host:port");
-    return;
-  }
-  line.port = *port;
+  if (!Assign(line.port, ReadParsed(*node, "port", context.problems, ParsePort))) return;
   context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 

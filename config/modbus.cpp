@@ -62,13 +62,10 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
 
 void ReadTargetServer(const YamlNode& node, const std::vector<Listener>& listeners, Route& route,
                       Problems& problems) {
-  const auto text = ReadText(node, "server", problems);
-  if (!text) return;
-  const auto server = ParseServer(*text, route.port);
-  if (!server) {
-    problems.Error(node.mark(), "server: " + server.error());
-    return;
-  }
+  const auto server = ReadParsed(node, "server", problems, [&](const std::string& text) {
+    return ParseServer(text, route.port);
+  });
+  if (!server) return;
   route.host = server->host == "localhost" ? "127.0.0.1" : server->host;
   route.port = server->port;
   CheckServer(route, listeners, node.mark(), problems);
@@ -82,18 +79,11 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   route.mark = node.mark();
   MapReader map(node, "a route", context.problems);
   if (node.kind() != YamlNode::Kind::map) return route;
-  bool units_known = false;
-  if (const auto units = map.Need("units", "20")) {
-    if (const auto text = ReadText(*units, "units", context.problems)) {
-      const auto range = ParseUnits(*text);
-      units_known = range.ok();
-      if (range) {
-        std::tie(route.first, route.last) = *range;
-      } else {
-        context.problems.Error(units->mark(), "units: " + range.error());
-      }
-    }
-  }
+  const auto node_of_units = map.Need("units", "20");
+  const auto units = node_of_units
+                         ? ReadParsed(*node_of_units, "units", context.problems, ParseUnits)
+                         : std::nullopt;
+  if (units) std::tie(route.first, route.last) = *units;
   if (const auto line = map.Get("line")) ReadTargetLine(*line, lines, route, context);
   if (const auto server = map.Get("server")) {
     ReadTargetServer(*server, listeners, route, context.problems);
@@ -104,7 +94,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
   map.Finish();
   const Keys keys = map.keys();
   CheckTarget(keys, context.problems);
-  if (units_known) CheckRoute(route, keys, context.problems);
+  if (units) CheckRoute(route, keys, context.problems);
   return route;
 }
 
@@ -121,6 +111,15 @@ void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& cata
   if (const Protocol* frames = catalog.FramesOf(framing)) listener.serial = frames->serial;
 }
 
+Result<HostPort> ParseOwnAddress(const std::string& text, const std::string& example) {
+  auto at = ParseHostPort(text, example);
+  if (!at) return at;
+  if (at->host == "localhost") at->host = "127.0.0.1";
+  if (IsIpAddress(at->host)) return at;
+  return Error{Quoted(at->host) +
+               " is not an address of this machine; write an IP address, 0.0.0.0 for all"};
+}
+
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
             LoadContext& context) {
   const auto text = ReadText(node, what, context.problems);
@@ -131,31 +130,15 @@ void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
     listener.errors = Listener::Errors::silent;
     return;
   }
-  const auto at = ParseHostPort(*text);
+  const auto at = ParseOwnAddress(*text, "127.0.0.1:1502");
   if (!at) {
     const bool no_colon = text->find(':') == std::string::npos;
     context.problems.Error(
         node.mark(), what + ": " + at.error() + (no_colon ? ", or /dev/ttyUSB4" : std::string()));
     return;
   }
-  if (!IsIpAddress(at->host) && at->host != "localhost") {
-    context.problems.Error(node.mark(), what + ": " + Quoted(at->host) +
-                                            " is not an address of this machine; write an IP "
-                                            "address, 0.0.0.0 for all");
-    return;
-  }
-  listener.host = at->host == "localhost" ? "127.0.0.1" : at->host;
+  listener.host = at->host;
   listener.port = at->port;
-}
-
-std::optional<Network> ReadNetwork(const YamlNode& node, const std::string& what,
-                                   Problems& problems) {
-  const auto text = ReadText(node, what, problems);
-  if (!text) return std::nullopt;
-  auto network = ParseNetwork(*text);
-  if (network) return std::move(*network);
-  problems.Error(node.mark(), what + ": " + network.error());
-  return std::nullopt;
 }
 
 // What may be written as a list or, when it is only one, without brackets.
@@ -191,7 +174,7 @@ void ReadClients(const YamlNode& node, Listener& listener, Problems& problems) {
     MapReader map(one, "an entry of clients", problems);
     if (one.kind() != YamlNode::Kind::map) continue;
     const auto from = map.Need("from", "10.0.0.7");
-    const auto network = from ? ReadNetwork(*from, "from", problems) : std::nullopt;
+    const auto network = from ? ReadParsed(*from, "from", problems, ParseNetwork) : std::nullopt;
     NeedPriority(map, client.priority);
     map.Finish();
     if (!network) continue;
@@ -303,7 +286,8 @@ std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
   for (const YamlNode& range : ReadSome(
            node, "allow", kMostNetworks,
            "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
-    if (auto network = ReadNetwork(range, "allow", problems)) networks.push_back(*network);
+    const auto network = ReadParsed(range, "allow", problems, ParseNetwork);
+    if (network) networks.push_back(*network);
   }
   return networks;
 }
@@ -316,19 +300,8 @@ std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems) {
 
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,
                                        const std::string& example, Problems& problems) {
-  const auto text = ReadText(node, key, problems);
-  if (!text) return std::nullopt;
-  auto at = ParseHostPort(*text, example);
-  if (!at) {
-    problems.Error(node.mark(), key + ": " + at.error());
-    return std::nullopt;
-  }
-  if (at->host == "localhost") at->host = "127.0.0.1";
-  if (IsIpAddress(at->host)) return *at;
-  problems.Error(node.mark(), key + ": " + Quoted(at->host) +
-                                  " is not an address of this machine; write an IP address, "
-                                  "0.0.0.0 for all");
-  return std::nullopt;
+  return ReadParsed(node, key, problems,
+                    [&](const std::string& text) { return ParseOwnAddress(text, example); });
 }
 
 Listener ReadListener(const YamlNode& node, LoadContext& context) {

@@ -47,17 +47,15 @@ void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
 }
 
 void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
-  const auto text = ReadText(node, "discovery_servers", problems);
-  if (!text) return;
-  const auto server = ParseDiscoveryServer(*text);
-  if (!server || IsEverywhere(server->host)) {
-    problems.Error(node.mark(), "discovery_servers: " +
-                                    (server ? Quoted(*text) + " is not the address of one machine"
-                                            : server.error()));
-    return;
-  }
+  const auto parse = [](const std::string& text) -> Result<HostPort> {
+    auto server = ParseDiscoveryServer(text);
+    if (!server || !IsEverywhere(server->host)) return server;
+    return Error{Quoted(text) + " is not the address of one machine"};
+  };
+  const auto server = ReadParsed(node, "discovery_servers", problems, parse);
+  if (!server) return;
   if (std::ranges::find(dds.discovery_servers, *server) != dds.discovery_servers.end()) {
-    problems.Warning(node.mark(), "discovery_servers: " + *text + " stands there already");
+    problems.Warning(node.mark(), "discovery_servers: " + node.text() + " stands there already");
   }
   CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
   dds.discovery_servers.push_back(*server);

@@ -146,17 +146,15 @@ std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
 }
 
 std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
-  const auto text = ReadText(node, "on_fault", problems);
-  if (!text) return std::nullopt;
-  if (*text == "nan") return OnFault{OnFault::Kind::nan, {}};
-  if (*text == "hold") return OnFault{OnFault::Kind::hold, {}};
-  const std::string zero = WhyLeadingZero(*text);
-  const auto value = Decimal::Parse(*text);
-  if (value && zero.empty()) return OnFault{OnFault::Kind::value, *value};
-  problems.Error(node.mark(), !zero.empty() ? "on_fault: " + Quoted(*text) + " " + zero
-                                            : "on_fault: " + Quoted(*text) +
-                                                  " is unknown; allowed: nan, hold or a number");
-  return std::nullopt;
+  return ReadParsed(node, "on_fault", problems, [](const std::string& text) -> Result<OnFault> {
+    if (text == "nan") return OnFault{OnFault::Kind::nan, {}};
+    if (text == "hold") return OnFault{OnFault::Kind::hold, {}};
+    const std::string zero = WhyLeadingZero(text);
+    if (!zero.empty()) return Error{Quoted(text) + " " + zero};
+    const auto value = Decimal::Parse(text);
+    if (value) return OnFault{OnFault::Kind::value, *value};
+    return Error{Quoted(text) + " is unknown; allowed: nan, hold or a number"};
+  });
 }
 
 std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems) {
@@ -200,13 +198,8 @@ void ReadAddresses(MapReader& map, Point& point) {
 void ReadType(MapReader& map, Point& point) {
   const auto node = map.Need("type", "float32");
   if (!node) return;
-  const auto text = ReadText(*node, "type", map.problems());
-  if (!text) return;
-  const auto type = ParseType(*text);
-  if (!type) {
-    map.problems().Error(node->mark(), "type: " + type.error());
-    return;
-  }
+  const auto type = ReadParsed(*node, "type", map.problems(), ParseType);
+  if (!type) return;
   point.type = type->type;
   point.text_length = type->text_length;
   point.time_type = type->time_type;

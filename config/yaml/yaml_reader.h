@@ -51,6 +51,18 @@ std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& w
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
 
+/// A text as `parse` understands it, which returns a Result.
+template <typename Parse>
+auto ReadParsed(const YamlNode& node, const std::string& what, Problems& problems, Parse parse)
+    -> std::optional<std::remove_cvref_t<decltype(parse(std::string()).value())>> {
+  const auto text = ReadText(node, what, problems);
+  if (!text) return std::nullopt;
+  auto value = parse(*text);
+  if (value) return std::move(*value);
+  problems.Error(node.mark(), what + ": " + value.error());
+  return std::nullopt;
+}
+
 /// The meaning of a word; `words`: a list of Word.
 template <typename Words>
 auto ReadWord(const YamlNode& node, const std::string& what, const Words& words, Problems& problems)
