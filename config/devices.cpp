@@ -67,8 +67,12 @@ void Apply(const Ratio& ratio, Point& point) {
   point.unit = ratio.unit;
 }
 
-}  // namespace
-
+/// A device's `ratios`: what its units are at this site, applied to every point that has them.
+///
+///     ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
+///
+/// `device.points` are complete. A unit that no point has is a problem, and so is a ratio that is
+/// not above 0 or that a point cannot take.
 void ApplyRatios(MapReader& map, Device& device) {
   const auto node = map.Get("ratios");
   if (!node) return;
@@ -88,8 +92,6 @@ void ApplyRatios(MapReader& map, Device& device) {
   }
   for (const auto& [point, ratio] : found) Apply(ratio, *point);
 }
-
-namespace {
 
 constexpr std::size_t kMostPointsOfAll = 100'000;
 

@@ -1,6 +1,5 @@
 // ReadDevice reads one device of a line. Its own keys win over its profile, and its profile wins
-// over its line and protocol. YAML nodes come from config/lines.cpp. ApplyRatios applies `ratios`
-// to the points.
+// over its line and protocol. YAML nodes come from config/lines.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,16 +9,6 @@
 #include "config/yaml/yaml_reader.h"
 
 namespace baudgate::config {
-
-// A device's `ratios`: what its units are at this site, applied to every point that has them.
-//
-//   ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
-//
-// YAML comes from the device; scale, offset and unit of its points change.
-
-/// `device.points` are complete. A unit that no point has is a problem, and so is a ratio that is
-/// not above 0 or that a point cannot take.
-void ApplyRatios(MapReader& map, Device& device);
 
 /// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
 /// meant, so that the rest is checked as well; null: none is near. `port`: of the line.

@@ -160,6 +160,8 @@ void ReadEventAlarms(MapReader& map, Device& device) {
 namespace {
 
 constexpr std::size_t kMostEvents = 16;
+/// Longer texts leave no room for the point and its value.
+constexpr std::size_t kLongestEventText = 100;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
@@ -232,6 +234,21 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
   }
 }
 
+std::string ReadEventText(MapReader& map) {
+  std::string text = map.Label("text").value_or("");
+  if (text.size() > kLongestEventText) {
+    map.problems().Error(map.MarkOf("text"), "text: it is too long; at most " +
+                                                 std::to_string(kLongestEventText) + " bytes");
+  }
+  return text;
+}
+
+std::string ReadRecordName(MapReader& map) {
+  const auto node = map.Get("record");
+  if (!node) return {};
+  return ReadText(*node, "record", map.problems()).value_or("");
+}
+
 std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Problems& problems) {
   MapReader map(node, "event of '" + point.name + "'", problems);
   if (node.kind() != YamlNode::Kind::map) return std::nullopt;
@@ -256,21 +273,6 @@ std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Prob
 }
 
 }  // namespace
-
-std::string ReadEventText(MapReader& map) {
-  std::string text = map.Label("text").value_or("");
-  if (text.size() > kLongestEventText) {
-    map.problems().Error(map.MarkOf("text"), "text: it is too long; at most " +
-                                                 std::to_string(kLongestEventText) + " bytes");
-  }
-  return text;
-}
-
-std::string ReadRecordName(MapReader& map) {
-  const auto node = map.Get("record");
-  if (!node) return {};
-  return ReadText(*node, "record", map.problems()).value_or("");
-}
 
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
   std::vector<PointEvent> events;

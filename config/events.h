@@ -38,17 +38,8 @@ void ReadEventAlarms(MapReader& map, Device& device);
 // The key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high }, or a list of
 // these.
 
-/// Longer texts leave no room for the point and its value.
-inline constexpr std::size_t kLongestEventText = 100;
-
 /// With every problem that they have; `point` is read but for them.
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
-
-/// `text`, and a problem where it is too long. Also of a table of events.
-std::string ReadEventText(MapReader& map);
-
-/// `record: trip`. Also of a table of events.
-std::string ReadRecordName(MapReader& map);
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
 /// `given`: the gateway has the key. `device` has its table and its points.

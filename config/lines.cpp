@@ -174,8 +174,8 @@ PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadCont
   return server;
 }
 
-}  // namespace
-
+/// `serial_server: { at: "127.0.0.1:4001", mode: rfc2217, busy: wait }`, or
+/// `lend: { at: "0.0.0.0:4001", for: 30min, allow: [10.0.0.7] }`.
 void ReadPortServers(MapReader& map, Line& line, LoadContext& context) {
   if (const auto node = map.Get("serial_server")) {
     line.serial_server = ReadPortServer(*node, "serial_server", context);
@@ -183,8 +183,6 @@ void ReadPortServers(MapReader& map, Line& line, LoadContext& context) {
   if (const auto node = map.Get("lend")) line.lend = ReadPortServer(*node, "lend", context);
   CheckPortServers(line, map.keys(), context.problems);
 }
-
-namespace {
 
 constexpr std::size_t kMostLines = 1000;
 constexpr std::size_t kMostDevices = 1000;

@@ -1,6 +1,6 @@
 // The section lines: lines, their devices, and what profiles add to them.
-// YAML nodes come from config/loader; structs go to config::Config. ReadName, ReadSerial and
-// ReadPortServers read single keys.
+// YAML nodes come from config/loader; structs go to config::Config. ReadName and ReadSerial read
+// single keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -65,14 +65,5 @@ struct LoadContext {
 };
 
 std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);
-
-// The port of a line over the network, in one of two keys of the line, without devices or with
-// them:
-//
-//   serial_server: { at: "127.0.0.1:4001", mode: rfc2217, busy: wait, idle: 10min }
-//   lend: { at: "0.0.0.0:4001", mode: raw, for: 30min, allow: [10.0.0.7] }
-
-/// Reads both keys into `line`.
-void ReadPortServers(MapReader& map, Line& line, LoadContext& context);
 
 }  // namespace baudgate::config

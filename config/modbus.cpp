@@ -152,6 +152,18 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
   return some;
 }
 
+/// At least one.
+std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
+  std::vector<Network> networks;
+  for (const YamlNode& range : ReadSome(
+           node, "allow", kMostNetworks,
+           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
+    const auto network = ReadParsed(range, "allow", problems, ParseNetwork);
+    if (network) networks.push_back(*network);
+  }
+  return networks;
+}
+
 void ReadPermit(MapReader& map, Listener& listener) {
   const auto write = map.OneOf("write", kWrite);
   const auto permit = map.OneOf("permit", kWords<Permit>);
@@ -280,17 +292,6 @@ void ReadKeys(MapReader& map, Listener& listener, LoadContext& context) {
 }
 
 }  // namespace
-
-std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
-  std::vector<Network> networks;
-  for (const YamlNode& range : ReadSome(
-           node, "allow", kMostNetworks,
-           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
-    const auto network = ReadParsed(range, "allow", problems, ParseNetwork);
-    if (network) networks.push_back(*network);
-  }
-  return networks;
-}
 
 std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems) {
   const bool everybody = node.kind() == YamlNode::Kind::list &&

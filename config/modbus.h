@@ -22,9 +22,7 @@ Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
 
 /// A place alone ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
-/// The networks and addresses that may connect; at least one.
-std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems);
-/// The same, but `[]` lets everybody in, as if it were left out.
+/// The networks and addresses that may connect. `[]` lets everybody in, as if it were left out.
 std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems);
 /// Where this machine listens: "127.0.0.1:4001", "localhost:4001".
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,

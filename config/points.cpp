@@ -122,6 +122,10 @@ Result<TypeText> ParseType(std::string_view text) {
                " allowed: " + Join(shown) + ", or a type of IEC 61131-3 such as REAL"};
 }
 
+namespace {
+
+/// { 999: sensor_failure, 0x8000: out_of_service }: a quality by its name without "bad" or
+/// "uncertain", or its code in hex. What they stand for in this device: ResolveSentinels.
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
   std::vector<Sentinel> sentinels;
   for (const Entry& entry : ReadEntries(node, "sentinels", problems)) {
@@ -157,6 +161,7 @@ std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
   });
 }
 
+/// [low, high], or one value that stays; of a string point the text.
 std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems) {
   if (type == Type::string) {
     const auto text = ReadText(node, "simulate", problems);
@@ -182,8 +187,6 @@ std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& 
   }
   return Simulate{*low, *high, std::nullopt};
 }
-
-namespace {
 
 // DDS carries the unit as string<16>.
 constexpr std::size_t kLongestUnit = 16;

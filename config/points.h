@@ -1,6 +1,6 @@
 // Points as they stand in profiles and under a device's `points:`. YAML nodes come from
-// config/profile and config/lines; finished points go to config::Device. ParseType and
-// ReadSentinels read keys with a form of their own.
+// config/profile and config/lines; finished points go to config::Device. ParseType reads the key
+// `type`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace baudgate::config {
 
-// The values of a point's keys that have a form of their own: type, sentinels, on_fault, simulate.
+// The key `type` of a point.
 struct TypeText {
   Type type = Type::float32;
   std::size_t text_length = 0;  ///< of string(n)
@@ -29,16 +29,6 @@ Result<TypeText> ParseType(std::string_view text);
 
 /// "ms" of a time, "s" of a date; else nothing.
 std::string_view UnitOf(TimeType type);
-
-/// { 999: sensor_failure, 0x8000: out_of_service }: a quality by its name without "bad" or
-/// "uncertain", or its code in hex. What they stand for in this device: ResolveSentinels.
-std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems);
-
-/// nan, hold or a number.
-std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems);
-
-/// [low, high], or one value that stays; of a string point the text.
-std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems);
 
 /// A point before its values are read: merging a device's own keys over those of its profile is
 /// then a matter of keys, and every value keeps the place where it was written.

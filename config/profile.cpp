@@ -108,8 +108,7 @@ void ReadEntriesOfAll(const Catalog& catalog, const Protocol& protocol, Take tak
   }
 }
 
-}  // namespace
-
+/// `identity: ["SPAJ 140 C", "SPCJ 4D29"]`.
 std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems) {
   std::vector<std::string> names;
   for (const YamlNode& element : ReadList(node, "identity", kMostNames, problems)) {
@@ -124,6 +123,8 @@ std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& probl
   }
   return names;
 }
+
+}  // namespace
 
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile) {
   Identity identity;

@@ -30,9 +30,6 @@ Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope 
 // installed profiles of a protocol list. YAML comes from profile and configuration; goes to the
 // conversations, which compare it with what the device says.
 
-/// `identity: ["SPAJ 140 C", "SPCJ 4D29"]`.
-std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems);
-
 /// A device's `identity:`, a list or `ignore`; without it the profile's names.
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile);
 

@@ -207,8 +207,6 @@ class Resolver {
   std::string last_;
 };
 
-}  // namespace
-
 std::vector<AllowWhen> ReadAllowWhen(MapReader& map) {
   const auto node = map.Get("allow_when");
   if (!node) return {};
@@ -224,6 +222,8 @@ std::vector<AllowWhen> ReadAllowWhen(MapReader& map) {
   }
   return interlocks;
 }
+
+}  // namespace
 
 Writing ReadWriting(MapReader& map) {
   Writing writing;

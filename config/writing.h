@@ -3,8 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "config/model/config.h"
 #include "config/yaml/yaml_reader.h"
 
@@ -13,9 +11,6 @@ namespace baudgate::config {
 /// min, max, step, decimals, select, select_time and allow_when of a point. What is allowed is the
 /// device's affair.
 Writing ReadWriting(MapReader& map);
-
-/// `allow_when: { point: LINE.DEVICE.POINT, is: VALUE }`, or a list of these.
-std::vector<AllowWhen> ReadAllowWhen(MapReader& map);
 
 /// `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the device.
 void ApplyWritePermit(MapReader& map, Device& device);

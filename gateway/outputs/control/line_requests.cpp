@@ -116,7 +116,7 @@ Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}
 Result<config::PortServer> OfferedAt(const Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"clients have the port of line '" + line.name + "' at " +
-                 line.serial_server->Place() + " already (serial_server)"};
+                 line.serial_server->Address() + " already (serial_server)"};
   }
   const std::string text = TextOf(request, "tcp");
   const std::string allow = TextOf(request, "allow");

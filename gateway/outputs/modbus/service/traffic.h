@@ -20,7 +20,7 @@ namespace baudgate::modbus {
 struct ClientStatus {
   std::uint64_t id = 0;  ///< RoutedRequest::client
   std::string peer;      ///< "10.0.0.7:40112", or the serial port of a master
-  std::string listener;  ///< config::Listener::Place()
+  std::string listener;  ///< config::Listener::Address()
   config::Priority priority = config::Priority::normal;
   WallTime since{};
   WallTime last_request{};  ///< the epoch: none yet
@@ -106,14 +106,14 @@ void VisitFields(const RouteStatus*, Visit visit) {
 
 /// A listener at which no client can come in; it is looked at again each second.
 struct ClosedListener {
-  std::string place;     ///< config::Listener::Place()
+  std::string place;     ///< config::Listener::Address()
   std::string why;       ///< "address already in use; …"
   bool is_open = false;  ///< its address has left the machine
 };
 
 /// A client that spoke another framing than its listener.
 struct OtherSpeaker {
-  std::string listener;  ///< config::Listener::Place()
+  std::string listener;  ///< config::Listener::Address()
   std::string peer;      ///< the last
   Framing heard = Framing::tcp;
   Framing expected = Framing::tcp;
@@ -123,7 +123,7 @@ struct OtherSpeaker {
 
 /// Requests of all clients of a listener by what was asked and how it was answered.
 struct FunctionCount {
-  std::string listener;        ///< config::Listener::Place()
+  std::string listener;        ///< config::Listener::Address()
   std::uint8_t function = 0;   ///< 0: one that is in no standard
   std::uint8_t exception = 0;  ///< 0: none
   std::uint64_t requests = 0;
