@@ -19,7 +19,6 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>

@@ -11,7 +11,6 @@
 #include <memory>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/log_outlet.h"

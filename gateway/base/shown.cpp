@@ -2,7 +2,6 @@
 #include "gateway/base/shown.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 

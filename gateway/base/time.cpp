@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <string>
 #include <utility>
 
 #include "gateway/base/decimal.h"

@@ -3,10 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "gateway/base/log.h"
-#include "gateway/base/time.h"
 #include "gateway/lines/line_control.h"
 #include "transports/serial_settings.h"
 

@@ -2,7 +2,6 @@
 #include "gateway/lines/line_runner.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/time.h"

@@ -7,9 +7,6 @@
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "protocols/dcon/codec.h"
-#include "protocols/dcon/decode.h"
-#include "protocols/dcon/identification.h"
 #include "protocols/dcon/rules.h"
 #include "protocols/dcon/totals.h"
 

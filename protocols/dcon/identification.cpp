@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/common/identification.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
-#include "protocols/dcon/points.h"
 
 namespace baudgate::protocols::dcon {
 

@@ -7,7 +7,6 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
-#include "protocols/modbus/codec.h"
 #include "protocols/modbus/plan.h"
 #include "protocols/modbus/points.h"
 

@@ -8,7 +8,6 @@
 #include <cstdint>
 
 #include "protocols/frame_rule.h"
-#include "protocols/modbus/codec.h"
 #include "protocols/protocol.h"
 #include "protocols/scanning.h"
 

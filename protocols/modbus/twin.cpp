@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocols/modbus/codec.h"
 #include "protocols/modbus/plan.h"
 
 namespace baudgate::protocols::modbus {

@@ -8,7 +8,6 @@
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/reader/codec.h"
-#include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
 

@@ -5,7 +5,6 @@
 
 #include <optional>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "protocols/frame_rule.h"
 #include "protocols/protocol.h"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/status.h"

@@ -3,17 +3,13 @@
 
 #include <algorithm>
 #include <string>
-#include <utility>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "protocols/common/identification.h"
-#include "protocols/spabus/clock.h"
 #include "protocols/spabus/events.h"
 #include "protocols/spabus/plan.h"
-#include "protocols/spabus/reply.h"
 #include "protocols/spabus/rules.h"
-#include "protocols/spabus/settings.h"
 #include "protocols/spabus/writing.h"
 
 namespace baudgate::protocols::spabus {

@@ -5,8 +5,6 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/spabus/codec.h"
-#include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
 

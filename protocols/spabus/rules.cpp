@@ -5,13 +5,11 @@
 #include <cctype>
 #include <string>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/reply.h"
-#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
 

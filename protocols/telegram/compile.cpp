@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "protocols/telegram/identification.h"
 #include "protocols/telegram/rules.h"
 
 namespace baudgate::protocols::telegram {

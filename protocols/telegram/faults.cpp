@@ -6,11 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/points.h"
 

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"

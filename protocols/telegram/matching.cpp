@@ -9,7 +9,6 @@
 #include <array>
 #include <numeric>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 

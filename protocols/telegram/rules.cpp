@@ -10,7 +10,6 @@
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
-#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/reply.h"
 

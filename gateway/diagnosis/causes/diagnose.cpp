@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
-#include <optional>
 #include <set>
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/system_trouble.h"

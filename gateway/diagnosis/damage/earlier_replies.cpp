@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "gateway/diagnosis/damage/changed_bytes.h"

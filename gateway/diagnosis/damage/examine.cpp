@@ -3,13 +3,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <functional>
-#include <initializer_list>
-#include <iterator>
-#include <optional>
 #include <string>
-#include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/bus/exchange/line.h"

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examiner.h"
 
-#include <algorithm>
 #include <bit>
 #include <iterator>
 #include <string>
-#include <utility>
 
 #include "gateway/diagnosis/damage/changed_bytes.h"
-#include "gateway/diagnosis/damage/examine.h"
 #include "gateway/diagnosis/damage/other_messages.h"
 
 namespace baudgate {

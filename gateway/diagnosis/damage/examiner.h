@@ -29,7 +29,6 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/diagnosis/damage/earlier_replies.h"
-#include "gateway/diagnosis/damage/examine.h"
 #include "gateway/diagnosis/damage/reply_habits.h"
 
 namespace baudgate {

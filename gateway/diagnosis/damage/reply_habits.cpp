@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/reply_habits.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
 

@@ -2,7 +2,6 @@
 #include "gateway/diagnosis/decode/exchange_decoder.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "gateway/base/shown.h"

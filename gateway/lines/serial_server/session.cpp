@@ -3,8 +3,6 @@
 
 #include <utility>
 
-#include "gateway/base/time.h"
-
 namespace baudgate::serial_server {
 
 Session::Session(Visit visit, Duration idle, std::string signature, Connection& connection)

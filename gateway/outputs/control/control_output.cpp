@@ -2,7 +2,6 @@
 #include "gateway/outputs/control/control_output.h"
 
 #include "gateway/base/log.h"
-#include "transports/loop_thread.h"
 
 namespace baudgate {
 

@@ -9,10 +9,8 @@
 
 #include <asio/post.hpp>
 #include <asio/write.hpp>
-#include <atomic>
 #include <cerrno>
 #include <filesystem>
-#include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/system_trouble.h"

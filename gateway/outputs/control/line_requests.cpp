@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/control/request.h"
-#include "gateway/outputs/status/status_json.h"
 #include "gateway/outputs/status/target.h"
 #include "gateway/records/trace/trace_text.h"
 #include "protocols/frame_rule.h"

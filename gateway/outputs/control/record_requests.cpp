@@ -2,17 +2,12 @@
 #include "gateway/outputs/control/record_requests.h"
 
 #include <algorithm>
-#include <optional>
-#include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/control/request.h"
 #include "gateway/outputs/status/records_json.h"
-#include "gateway/outputs/status/target.h"
 #include "gateway/outputs/status/value_json.h"
 #include "gateway/records/audit/audit_source.h"
-#include "gateway/records/events/event_source.h"
 
 namespace baudgate::control {
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -10,7 +9,6 @@
 #include "gateway/base/result.h"
 #include "gateway/outputs/control/request.h"
 #include "gateway/outputs/status/status_json.h"
-#include "gateway/outputs/status/target.h"
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/events/past_table.h"
 #include "gateway/records/history/history_view.h"

@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/control/line_requests.h"
 #include "gateway/outputs/control/record_requests.h"
 
 namespace baudgate::control {

@@ -2,8 +2,6 @@
 #include "gateway/outputs/dds/published_types.h"
 
 #include <bit>
-#include <string_view>
-#include <type_traits>
 
 namespace baudgate::dds {
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/point_samples.h"
 
 namespace baudgate::dds {
 

@@ -14,7 +14,6 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/text.h"
-#include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
 

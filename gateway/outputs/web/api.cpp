@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/text.h"

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <string>
-#include <string_view>
 
 #include "config/model/config.h"
 #include "gateway/bus/points/point_store.h"

@@ -4,9 +4,7 @@
 #include <asio/post.hpp>
 #include <utility>
 
-#include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/assets.h"
-#include "transports/loop_thread.h"
 
 namespace baudgate::web {
 namespace {

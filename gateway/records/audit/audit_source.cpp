@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/records/disk/database.h"
 
 namespace baudgate::audit {
 

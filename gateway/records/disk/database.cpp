@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <limits>
-#include <utility>
 
 #include "gateway/base/system_trouble.h"
 #include "gateway/records/disk/database_file.h"

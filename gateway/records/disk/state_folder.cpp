@@ -13,10 +13,8 @@
 #include <cstdlib>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "gateway/base/system_trouble.h"

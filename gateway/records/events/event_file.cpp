@@ -7,7 +7,6 @@
 
 #include "gateway/records/events/event_record.h"
 #include "gateway/records/events/event_source.h"
-#include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
 

@@ -2,11 +2,9 @@
 #include "gateway/records/events/event_queue.h"
 
 #include <string_view>
-#include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/records/events/own_alarms.h"
-#include "gateway/records/events/own_records.h"
 #include "gateway/records/events/point_watch.h"
 
 namespace baudgate::events {

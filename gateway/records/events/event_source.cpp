@@ -5,7 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "gateway/records/disk/database.h"
 #include "gateway/records/events/record_table.h"
 
 namespace baudgate::events {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "gateway/base/text.h"
 #include "gateway/records/events/own_records.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/own_records.h"
 
-#include <utility>
-
 #include "gateway/base/shown.h"
 
 namespace baudgate::events {

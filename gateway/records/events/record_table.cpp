@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "gateway/records/disk/database.h"
-
 namespace baudgate::events {
 
 namespace {

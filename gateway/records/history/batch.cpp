@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/batch.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace baudgate::history {

@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
-#include <utility>
 
 namespace baudgate::history {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <utility>
-#include <vector>
 
 #include "gateway/records/history/day_file.h"
 #include "gateway/records/history/history_files.h"

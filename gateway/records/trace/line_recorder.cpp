@@ -10,12 +10,9 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
-#include <vector>
 
-#include "config/model/config.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
-#include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
 

@@ -3,13 +3,10 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "gateway/base/exit_code.h"
@@ -23,7 +20,6 @@
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
-#include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 

@@ -2,7 +2,6 @@
 #include "gateway/tools/cli/trace.h"
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "gateway/base/shown.h"

@@ -3,14 +3,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "config/model/serial.h"
-#include "gateway/tools/scan/plan.h"
 
 namespace baudgate::scan {
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "gateway/base/text.h"
 

@@ -8,9 +8,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/text.h"
 

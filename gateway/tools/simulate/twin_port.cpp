@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstdint>
 #include <cstdlib>
-#include <vector>
 
 #include "transports/serial_settings.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/terminal/tables.h"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 

@@ -14,9 +14,6 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
-#include "gateway/base/time.h"
-#include "gateway/tools/terminal/command_end.h"
-#include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/watch_lines.h"
 
 namespace baudgate {

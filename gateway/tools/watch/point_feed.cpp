@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/point_feed.h"
 
-#include <utility>
-
 namespace baudgate {
 
 namespace {

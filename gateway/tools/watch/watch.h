@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/tools/terminal/live_table.h"
 
 namespace baudgate {

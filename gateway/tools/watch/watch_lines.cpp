@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
-#include <cmath>
-
 #include "gateway/base/shown.h"
 
 namespace baudgate {

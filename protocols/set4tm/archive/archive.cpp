@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/archive/archive.h"
 
-#include <utility>
-
 #include "gateway/base/time.h"
 #include "protocols/set4tm/meter/status.h"
 

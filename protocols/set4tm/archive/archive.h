@@ -9,7 +9,6 @@
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "protocols/conversation.h"
 #include "protocols/set4tm/archive/billing_session.h"

@@ -2,7 +2,6 @@
 #include "protocols/set4tm/meter/identification.h"
 
 #include <algorithm>
-#include <array>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "protocols/set4tm/meter/latch.h"
-#include "protocols/set4tm/meter/plan.h"
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {

@@ -5,7 +5,6 @@
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"
-#include "protocols/set4tm/meter/plan.h"
 #include "protocols/set4tm/meter/printed.h"
 #include "protocols/set4tm/meter/status.h"
 #include "protocols/set4tm/meter/values.h"

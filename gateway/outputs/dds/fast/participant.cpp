@@ -18,12 +18,9 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
-#include <string>
 
-#include "gateway/base/time.h"
 #include "gateway/outputs/dds/fast/checked_transport.h"
 #include "gateway/outputs/dds/fast/own_network.h"
-#include "gateway/outputs/dds/fast/types.h"
 #include "gateway/outputs/pki/security_check.h"
 
 namespace baudgate::dds {

@@ -13,7 +13,6 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/domain.h"
-#include "gateway/outputs/dds/fast/datagram_check.h"
 #include "gateway/outputs/dds/fast/secured_check.h"
 #include "gateway/outputs/dds/rtps/announcement.h"
 

@@ -13,8 +13,6 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/outputs/dds/published_types.h"
-
 namespace baudgate::dds {
 
 namespace {

@@ -7,12 +7,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/link/packet_socket.h"
 
 namespace baudgate::dds {
 

@@ -5,14 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/bus/writes/write_gate.h"
 
 namespace baudgate::dds {
 

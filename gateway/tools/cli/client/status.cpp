@@ -7,13 +7,11 @@
 #include <functional>
 #include <numeric>
 #include <sstream>
-#include <string>
 #include <utility>
 
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/status_view.h"
 #include "gateway/tools/terminal/command_end.h"
-#include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {

@@ -8,7 +8,6 @@
 #include <functional>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/tools/cli/client/control_client.h"

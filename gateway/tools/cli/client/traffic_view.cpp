@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/tools/cli/client/control_client.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/live/one_port.h"
 
-#include <algorithm>
 #include <csignal>
 #include <thread>
 

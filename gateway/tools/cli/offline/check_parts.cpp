@@ -5,16 +5,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-#include "config/model/config.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/web/access.h"
-#include "gateway/outputs/web/metrics.h"
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/folder_files.h"
 #include "gateway/tools/terminal/tables.h"

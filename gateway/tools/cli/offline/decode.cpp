@@ -10,7 +10,6 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
 #include "gateway/tools/cli/offline/make_line.h"
 #include "gateway/tools/terminal/tables.h"
 

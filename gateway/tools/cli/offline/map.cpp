@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <vector>
 
 #include "config/loader.h"
 #include "config/model/modbus.h"

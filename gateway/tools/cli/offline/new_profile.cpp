@@ -6,7 +6,6 @@
 
 #include "config/loader.h"
 #include "config/points.h"
-#include "gateway/base/decimal.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"

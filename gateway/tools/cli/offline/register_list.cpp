@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <vector>
 
 #include "config/checks/uniques.h"
 #include "gateway/base/shown.h"

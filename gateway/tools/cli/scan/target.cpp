@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/client/operation.h"
 
 namespace baudgate {
 

@@ -15,7 +15,6 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/settings/sheet.h"
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/tables.h"
 
