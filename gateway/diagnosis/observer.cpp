@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "gateway/diagnosis/damage/other_messages.h"
+#include "gateway/diagnosis/damage/examine.h"
 
 namespace baudgate {
 

@@ -7,7 +7,6 @@
 
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
-#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
 

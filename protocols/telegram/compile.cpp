@@ -10,7 +10,7 @@
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/forms.h"
-#include "protocols/telegram/reply.h"
+#include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
 

@@ -13,7 +13,6 @@
 #include "protocols/conversation.h"
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/points.h"
-#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
 

@@ -11,7 +11,7 @@
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
 #include "protocols/telegram/field.h"
-#include "protocols/telegram/reply.h"
+#include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
 

@@ -13,7 +13,6 @@
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/damage/other_messages.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "gateway/diagnosis/damage/changed_bytes.h"
-#include "gateway/diagnosis/damage/other_messages.h"
+#include "gateway/diagnosis/damage/examine.h"
 
 namespace baudgate {
 

@@ -10,7 +10,6 @@
 
 #include "gateway/base/text.h"
 #include "gateway/diagnosis/damage/changed_bytes.h"
-#include "gateway/diagnosis/damage/other_messages.h"
 
 namespace baudgate {
 

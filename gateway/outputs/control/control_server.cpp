@@ -15,7 +15,6 @@
 #include "gateway/base/log.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/control/line_requests.h"
 #include "gateway/outputs/control/socket_path.h"
 
 namespace baudgate::control {

@@ -13,7 +13,6 @@
 #include "gateway/base/text.h"
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/words.h"
-#include "gateway/tools/watch/line_modes.h"
 #include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/point_image.h"
 #include "gateway/tools/watch/publishers.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/outputs/dds/rtps/parameter_check.h"
 #include "gateway/outputs/dds/rtps/rtps_fields.h"
 
 namespace baudgate::dds {

@@ -1,6 +1,6 @@
 // Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
 // can use with one datagram, if it reaches the port. Bytes come from
-// gateway/outputs/dds/fast/checked_transport.h. Pure: no socket, no clock, no Fast DDS; memory is
+// gateway/outputs/dds/fast/participant.cpp. Pure: no socket, no clock, no Fast DDS; memory is
 // fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
@@ -105,7 +105,7 @@ class DatagramCheck {
 };
 
 // Lets datagrams in or not, counts and tells: DatagramCheck for the several threads on which the
-// DDS library receives. Used by gateway/outputs/dds/fast/checked_transport.h.
+// DDS library receives. Used by gateway/outputs/dds/fast/participant.cpp.
 class DatagramGate {
  public:
   /// A line for people, once in 10 s at most: what was refused, from whom, how often before.

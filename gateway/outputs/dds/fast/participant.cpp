@@ -2,6 +2,9 @@
 #include "gateway/outputs/dds/fast/participant.h"
 
 #include <fastdds/rtps/attributes/PropertyPolicy.h>
+#include <fastdds/rtps/network/SenderResource.h>
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fmt/format.h>
@@ -19,7 +22,7 @@
 #include <memory>
 #include <mutex>
 
-#include "gateway/outputs/dds/fast/checked_transport.h"
+#include "gateway/outputs/dds/fast/datagram_check.h"
 #include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/pki/security_check.h"
 
@@ -128,6 +131,78 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
+using eprosima::fastrtps::rtps::LocatorsIterator;
+using eprosima::fastrtps::rtps::octet;
+using eprosima::fastrtps::rtps::SenderResource;
+
+/// An IPv4 address stands in the last four bytes.
+Sender SenderOf(const Locator_t& remote) {
+  Sender sender;
+  for (std::size_t i = 12; i < 16; ++i) sender.address = sender.address << 8 | remote.address[i];
+  sender.port = static_cast<std::uint16_t>(remote.port);
+  return sender;
+}
+
+struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
+  /// `below` is complete: its limits are taken over here.
+  CheckedTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
+                             std::shared_ptr<DatagramGate> gate_of_all)
+      : ChainingTransportDescriptor(std::move(below)), gate(std::move(gate_of_all)) {}
+
+  rtps::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<DatagramGate> gate;
+};
+
+/// A transport of Fast DDS that hands on only what its gate lets in. What is sent goes through
+/// untouched, one datagram at a time. Decides at which address a participant of this machine is
+/// reached.
+class CheckedTransport : public rtps::ChainingTransport {
+ public:
+  explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
+      : ChainingTransport(descriptor), descriptor_(descriptor) {}
+
+  rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+
+  bool send(SenderResource* below, const octet* bytes, std::uint32_t size, LocatorsIterator* to,
+            LocatorsIterator* to_end,
+            const std::chrono::steady_clock::time_point& timeout) override {
+    // The transport below counts datagrams by address, which two threads at once end in an
+    // assertion.
+    const std::lock_guard lock(sending_);
+    return below->send(bytes, size, to, to_end, timeout);
+  }
+
+  void receive(rtps::TransportReceiverInterface* next, const octet* bytes, std::uint32_t size,
+               const Locator_t& local, const Locator_t& remote) override {
+    // The buffer is the receiving thread's own; the library writes into it as well.
+    const std::span datagram(const_cast<octet*>(bytes), size);
+    const auto passed =
+        descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
+    if (passed.empty()) return;
+    next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
+  }
+
+  /// The address at which `announced` is reached. Fast DDS 2.9 itself ignores an address of this
+  /// machine that it does not use, and takes loopback for all others, although there may be no
+  /// listener there. False: it cannot be reached.
+  bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
+    if (!IsLocatorSupported(announced)) return false;
+    reached = announced;
+    if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
+    // We have no socket at this address of this machine, so we have heard its owner on loopback.
+    IPLocator::setIPv4(reached, "127.0.0.1");
+    return is_locator_allowed(reached);
+  }
+
+ private:
+  CheckedTransportDescriptor descriptor_;
+  std::mutex sending_;
+};
+
+rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
+  return new CheckedTransport(*this);
+}
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
 constexpr Duration kAnnouncements = 1300ms;
