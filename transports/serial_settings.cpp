@@ -28,6 +28,8 @@ namespace baudgate {
 
 namespace {
 
+constexpr int kHighestBaud = 921600;
+constexpr int kLowestBaud = 300;
 constexpr unsigned kFirstPtyMajor =
     136;  // UNIX98 pty slaves, Documentation/admin-guide/devices.txt
 constexpr unsigned kLastPtyMajor = 143;

@@ -12,6 +12,9 @@
 namespace baudgate {
 namespace {
 
+/// The largest file that is read whole.
+constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
+
 /// Which names are in it is on the disk then.
 void SyncFolderOf(const std::filesystem::path& file) {
   const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -34,7 +34,4 @@ Settings ReadSettings(const config::Options& options);
 /// Whether the options fit together.
 Status CheckOptions(const config::Options& options);
 
-/// "" none, ":" itself, "0x0D" by its number.
-Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text);
-
 }  // namespace baudgate::protocols::reader

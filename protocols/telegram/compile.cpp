@@ -185,6 +185,9 @@ class Compiler {
     for (std::size_t i = 0; i < raws_.size(); ++i) Relate(i);
     if (!failed()) {
       for (std::size_t i = 0; i < raws_.size(); ++i) {
+// The examples of a description, run: what is sent is built from the pattern byte by byte, and what
+// comes back has to mean what the example says.
+
         CheckExamples(raws_[i].examples, *description_, i, problems_);
       }
     }
@@ -538,8 +541,8 @@ void TakeSides(Telegram& telegram) {
   }
 }
 
-}  // namespace
-
+/// `description` is whole but for the example of telegram `index`, which becomes the first good
+/// one.
 void CheckExamples(const std::vector<YamlNode>& examples, Description& description,
                    std::size_t index, Problems& problems) {
   Telegram& telegram = description.telegrams[index];
@@ -562,5 +565,7 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
   }
   TakeSides(telegram);
 }
+
+}  // namespace
 
 }  // namespace baudgate::protocols::telegram

@@ -24,12 +24,6 @@ bool IsUnit(std::string_view name);
 /// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
 
-/// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
-/// only with other units than the point's. Empty if the units agree, or if a `scale` or an `offset`
-/// converts the number. `bound`: address and parameters, those of the point included.
-std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
-                      const Bound& bound);
-
 // What hardly anybody means: values that would be wrong or bad without a word.
 
 std::vector<Doubt> DoubtsOf(const config::Device& device);

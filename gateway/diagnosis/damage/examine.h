@@ -58,15 +58,8 @@ std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
 /// "'login: '", cut where it is long.
 std::string Quote(View text);
-/// A line of printable characters, whatever is in it.
-bool IsLine(const Hearing& hearing, View heard);
-/// Its first bytes are those of a reply, or nearly.
-bool BeginsLikeReply(const Hearing& hearing, View heard);
 /// Empty: these are no words for people. `lines`: a whole line of printable characters counts, too.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
-/// Words that end with the question for a user or a password. Messages of any form may stand in
-/// front of it.
-std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard);
 
 // Messages of another protocol: binary ones on a line of a text protocol, as their check value
 // proves, and texts on any line, as their form proves.

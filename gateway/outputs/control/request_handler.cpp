@@ -17,6 +17,8 @@ namespace baudgate::control {
 
 namespace {
 
+/// The longest time that a port is lent; longer needs a second call.
+constexpr Duration kMostRelease = 24h;
 /// How long the line has for it.
 constexpr Duration kHandPatience = 8s;
 
@@ -54,8 +56,17 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
   return {};
 }
 
-}  // namespace
+// Requests of the control socket for telegrams by hand: completed and judged by the protocol of the
+// line, allowed or denied, recorded where they may write, and sent in their turn.
+//
+//   {"command":"ask","target":"bay","telegram":"3E 31 52 46 3A"}
+//   {"sent":"3E 31 52 46 3A 32 31 0D","received":"0A 3C …","outcome":"ok","reason":""}
+//
+// "sent" is empty, and "reason" says why, if nothing was sent.
 
+/// `target`: LINE or LINE.DEVICE, whose protocol and options it has; `telegram` in hex, as it was
+/// written; `write`: it may write. The error is one sentence; without one `answered` is called
+/// once, on any thread. All references outlive what was asked.
 Status AskManually(const config::Config& config, LineControl& control, CommandSink& sink,
                    const Json& request, const Writer& writer, Instant now,
                    const std::function<void(const Json&)>& answered) {
@@ -107,8 +118,6 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   if (!sink.Submit(std::move(command))) return Error{"too many commands wait for the line"};
   return {};
 }
-
-namespace {
 
 Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
@@ -209,14 +218,6 @@ Reply TraceOf(const Gateway& gateway, const Request& request, bool recorded) {
   return {OneLine(done)};
 }
 
-}  // namespace
-
-std::string RecordLine(const TraceRecord& record) { return OneLine({{"record", ToText(record)}}); }
-
-bool Wanted(const TraceWish& wish, const TraceRecord& record) {
-  return wish.device.empty() || record.device.empty() || record.device == wish.device;
-}
-
 Reply ShowStatus(const Gateway& gateway, const Request& request) {
   std::optional<Target> target;
   if (request.json.contains("target")) {
@@ -227,6 +228,28 @@ Reply ShowStatus(const Gateway& gateway, const Request& request) {
   return {OneLine(StatusJson(*gateway.config, gateway.store, gateway.info, target, request.now))};
 }
 
+Reply ShowSettings(const Gateway& gateway, const Request& request) {
+  const auto target = DeviceOf(gateway, request);
+  if (!target) return Refused(kUnknown, target.error());
+  const auto settings = SettingsJson(*gateway.config, gateway.store, *target, request.now);
+  if (!settings) return Refused(kUnknown, settings.error());
+  return {OneLine(*settings)};
+}
+
+Reply Enable(const Gateway& gateway, const Request& request) {
+  return SetInUse(gateway, request, true);
+}
+
+Reply Disable(const Gateway& gateway, const Request& request) {
+  return SetInUse(gateway, request, false);
+}
+
+/// Shows the records in the flight recorder of a line.
+Reply ShowRecorded(const Gateway& gateway, const Request& request) {
+  return TraceOf(gateway, request, true);
+}
+
+/// The port of a line is lent: to a program that opens it, or to clients of a TCP port.
 Reply Release(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
@@ -270,31 +293,9 @@ Reply TakeBack(const Gateway& gateway, const Request& request) {
   return {OneLine(done)};
 }
 
-Reply ShowSettings(const Gateway& gateway, const Request& request) {
-  const auto target = DeviceOf(gateway, request);
-  if (!target) return Refused(kUnknown, target.error());
-  const auto settings = SettingsJson(*gateway.config, gateway.store, *target, request.now);
-  if (!settings) return Refused(kUnknown, settings.error());
-  return {OneLine(*settings)};
-}
-
-Reply Enable(const Gateway& gateway, const Request& request) {
-  return SetInUse(gateway, request, true);
-}
-
-Reply Disable(const Gateway& gateway, const Request& request) {
-  return SetInUse(gateway, request, false);
-}
-
 Reply Trace(const Gateway& gateway, const Request& request) {
   return TraceOf(gateway, request, false);
 }
-
-Reply ShowRecorded(const Gateway& gateway, const Request& request) {
-  return TraceOf(gateway, request, true);
-}
-
-namespace {
 
 constexpr std::string_view kNoFile =
     "this gateway was not started with a file, which could be read";
@@ -357,6 +358,12 @@ Reply Ask(const Gateway& gateway, const Request& request) {
 }
 
 }  // namespace
+
+std::string RecordLine(const TraceRecord& record) { return OneLine({{"record", ToText(record)}}); }
+
+bool Wanted(const TraceWish& wish, const TraceRecord& record) {
+  return wish.device.empty() || record.device.empty() || record.device == wish.device;
+}
 
 const std::vector<Command>& Commands() {
   using enum Member::Type;
@@ -430,8 +437,11 @@ std::string Shown(const Json& value) {
   return text;
 }
 
-}  // namespace
-
+/// Whether a request has the members of its command,
+/// with their types. A member that is misspelt or has another type is refused. It is never ignored.
+///
+///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
+///   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
 Status CheckShape(const Command& command, const Json& request) {
   std::vector<std::string_view> names;
   for (const Member& member : command.members) names.push_back(member.name);
@@ -449,8 +459,6 @@ Status CheckShape(const Command& command, const Json& request) {
   }
   return {};
 }
-
-namespace {
 
 constexpr std::string_view kLate =
     "the disk of the records does not answer in time; look at the disk (dmesg)";

@@ -65,9 +65,6 @@ class EventSupply {
 //
 // What has left the supply before it was taken is skipped, and counted.
 
-/// How many of the newest go to a new reader, and how many before the last that was sent.
-inline constexpr std::uint64_t kEventImage = 1000;
-
 class EventSender {
  public:
   /// Null: there are no events. It outlives this.

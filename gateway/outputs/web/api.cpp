@@ -30,6 +30,17 @@ int StatusOf(const std::string& kind) {
   return 503;
 }
 
+Response JsonResponse(const Json& json) {
+  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// What the control socket would say, with the status that belongs to it.
+Response ResponseOf(std::string answer) {
+  if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
+  const Json json = Json::parse(answer, nullptr, false);
+  return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
+}
+
 }  // namespace
 
 Result<Json> AskOf(const Request& request, std::string_view command,
@@ -54,16 +65,6 @@ Result<Json> AskOf(const Request& request, std::string_view command,
     ask[member] = *number;
   }
   return ask;
-}
-
-Response JsonResponse(const Json& json) {
-  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-Response ResponseOf(std::string answer) {
-  if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
-  const Json json = Json::parse(answer, nullptr, false);
-  return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
 }
 
 namespace {

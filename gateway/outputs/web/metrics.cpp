@@ -13,25 +13,11 @@
 
 namespace baudgate::web {
 
-std::size_t SeriesOf(const config::Config& config) {
-  // version, clients, log, two of alarms, three of the process
-  std::size_t series = 8;
-  if (config.dds.enabled) ++series;
-  for (const config::Line& line : config.lines) {
-    if (line.name.empty()) continue;
-    series += 1 + kLineUses + kDurationBuckets + 2;  // up, busy; buckets, sum and count
-    for (const config::Device& device : line.devices) {
-      series += kDeviceStates + kOutcomeCount - 1 + 1;
-      for (const config::Point& point : device.points) {
-        if (point.access == config::Access::write) continue;
-        series += point.type == config::Type::string ? 2 : 3;
-      }
-    }
-  }
-  return series;
-}
-
 namespace {
+
+constexpr std::size_t kDeviceStates = 5;
+/// Buckets of the histogram: an octave of round trips each, the last without a bound.
+constexpr std::size_t kDurationBuckets = RoundTrips::kBuckets / 4;
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 double Seconds(WallTime time) { return Seconds(time.time_since_epoch()); }
@@ -192,6 +178,24 @@ double ResidentBytes() {
 }
 
 }  // namespace
+
+std::size_t SeriesOf(const config::Config& config) {
+  // version, clients, log, two of alarms, three of the process
+  std::size_t series = 8;
+  if (config.dds.enabled) ++series;
+  for (const config::Line& line : config.lines) {
+    if (line.name.empty()) continue;
+    series += 1 + kLineUses + kDurationBuckets + 2;  // up, busy; buckets, sum and count
+    for (const config::Device& device : line.devices) {
+      series += kDeviceStates + kOutcomeCount - 1 + 1;
+      for (const config::Point& point : device.points) {
+        if (point.access == config::Access::write) continue;
+        series += point.type == config::Type::string ? 2 : 3;
+      }
+    }
+  }
+  return series;
+}
 
 std::string MetricsText(const config::Config& config, const PointStore& store,
                         const control::GatewayInfo& info, Now now) {

@@ -65,10 +65,6 @@ constexpr const Metric& Of(Family family) { return kMetrics[static_cast<std::siz
 /// function and exception that it has answered.
 std::size_t SeriesOf(const config::Config& config);
 
-/// Buckets of the histogram: an octave of round trips each, the last without a bound.
-inline constexpr std::size_t kDurationBuckets = RoundTrips::kBuckets / 4;
-inline constexpr std::size_t kDeviceStates = 5;
-
 std::string MetricsText(const config::Config& config, const PointStore& store,
                         const control::GatewayInfo& info, Now now);
 

@@ -60,6 +60,18 @@ void AppendValue(const Value& value, std::string& out) {
   }
 }
 
+/// "read", "write", "read_write".
+std::string_view AccessWord(config::Access access) {
+  switch (access) {
+    case config::Access::read:
+      return "read";
+    case config::Access::write:
+      return "write";
+    default:
+      return "read_write";
+  }
+}
+
 }  // namespace
 
 PointNumbers::PointNumbers(const PointStore& store) {
@@ -102,17 +114,6 @@ void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, 
         std::chrono::floor<std::chrono::milliseconds>(its.source_time).time_since_epoch().count());
   } else {
     out += "null],";
-  }
-}
-
-std::string_view AccessWord(config::Access access) {
-  switch (access) {
-    case config::Access::read:
-      return "read";
-    case config::Access::write:
-      return "write";
-    default:
-      return "read_write";
   }
 }
 

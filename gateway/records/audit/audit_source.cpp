@@ -73,8 +73,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   if (query.since) sql += " AND time>=?";
   sql += " ORDER BY " + order + " LIMIT " + std::to_string(kPage + 1);
   Statement rows(database, sql);
-  rows.Bind(1, query.after);
-  if (query.since) rows.Bind(2, *query.since);
+  rows.BindAll(query.after, query.since);
   Page page;
   page.next = query.after;
   for (;;) {

@@ -211,7 +211,7 @@ Statement::Step Statement::Next() {
   return Step::failed;
 }
 
-bool Statement::Run() {
+bool Statement::RunToEnd() {
   Step step = Step::row;
   while (step == Step::row) step = Next();
   Reset();

@@ -26,6 +26,7 @@ namespace baudgate {
 
 namespace {
 
+constexpr const char* kSystemState = "/var/lib/baudgate";
 namespace fs = std::filesystem;
 
 struct Known {

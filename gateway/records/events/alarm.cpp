@@ -11,6 +11,8 @@ namespace {
 
 using Step = AlarmMark::Step;
 
+constexpr std::size_t kAlarmStates = 4;
+
 AlarmState After(AlarmState before, Step step) {
   switch (step) {
     case Step::raise:

@@ -9,6 +9,10 @@
 
 namespace baudgate::events {
 
+namespace {
+
+/// Adds an event to the book for each unacknowledged alarm that the query means. Returns their
+/// number.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -19,6 +23,8 @@ std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, Ev
   }
   return count;
 }
+
+}  // namespace
 
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble) {
   for (const WaitingAck& ack : acks) ack.done({ack.alarms, trouble, ack.at});

@@ -73,6 +73,9 @@ Words WordsOf(OwnCode code) {
   return {};
 }
 
+/// Whether a Fact with this code lasts. The others happen at one moment.
+bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
+
 }  // namespace
 
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at) {
@@ -161,8 +164,6 @@ EventRecord FactRecord(const Fact& fact, WallTime at) {
                              : config::EventState::on;
   return record;
 }
-
-bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 namespace {
 

@@ -7,6 +7,8 @@ namespace baudgate::events {
 
 namespace {
 
+/// Rows of one page: about 100 kB of the control socket.
+constexpr std::size_t kPastPage = 1000;
 constexpr const char* kAddPoint =
     "INSERT OR IGNORE INTO past_points (line, device, name) VALUES (?,?,?)";
 constexpr const char* kFindPoint =
@@ -31,12 +33,8 @@ PastTable::PastTable(Database& database, std::int64_t most)
 
 std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const std::string& device,
                                                const std::string& name) {
-  for (Statement* statement : {&add_point_, &find_point_}) {
-    statement->Bind(1, line);
-    statement->Bind(2, device);
-    statement->Bind(3, name);
-  }
-  if (!add_point_.Run()) return std::nullopt;
+  if (!add_point_.Run(line, device, name)) return std::nullopt;
+  find_point_.BindAll(line, device, name);
   const bool found = find_point_.Next() == Statement::Step::row;
   const auto point = found ? std::optional(find_point_.Number(0)) : std::nullopt;
   find_point_.Reset();
@@ -44,20 +42,15 @@ std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const st
 }
 
 bool PastTable::InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value) {
-  insert_.Bind(1, point);
-  insert_.Bind(2, Micros(record.begin));
-  insert_.Bind(3, Micros(record.span));
-  insert_.Bind(4, value == nullptr ? Value() : value->value);
-  insert_.Bind(5, value == nullptr ? Value() : Value(std::int64_t{value->quality.word()}));
-  return insert_.Run();
+  return insert_.Run(point, Micros(record.begin), Micros(record.span),
+                     value == nullptr ? Value() : value->value,
+                     value == nullptr ? Value() : Value(std::int64_t{value->quality.word()}));
 }
 
 bool PastTable::InsertGap(const std::string& line, const std::string& device,
                           const PastRecord& record) {
   std::vector<std::int64_t> points;
-  of_series_.Bind(1, line);
-  of_series_.Bind(2, device);
-  of_series_.Bind(3, record.series + ".");
+  of_series_.BindAll(line, device, record.series + ".");
   Statement::Step step = of_series_.Next();
   for (; step == Statement::Step::row; step = of_series_.Next()) {
     points.push_back(of_series_.Number(0));
@@ -78,8 +71,7 @@ bool PastTable::Insert(const std::string& line, const std::string& device,
     }
   }
   if (records.empty()) return true;
-  drop_.Bind(1, most_);
-  return drop_.Run();
+  return drop_.Run(most_);
 }
 
 namespace {
@@ -107,20 +99,16 @@ Result<PastPage> ReadPast(Database& database, const PastQuery& query) {
   PastPage page;
   page.next = query.after;
   Statement find(database, kFind);
-  find.Bind(1, query.line);
-  find.Bind(2, query.device);
-  find.Bind(3, query.name);
+  find.BindAll(query.line, query.device, query.name);
   const Statement::Step found = find.Next();
   if (found == Statement::Step::failed) return Error{database.error()};
   if (found == Statement::Step::done) return page;
   page.known = true;
   Statement rows(database, kRows);
-  rows.Bind(1, find.Number(0));
-  rows.Bind(2, query.after.time);
-  rows.Bind(3, query.after.seq);
-  rows.Bind(4, query.since ? Micros(*query.since) : std::numeric_limits<std::int64_t>::min());
-  rows.Bind(5, query.until ? Micros(*query.until) : std::numeric_limits<std::int64_t>::max());
-  rows.Bind(6, static_cast<std::int64_t>(kPastPage + 1));
+  rows.BindAll(find.Number(0), query.after.time, query.after.seq,
+               query.since ? Micros(*query.since) : std::numeric_limits<std::int64_t>::min(),
+               query.until ? Micros(*query.until) : std::numeric_limits<std::int64_t>::max(),
+               static_cast<std::int64_t>(kPastPage + 1));
   while (true) {
     const Statement::Step step = rows.Next();
     if (step == Statement::Step::failed) return Error{database.error()};

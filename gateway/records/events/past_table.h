@@ -49,9 +49,6 @@ class PastTable {
 // Reads values that devices have measured themselves, page by page, for `baudgate history`: over a
 // connection of its own, so nothing waits for it. The file may contain anything.
 
-/// Rows of one page: about 100 kB of the control socket.
-inline constexpr std::size_t kPastPage = 1000;
-
 /// Where a page ended: times of a device may come twice, numbers do not.
 struct PastCursor {
   std::int64_t seq = 0;

@@ -49,71 +49,45 @@ RecordTable::RecordTable(Database& database, std::int64_t most)
       drop_owed_(database, kDropOwed) {}
 
 bool RecordTable::Insert(const KeptRecord& record) {
-  find_.Bind(1, record.kind);
-  find_.Bind(2, record.line);
-  find_.Bind(3, record.device);
-  find_.Bind(4, record.name);
-  find_.Bind(5, record.device_time);
-  find_.Bind(6, record.event);
+  find_.BindAll(record.kind, record.line, record.device, record.name, record.device_time,
+                record.event);
   if (find_.Next() != Statement::Step::row) return false;
   const std::int64_t seq = find_.Number(0) + 1;
   const bool known = find_.Number(1) != 0;
   find_.Reset();
   if (record.event != 0) {
-    settle_.Bind(1, record.event);
-    if (!settle_.Run()) return false;
+    if (!settle_.Run(record.event)) return false;
   }
   if (known) return true;
-  insert_.Bind(1, record.kind);
-  insert_.Bind(2, seq);
-  insert_.Bind(3, record.line);
-  insert_.Bind(4, record.device);
-  insert_.Bind(5, record.name);
-  insert_.Bind(6, record.event);
-  insert_.Bind(7, record.device_time);
-  insert_.Bind(8, NumberOf(record.clock));
-  insert_.Bind(9, record.read);
-  insert_.Bind(10, Name(record.state));
-  insert_.Bind(11, record.text);
-  return insert_.Run() && InsertValues(record, seq);
+  return insert_.Run(record.kind, seq, record.line, record.device, record.name, record.event,
+                     record.device_time, NumberOf(record.clock), record.read, Name(record.state),
+                     record.text) &&
+         InsertValues(record, seq);
 }
 
 /// A few of those beyond the room go with what comes.
 bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
   std::int64_t ordinal = 0;
   for (const RecordValue& value : record.values) {
-    value_.Bind(1, record.kind);
-    value_.Bind(2, seq);
-    value_.Bind(3, ordinal++);
-    value_.Bind(4, value.name);
-    value_.Bind(5, value.value);
-    value_.Bind(6, value.unit);
-    value_.Bind(7, std::int64_t{value.quality.word()});
-    if (!value_.Run()) return false;
+    const bool ok = value_.Run(record.kind, seq, ordinal++, value.name, value.value, value.unit,
+                               std::int64_t{value.quality.word()});
+    if (!ok) return false;
   }
   if (record.kind == kEventRecord) return true;
   for (Statement* drop : {&drop_old_values_, &drop_old_}) {
-    drop->Bind(1, record.kind);
-    drop->Bind(2, seq - most_);
-    if (!drop->Run()) return false;
+    if (!drop->Run(record.kind, seq - most_)) return false;
   }
   return true;
 }
 
 bool RecordTable::Owe(const OwedRecord& owed) {
-  owe_.Bind(1, owed.event);
-  owe_.Bind(2, owed.line);
-  owe_.Bind(3, owed.device);
-  owe_.Bind(4, owed.name);
-  owe_.Bind(5, owed.device_time);
-  owe_.Bind(6, NumberOf(owed.clock));
-  return owe_.Run();
+  return owe_.Run(owed.event, owed.line, owed.device, owed.name, owed.device_time,
+                  NumberOf(owed.clock));
 }
 
 bool RecordTable::Drop(std::int64_t event) {
   for (Statement* drop : {&drop_values_, &drop_, &drop_owed_}) {
-    drop->Bind(1, event);
-    if (!drop->Run()) return false;
+    if (!drop->Run(event)) return false;
   }
   return true;
 }
@@ -167,8 +141,7 @@ class Values {
   explicit Values(Database& database) : rows_(database, kValues) {}
 
   bool Read(KeptRecord& record) {
-    rows_.Bind(1, record.kind);
-    rows_.Bind(2, record.seq);
+    rows_.BindAll(record.kind, record.seq);
     Statement::Step step = rows_.Next();
     for (; step == Statement::Step::row; step = rows_.Next()) {
       const auto word =
@@ -185,8 +158,7 @@ class Values {
 };
 
 void BindAll(Statement& rows, const RecordQuery& query) {
-  rows.Bind(1, query.kind);
-  rows.Bind(2, query.after);
+  rows.BindAll(query.kind, query.after);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
   if (!query.name.empty()) rows.Bind(5, query.name);
@@ -247,8 +219,7 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t f
   Statement rows(database,
                  std::string(kRecordColumns) +
                      "WHERE kind='event' AND event>0 AND event>=? AND event<=? ORDER BY event");
-  rows.Bind(1, first);
-  rows.Bind(2, last);
+  rows.BindAll(first, last);
   Values values(database);
   for (;;) {
     const Statement::Step step = rows.Next();

@@ -110,10 +110,7 @@ class DayReader {
 
  private:
   void Bind(Statement& statement, std::int64_t run, Millis after, Millis until) const {
-    statement.Bind(1, *point_);
-    statement.Bind(2, run);
-    statement.Bind(3, after);
-    statement.Bind(4, until);
+    statement.BindAll(*point_, run, after, until);
   }
 
   Millis day_;
@@ -280,9 +277,7 @@ class TrendReader {
     Statement last(database_,
                    "SELECT begin FROM hours WHERE point=? AND begin>=? AND run=? ORDER BY begin "
                    "DESC LIMIT 1");
-    last.Bind(1, point_);
-    last.Bind(2, FloorTo(run.Number(1), kHour));
-    last.Bind(3, number);
+    last.BindAll(point_, FloorTo(run.Number(1), kHour), number);
     Millis from = FloorTo(run.Number(1), kMinute);
     if (last.Next() == Statement::Step::row) from = last.Number(0) + kHour;
     return Add("minutes", std::max(from, query_.since), " AND run=" + std::to_string(number));
@@ -292,9 +287,7 @@ class TrendReader {
     Statement rows(database_, std::string(kColumns) + table +
                                   " WHERE point=? AND begin>=? AND begin<?" + where +
                                   " ORDER BY begin, run");
-    rows.Bind(1, point_);
-    rows.Bind(2, since);
-    rows.Bind(3, query_.until);
+    rows.BindAll(point_, since, query_.until);
     // A page has so many spans. A client that asks for years by minutes asks again for the rest.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();

@@ -16,6 +16,7 @@ namespace baudgate {
 
 namespace {
 
+constexpr std::size_t kFaultKinds = 11;
 /// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 

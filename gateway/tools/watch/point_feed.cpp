@@ -93,8 +93,6 @@ int MillisecondsUntil(Instant then) {
   return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(left).count());
 }
 
-}  // namespace
-
 void RunLineLoop(const LineLoop& loop, Listening& listening, std::ostream& out, std::ostream& err) {
   const Instant end = loop.seconds ? ReadClocks().instant + *loop.seconds : Instant::max();
   for (Instant now = ReadClocks().instant; now < end; now = ReadClocks().instant) {
@@ -106,8 +104,6 @@ void RunLineLoop(const LineLoop& loop, Listening& listening, std::ostream& out, 
     if ((waited[0].revents & POLLIN) != 0 || !out) return;
   }
 }
-
-namespace {
 
 std::string TimeText(std::int64_t since_1970) {
   return FormatWallTime(WallTime(Duration(since_1970)));

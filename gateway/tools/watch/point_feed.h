@@ -173,8 +173,6 @@ struct LineLoop {
   std::function<void()> print;
 };
 
-void RunLineLoop(const LineLoop& loop, Listening& listening, std::ostream& out, std::ostream& err);
-
 // `baudgate watch --events`, `--alarms`: what happens in the devices of all gateways, one line an
 // event or change of an alarm.
 

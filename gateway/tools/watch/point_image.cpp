@@ -24,8 +24,7 @@ std::string_view TakeToken(std::string_view& text) {
   return token;
 }
 
-}  // namespace
-
+/// As people count: "input_2" before "input_10".
 bool ComesBefore(std::string_view a, std::string_view b) {
   std::string_view left = a;
   std::string_view right = b;
@@ -40,6 +39,8 @@ bool ComesBefore(std::string_view a, std::string_view b) {
   if (left.empty() != right.empty()) return left.empty();
   return a < b;
 }
+
+}  // namespace
 
 PointOrder::PointOrder(std::istream& profiles) {
   std::set<std::string> readable;

@@ -44,9 +44,6 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// As people count: "input_2" before "input_10".
-bool ComesBefore(std::string_view a, std::string_view b);
-
 /// How much of an event is new to the image. Each value includes those before it.
 enum class News : std::uint8_t {
   nothing,  ///< the same reading, sent once more

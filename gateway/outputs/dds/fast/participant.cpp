@@ -35,6 +35,9 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
+/// A participant takes the lowest port that is free, so of each peer so many are asked: more
+/// participants of one machine than this do not find each other by peers.
+constexpr std::uint32_t kParticipantsOfPeer = 32;
 
 /// Port 0: the domain's ports.
 Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
@@ -53,8 +56,8 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-}  // namespace
-
+/// Whom a participant asks beside the multicast group, or in its place. To Fast DDS a server is a
+/// peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
@@ -69,6 +72,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
+/// Adds what the library needs, and says what to demand of datagrams. The error names the file that
+/// is wrong: without one of them there is no participant.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -92,8 +97,6 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
   add("crypto.plugin", "builtin.AES-GCM-GMAC");
   return report.messages_protected ? Secured::demanded : Secured::allowed;
 }
-
-namespace {
 
 constexpr char kLoopback[] = "127.0.0.1";
 

@@ -21,6 +21,8 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
+constexpr int kNotCurrent = 4;
+
 constexpr Duration kLookForRecords = 500ms;
 
 /// What is wrong with the file, each time that its state is another one.
@@ -48,14 +50,7 @@ class Troubles {
   std::string told_;
 };
 
-}  // namespace
-
-std::string FieldText(const Json& record, const char* key) {
-  const auto found = record.find(key);
-  if (found == record.end() || found->is_null()) return {};
-  return Harmless(found->is_string() ? found->get<std::string>() : found->dump());
-}
-
+/// `print`: what stands in each page, which may be nothing. The exit code.
 /// A gateway that has only just started may still be opening the file: it is waited for.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
@@ -88,6 +83,14 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
       return kNoDaemon;
     }
   }
+}
+
+}  // namespace
+
+std::string FieldText(const Json& record, const char* key) {
+  const auto found = record.find(key);
+  if (found == record.end() || found->is_null()) return {};
+  return Harmless(found->is_string() ? found->get<std::string>() : found->dump());
 }
 
 namespace {

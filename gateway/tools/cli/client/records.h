@@ -15,8 +15,6 @@
 
 namespace baudgate {
 
-inline constexpr int kNotCurrent = 4;
-
 struct RecordPages {
   ControlClient::Json request;  ///< of the first page
   const char* state = "";       ///< the key under which an answer says how the file is
@@ -29,11 +27,6 @@ struct RecordPages {
   bool whole = false;
   std::function<void()> looked{};
 };
-
-/// `print`: what stands in each page, which may be nothing. The exit code.
-int ReadPages(const RecordPages& pages,
-              const std::function<void(const ControlClient::Json& records)>& print,
-              std::ostream& out, std::ostream& err);
 
 /// A field as it may be shown; empty where it is not there.
 std::string FieldText(const ControlClient::Json& record, const char* key);

@@ -199,13 +199,14 @@ namespace {
 
 constexpr int kNotUnderstood = 4;
 
-}  // namespace
-
+/// What is said of a gateway whose answer is not understood.
 std::string OtherVersion(const nlohmann::ordered_json& status) {
   return "baudgate: the gateway is of another version (" +
          status.value("version", std::string("unknown")) +
          "); 'status --json' shows its answer as it is";
 }
+
+}  // namespace
 
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err) {
   ControlClient::Json request = {{"command", "status"}};

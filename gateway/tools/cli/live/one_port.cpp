@@ -23,8 +23,7 @@ namespace {
 
 constexpr std::size_t kLongestName = 40;
 
-}  // namespace
-
+/// `text` as it stands in YAML, in quotes.
 std::string YamlText(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -34,6 +33,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
+/// "/dev/serial/by-id/usb-x" → "usb-x": what a gateway or a line of that port is called.
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -50,6 +50,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
+/// The error lists all that is wrong, a line each.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -59,8 +60,6 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
   }
   return Error{all};
 }
-
-namespace {
 
 constexpr std::uint16_t kUsualPort = 1502;
 

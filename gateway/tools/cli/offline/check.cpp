@@ -16,6 +16,9 @@
 
 namespace baudgate {
 
+namespace {
+
+/// A warning; empty: it has not, for all that whoever asks may read.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
@@ -29,8 +32,6 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
                 " runs (diff " + copy + " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 using config::TextTable;

@@ -82,8 +82,7 @@ Status TakeLine(std::string_view line, int number, std::vector<Capture>& capture
   return {};
 }
 
-}  // namespace
-
+/// An error names the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -97,6 +96,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
+/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
 Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog) {
   // Requests name their device; this address only has to be a valid one.
   auto line =
@@ -107,6 +107,8 @@ Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Ca
   const Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
   return ExchangeDecoder(std::move(*line), protocol);
 }
+
+}  // namespace
 
 Decoders DecodersOf(const std::vector<std::string>& head, const config::Catalog& catalog) {
   Decoders decoders;

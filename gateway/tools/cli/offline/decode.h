@@ -25,14 +25,8 @@ struct Captures {
   std::vector<Capture> exchanges;
 };
 
-/// An error names the line that is no hex.
-Result<Captures> ReadCaptures(std::istream& in);
-
 // Decoders for devices of which only the head of a trace and the command line are known. For
 // `decode` and `trace`.
-
-/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
-Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog);
 
 /// `head`: comments of the gateway (gateway/records/trace/trace_text.h). A device has none where
 /// its profile is a file that is not here.

@@ -29,6 +29,13 @@ std::string Conventional(char table, int address) {
   return table + number;
 }
 
+void ForEachDevice(const config::Config& config,
+                   const std::function<void(const config::Line&, const config::Device&)>& visit) {
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) visit(line, device);
+  }
+}
+
 }  // namespace
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
@@ -46,13 +53,6 @@ MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
                        Conventional(place.bit ? '0' : '4', place.address);
   return place;
-}
-
-void ForEachDevice(const config::Config& config,
-                   const std::function<void(const config::Line&, const config::Device&)>& visit) {
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) visit(line, device);
-  }
 }
 
 namespace {

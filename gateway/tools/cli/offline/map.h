@@ -30,9 +30,6 @@ struct MapPlace {
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
 
-void ForEachDevice(const config::Config& config,
-                   const std::function<void(const config::Line&, const config::Device&)>& visit);
-
 enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdown };
 
 /// Exit codes: 0 done, 3 the configuration is bad (its problems go to `err`).
