@@ -8,7 +8,6 @@
 #include <string>
 
 namespace baudgate {
-
 namespace {
 
 std::string Explain(int error, std::string_view key) {

@@ -25,7 +25,6 @@
 #include <tuple>
 
 namespace baudgate {
-
 namespace {
 
 constexpr int kHighestBaud = 921600;

@@ -8,7 +8,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 std::string WithUnit(double amount, std::string_view unit) {

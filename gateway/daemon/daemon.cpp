@@ -11,7 +11,7 @@
 #include "gateway/base/version.h"
 #include "gateway/daemon/daemon_impl.h"
 #include "gateway/daemon/descriptors.h"
-#include "gateway/outputs/control/control_output.h"
+#include "gateway/outputs/control/control_server.h"
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/dds/output/event_samples.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"

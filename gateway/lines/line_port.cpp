@@ -8,7 +8,6 @@
 #include "transports/serial_settings.h"
 
 namespace baudgate {
-
 namespace {
 
 /// Each look is a call into the driver.

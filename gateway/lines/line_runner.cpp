@@ -9,7 +9,6 @@
 #include "protocols/protocol.h"
 
 namespace baudgate {
-
 namespace {
 
 Duration ReplyTime(const config::Line& line, const Poller::FindProtocol& find) {

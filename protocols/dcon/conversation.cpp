@@ -9,7 +9,6 @@
 #include "protocols/dcon/rules.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 Request MakeRequest(Bytes bytes, const Settings& settings) {

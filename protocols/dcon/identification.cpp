@@ -11,7 +11,6 @@
 #include "protocols/dcon/conversation.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 struct Spelling {

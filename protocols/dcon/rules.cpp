@@ -14,7 +14,6 @@
 #include "protocols/dcon/points.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 /// Forms of the good reply, and of the refusal that every command may get.

@@ -12,6 +12,7 @@
 #include "config/model/modbus.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
+#include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::protocols::modbus {
 

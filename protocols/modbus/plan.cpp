@@ -8,7 +8,6 @@
 #include "protocols/modbus/codec.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 struct FunctionRow {

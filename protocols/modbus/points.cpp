@@ -10,7 +10,6 @@
 #include "protocols/modbus/settings.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 using config::Point;
@@ -290,8 +289,6 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
   return {};
 }
 
-bool IsWritable(Table table) { return table == Table::coils || table == Table::holding; }
-
 }  // namespace
 
 std::size_t BeginOf(const Place& place) {
@@ -303,6 +300,7 @@ std::size_t EndOf(const Place& place) {
 }
 
 bool IsBits(Table table) { return table == Table::coils || table == Table::discretes; }
+bool IsWritable(Table table) { return table == Table::coils || table == Table::holding; }
 bool IsAddressed(Table table) { return table <= Table::input || table == Table::file; }
 
 std::string_view Name(Table table) {
@@ -431,7 +429,34 @@ constexpr NamedRow kNamed[] = {
     {"identification", "application", Table::identity, kRegular, 6},
 };
 
-/// "exception status[b3]", "server id[2]", "identification 0x80". Empty: it is none of these.
+}  // namespace
+
+Error Wrong(std::string_view text, const std::string& why) {
+  return Error{"'" + std::string(text) + "' " + why};
+}
+
+Status TakeBits(std::string_view text, std::string_view inside, Place& place) {
+  const bool formed = inside.starts_with("[b") && inside.ends_with(']');
+  std::string_view first = formed ? inside.substr(2, inside.size() - 3) : std::string_view();
+  std::string_view last = first;
+  const auto dash = first.find("-b");
+  if (dash != std::string_view::npos) {
+    last = first.substr(dash + 2);
+    first = first.substr(0, dash);
+  }
+  const auto from = ParseInteger<unsigned>(first);
+  const auto to = ParseInteger<unsigned>(last);
+  if (!from || !to || *to > 15 || *from > *to) {
+    return Wrong(text, "names no bits; write [b0] (lowest) to [b15], or several as [b3-b5]");
+  }
+  if (IsBits(place.table)) return Wrong(text, "is one bit already, and has no [b]");
+  place.form = dash == std::string_view::npos ? Form::bit : Form::bits;
+  place.count = 1;
+  place.bit = *from;
+  place.width = *to - *from + 1;
+  return {};
+}
+
 std::optional<Result<Place>> ParseNamed(std::string_view text,
                                         std::span<const std::string_view> words) {
   if (words.size() < 2) return std::nullopt;
@@ -471,34 +496,6 @@ std::optional<Result<Place>> ParseNamed(std::string_view text,
   place.form = Form::uint16;
   place.address = *byte;
   return place;
-}
-
-}  // namespace
-
-Error Wrong(std::string_view text, const std::string& why) {
-  return Error{"'" + std::string(text) + "' " + why};
-}
-
-Status TakeBits(std::string_view text, std::string_view inside, Place& place) {
-  const bool formed = inside.starts_with("[b") && inside.ends_with(']');
-  std::string_view first = formed ? inside.substr(2, inside.size() - 3) : std::string_view();
-  std::string_view last = first;
-  const auto dash = first.find("-b");
-  if (dash != std::string_view::npos) {
-    last = first.substr(dash + 2);
-    first = first.substr(0, dash);
-  }
-  const auto from = ParseInteger<unsigned>(first);
-  const auto to = ParseInteger<unsigned>(last);
-  if (!from || !to || *to > 15 || *from > *to) {
-    return Wrong(text, "names no bits; write [b0] (lowest) to [b15], or several as [b3-b5]");
-  }
-  if (IsBits(place.table)) return Wrong(text, "is one bit already, and has no [b]");
-  place.form = dash == std::string_view::npos ? Form::bit : Form::bits;
-  place.count = 1;
-  place.bit = *from;
-  place.width = *to - *from + 1;
-  return {};
 }
 
 }  // namespace baudgate::protocols::modbus

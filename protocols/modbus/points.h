@@ -98,6 +98,7 @@ Result<Place> ReadPlace(const config::Point& point);
 Result<Place> WritePlace(const config::Point& point);
 
 bool IsBits(Table table);
+bool IsWritable(Table table);
 /// Whether its places have addresses: coils, discrete inputs, registers and files have.
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
@@ -124,5 +125,9 @@ Error Wrong(std::string_view text, const std::string& why);
 
 /// "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Place& place);
+
+/// "exception status[b3]", "server id[2]", "identification 0x80". Empty: it is none of these.
+std::optional<Result<Place>> ParseNamed(std::string_view text,
+                                        std::span<const std::string_view> words);
 
 }  // namespace baudgate::protocols::modbus

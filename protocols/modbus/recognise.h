@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gateway/base/bytes.h"
+#include "protocols/modbus/codec.h"
 #include "protocols/protocol.h"
 
 namespace baudgate::protocols::modbus {

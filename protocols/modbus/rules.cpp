@@ -11,7 +11,6 @@
 #include "protocols/modbus/points.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 constexpr std::size_t kExceptionPdu = 2;

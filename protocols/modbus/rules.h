@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "protocols/frame_rule.h"
+#include "protocols/modbus/codec.h"
 #include "protocols/protocol.h"
 #include "protocols/scanning.h"
 

@@ -7,7 +7,6 @@
 #include "protocols/modbus/plan.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 constexpr std::size_t kMostReadWritten = 121;

@@ -10,7 +10,6 @@
 #include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
-
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {

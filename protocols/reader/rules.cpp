@@ -10,7 +10,6 @@
 #include "protocols/reader/codec.h"
 
 namespace baudgate::protocols::reader {
-
 namespace {
 
 /// The answer to Command::information.

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 
 #include "config/model/options.h"
 #include "protocols/protocol.h"

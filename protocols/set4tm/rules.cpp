@@ -11,7 +11,6 @@
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 /// Both forms: a meter that is asked by its short address may answer with the extended one.

@@ -11,7 +11,6 @@
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 using Seconds = std::chrono::seconds;

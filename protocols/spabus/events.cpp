@@ -7,7 +7,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 constexpr std::size_t kSecondDigits = 2;

@@ -12,7 +12,6 @@
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {

@@ -9,7 +9,6 @@
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 // Arcteq's table of SPA error codes; what to do is ours (README.md).

@@ -12,7 +12,6 @@
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 /// Bytes of the longest reply to a read: items of text have up to 131 characters, and a slave

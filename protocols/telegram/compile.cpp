@@ -13,7 +13,6 @@
 #include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 using config::Assign;
@@ -185,9 +184,6 @@ class Compiler {
     for (std::size_t i = 0; i < raws_.size(); ++i) Relate(i);
     if (!failed()) {
       for (std::size_t i = 0; i < raws_.size(); ++i) {
-// The examples of a description, run: what is sent is built from the pattern byte by byte, and what
-// comes back has to mean what the example says.
-
         CheckExamples(raws_[i].examples, *description_, i, problems_);
       }
     }
@@ -541,8 +537,8 @@ void TakeSides(Telegram& telegram) {
   }
 }
 
-/// `description` is whole but for the example of telegram `index`, which becomes the first good
-/// one.
+}  // namespace
+
 void CheckExamples(const std::vector<YamlNode>& examples, Description& description,
                    std::size_t index, Problems& problems) {
   Telegram& telegram = description.telegrams[index];
@@ -565,7 +561,5 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
   }
   TakeSides(telegram);
 }
-
-}  // namespace
 
 }  // namespace baudgate::protocols::telegram

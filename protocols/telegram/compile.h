@@ -16,4 +16,12 @@ namespace baudgate::protocols::telegram {
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
+// The examples of a description, run: what is sent is built from the pattern byte by byte, and what
+// comes back has to mean what the example says.
+
+/// `description` is whole but for the example of telegram `index`, which becomes the first good
+/// one.
+void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
+                   std::size_t index, config::Problems& problems);
+
 }  // namespace baudgate::protocols::telegram

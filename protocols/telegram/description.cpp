@@ -90,7 +90,6 @@ Bound BoundOf(const Settings& settings, std::string_view address) {
 
 namespace {
 
-constexpr std::string_view kTelegramsOption = "telegrams";
 constexpr std::size_t kLongestAddress = 32;
 
 constexpr std::array<OptionSpec, 3> kOptions = {

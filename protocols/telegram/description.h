@@ -97,6 +97,7 @@ Value AddressValue(std::string_view address);
 
 // The options of a device: its description, and what fills the fields of its telegrams.
 
+inline constexpr std::string_view kTelegramsOption = "telegrams";
 inline constexpr std::string_view kParametersOption = "parameters";
 
 std::span<const OptionSpec> OptionTable();

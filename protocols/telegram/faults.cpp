@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "gateway/base/decimal.h"
@@ -13,7 +14,6 @@
 #include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 constexpr std::string_view kUnitBehind = "_unit";

@@ -12,7 +12,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 using Kind = Format::Kind;

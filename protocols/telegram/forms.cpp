@@ -320,7 +320,8 @@ class FormReader {
   const Pattern* sent_ = nullptr;  // null: nothing is sent
 };
 
-/// The place of a character of the node's text.
+}  // namespace
+
 config::Mark PlaceIn(const YamlNode& node, std::size_t at) {
   config::Mark mark = node.mark();
   const std::string_view line = node.source()->Line(mark.line);
@@ -329,8 +330,6 @@ config::Mark PlaceIn(const YamlNode& node, std::size_t at) {
   mark.column += static_cast<int>(at) + (quoted ? 1 : 0);
   return mark;
 }
-
-}  // namespace
 
 std::optional<Bytes> ReadFixed(const YamlNode& node, const std::string& what, Problems& problems) {
   const auto pattern = ReadPattern(node, what, problems);

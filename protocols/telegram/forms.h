@@ -24,6 +24,9 @@ struct Framing {
   bool strict = false;
 };
 
+/// The place of a character of the node's text.
+config::Mark PlaceIn(const config::YamlNode& node, std::size_t at);
+
 /// Bytes that are written as a pattern without fields.
 std::optional<Bytes> ReadFixed(const config::YamlNode& node, const std::string& what,
                                config::Problems& problems);

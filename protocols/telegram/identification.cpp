@@ -6,7 +6,6 @@
 #include "protocols/common/identification.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 bool IsPolled(const Telegram& telegram, const std::vector<std::optional<ReadPlace>>& reads) {

@@ -13,7 +13,6 @@
 #include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 std::uint32_t Ccitt(View bytes, std::uint16_t start) {

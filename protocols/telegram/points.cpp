@@ -13,7 +13,6 @@
 #include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 constexpr std::size_t kMostNamed = 3;

@@ -14,7 +14,6 @@
 #include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 void AddForm(const Form& form, std::size_t most, Awaited& awaited, Expectation& expect) {

@@ -15,7 +15,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr Duration kLookInterval = 1s;

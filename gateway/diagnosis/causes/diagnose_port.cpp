@@ -5,7 +5,10 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
+#include "gateway/diagnosis/causes/diagnose.h"
 #include "gateway/diagnosis/causes/evidence.h"
+#include "gateway/diagnosis/causes/hypotheses.h"
+#include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
 namespace {

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace baudgate::control {
-
 namespace {
 
 /// If single losses are this unlikely to stand so close together, they are outages.

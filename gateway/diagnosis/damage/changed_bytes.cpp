@@ -16,7 +16,6 @@
 #include "protocols/assembler.h"
 
 namespace baudgate {
-
 namespace {
 
 /// A character that is read twice as fast as it was sent: each bit fills two. The pairs begin

@@ -7,7 +7,6 @@
 #include "protocols/assembler.h"
 
 namespace baudgate {
-
 namespace {
 
 /// Bytes that begin like the broken reply are a new reply, not its rest.

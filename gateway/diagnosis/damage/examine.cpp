@@ -15,7 +15,6 @@
 #include "protocols/assembler.h"
 
 namespace baudgate {
-
 namespace {
 
 /// Fewer printable characters are no words, and letters alone no word.

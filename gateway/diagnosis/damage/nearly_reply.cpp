@@ -12,7 +12,6 @@
 #include "gateway/diagnosis/damage/changed_bytes.h"
 
 namespace baudgate {
-
 namespace {
 
 /// What the values of a text are made of.

@@ -5,7 +5,6 @@
 #include "protocols/protocol.h"
 
 namespace baudgate {
-
 namespace {
 
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.

@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace baudgate::serial_server {
-
 namespace {
 
 using config::Parity;

@@ -2,15 +2,16 @@
 #include "gateway/outputs/control/record_requests.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/outputs/status/records_json.h"
+#include "gateway/outputs/status/target.h"
 #include "gateway/outputs/status/value_json.h"
 #include "gateway/records/audit/audit_source.h"
 
 namespace baudgate::control {
-
 namespace {
 
 /// LINE[.DEVICE[.POINT]]; points have no dot, nor have lines and devices.
@@ -123,6 +124,13 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 }
 
 namespace {
+
+/// Where values are kept; null: nowhere.
+struct KeptValues {
+  const config::Config& config;
+  const history::HistorySource* history = nullptr;
+  const events::EventSource* events = nullptr;
+};
 
 constexpr std::string_view kNoHistory =
     "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into its "

@@ -3,14 +3,13 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 
 #include "gateway/base/result.h"
 #include "gateway/outputs/control/request.h"
 #include "gateway/outputs/status/status_json.h"
 #include "gateway/records/events/event_source.h"
-#include "gateway/records/events/past_table.h"
+#include "gateway/records/events/record_table.h"
 #include "gateway/records/history/history_view.h"
 
 namespace baudgate::control {
@@ -23,13 +22,6 @@ namespace baudgate::control {
 nlohmann::ordered_json PageJson(const events::PastPage& page, const std::string& point);
 
 // The requests `history` and `kept_points` of the control socket.
-
-/// Where values are kept; null: nowhere.
-struct KeptValues {
-  const config::Config& config;
-  const history::HistorySource* history = nullptr;
-  const events::EventSource* events = nullptr;
-};
 
 Reply ShowWrites(const Gateway& gateway, const Request& request);
 Reply ShowEvents(const Gateway& gateway, const Request& request);

@@ -14,7 +14,6 @@
 #include "protocols/protocol.h"
 
 namespace baudgate::control {
-
 namespace {
 
 /// The longest time that a port is lent; longer needs a second call.

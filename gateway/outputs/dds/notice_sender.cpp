@@ -6,7 +6,6 @@
 #include "gateway/base/version.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 /// How many of the newest go to a new reader, and how many before the last that was sent.

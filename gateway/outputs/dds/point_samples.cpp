@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <functional>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace baudgate::dds {
-
 namespace {
 
 /// By that name.

@@ -4,7 +4,6 @@
 #include <bit>
 
 namespace baudgate::dds {
-
 namespace {
 
 bool Fits(const std::string& text, std::size_t bound) {

@@ -10,7 +10,6 @@
 #include "gateway/base/time.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr std::size_t kDueBatch = 64;

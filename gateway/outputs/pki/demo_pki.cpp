@@ -20,10 +20,14 @@
 #include "gateway/outputs/pki/openssl.h"
 
 namespace baudgate::pki {
-
 namespace {
 
 constexpr int kSerialBytes = 16;
+
+struct Validity {
+  WallTime from{};
+  WallTime until{};
+};
 
 Error OpenSslError(const std::string& what) {
   std::array<char, 256> text{};

@@ -28,10 +28,6 @@ struct Issued {
   std::string certificate;
   std::string key;
 };
-struct Validity {
-  WallTime from{};
-  WallTime until{};
-};
 
 /// As `openssl smime -sign -text` does.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);

@@ -17,7 +17,6 @@
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
-
 namespace {
 
 constexpr std::size_t kLongestToken = 256;

@@ -17,7 +17,6 @@
 #include "gateway/records/history/history_view.h"
 
 namespace baudgate::web {
-
 namespace {
 
 using control::Json;

@@ -12,7 +12,6 @@
 #include "gateway/base/log.h"
 
 namespace baudgate::web {
-
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;

@@ -5,7 +5,6 @@
 #include <numeric>
 
 namespace baudgate::audit {
-
 namespace {
 
 constexpr const char* kInsert =

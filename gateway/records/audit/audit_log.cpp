@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace baudgate::audit {
-
 namespace {
 
 /// "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are one reason.

@@ -8,7 +8,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::audit {
-
 namespace {
 
 constexpr std::string_view kColumns =

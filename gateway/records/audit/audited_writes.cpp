@@ -8,7 +8,6 @@
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::audit {
-
 namespace {
 
 /// In the place of a point's name.

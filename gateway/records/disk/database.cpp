@@ -11,7 +11,6 @@
 #include "gateway/records/disk/database_file.h"
 
 namespace baudgate {
-
 namespace {
 
 /// A reader of this machine, such as the program sqlite3, may hold up a commit so long.

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <fstream>
 #include <system_error>
@@ -15,7 +16,6 @@
 #include "gateway/base/system_trouble.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kDatabaseHead = 100;

@@ -23,7 +23,6 @@
 #include "gateway/records/disk/events_file.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr const char* kSystemState = "/var/lib/baudgate";

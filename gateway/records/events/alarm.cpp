@@ -6,7 +6,6 @@
 #include "gateway/records/events/event_record.h"
 
 namespace baudgate::events {
-
 namespace {
 
 using Step = AlarmMark::Step;

@@ -9,7 +9,6 @@
 #include "gateway/records/events/event_source.h"
 
 namespace baudgate::events {
-
 namespace {
 
 /// What stands in the file may be anything: an alarm too many is better than one too few.

@@ -8,7 +8,6 @@
 #include "gateway/records/events/point_watch.h"
 
 namespace baudgate::events {
-
 namespace {
 
 /// Adds an event to the book for each unacknowledged alarm that the query means. Returns their

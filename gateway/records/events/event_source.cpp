@@ -5,10 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "gateway/records/events/record_table.h"
-
 namespace baudgate::events {
-
 namespace {
 
 constexpr std::string_view kEventColumns =

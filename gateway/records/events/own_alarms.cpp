@@ -8,7 +8,6 @@
 #include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
-
 namespace {
 
 constexpr std::array<std::string_view, kTroubles> kNames = {

@@ -4,7 +4,6 @@
 #include "gateway/base/shown.h"
 
 namespace baudgate::events {
-
 namespace {
 
 EventRecord OwnRecord(OwnCode code, std::string text, WallTime at) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 namespace baudgate::history {
-
 namespace {
 
 /// Sums are of numbers so small, exactly: the milliseconds of an hour, times twice the largest

@@ -13,7 +13,6 @@
 #include "gateway/records/history/chunk.h"
 
 namespace baudgate::history {
-
 namespace {
 
 enum Kind : std::uint8_t { kNothing, kFlag, kWhole, kCounter, kReal, kText };

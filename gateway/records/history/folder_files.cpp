@@ -12,7 +12,6 @@
 #include "gateway/records/history/history_files.h"
 
 namespace baudgate::history {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -7,7 +7,6 @@
 #include "gateway/records/history/folder_files.h"
 
 namespace baudgate::history {
-
 namespace {
 
 constexpr std::array<const char*, 1> kTrendMigrations = {R"sql(

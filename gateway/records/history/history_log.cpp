@@ -6,7 +6,6 @@
 #include <algorithm>
 
 namespace baudgate::history {
-
 namespace {
 
 /// That the gateway lives is written so often where nothing else is: disks wear.

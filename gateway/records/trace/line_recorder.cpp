@@ -15,7 +15,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kMostText = 256;  // of a reason or note

@@ -11,8 +11,6 @@
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/client_commands.h"
-#include "gateway/tools/cli/device_commands.h"
 #include "gateway/tools/cli/live/demo.h"
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/certs.h"
@@ -24,7 +22,6 @@
 #include "gateway/tools/terminal/words.h"
 
 namespace baudgate {
-
 namespace {
 
 bool IsNumber(std::string_view word) {
@@ -103,10 +100,7 @@ void TellMeant(const CLI::App& app, std::ostream& err) {
 
 }  // namespace baudgate
 
-#include "gateway/tools/cli/live/dds_programs.h"
-
 namespace baudgate {
-
 namespace {
 
 void AddConfig(CLI::App& command, std::string& file) {

@@ -11,7 +11,6 @@
 #include "protocols/assembler.h"
 
 namespace baudgate::scan {
-
 namespace {
 
 constexpr std::uint8_t kParityBit = 0x80;

@@ -9,7 +9,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr double kWaveSeconds = 60;

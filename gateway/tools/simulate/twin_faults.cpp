@@ -13,7 +13,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;

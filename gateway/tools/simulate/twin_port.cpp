@@ -10,7 +10,6 @@
 #include "transports/serial_settings.h"
 
 namespace baudgate {
-
 namespace {
 
 using config::Parity;

@@ -8,7 +8,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kLeastWidth = 20;  // where an indent would leave nothing
@@ -119,7 +118,6 @@ std::string ColumnLayout::Row(const std::vector<std::string>& cells) const {
 }  // namespace baudgate
 
 namespace baudgate::config {
-
 namespace {
 
 std::string MarkdownCell(const std::string& text) {

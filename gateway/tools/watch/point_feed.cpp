@@ -13,7 +13,6 @@
 #include "gateway/base/shown.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr Duration kLookInterval = 1s;
@@ -87,6 +86,14 @@ dds::SubscriberCallbacks PointFeed::Callbacks() {
 }
 
 namespace {
+
+/// The loop of those modes of `watch` that print a line for whatever comes.
+struct LineLoop {
+  const StopSignals& signals;
+  std::optional<Duration> seconds;  ///< the end, beside a signal and a reader of `out` that leaves
+  int mailbox = -1;                 ///< readable when there is something to print
+  std::function<void()> print;
+};
 
 int MillisecondsUntil(Instant then) {
   const Duration left = std::max<Duration>(then - ReadClocks().instant, Duration::zero());

@@ -163,16 +163,6 @@ class PointFeed {
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
 
-// The loop of those modes of `watch` that print a line for whatever comes. RunWatchEvents prints
-// events and alarms.
-
-struct LineLoop {
-  const StopSignals& signals;
-  std::optional<Duration> seconds;  ///< the end, beside a signal and a reader of `out` that leaves
-  int mailbox = -1;                 ///< readable when there is something to print
-  std::function<void()> print;
-};
-
 // `baudgate watch --events`, `--alarms`: what happens in the devices of all gateways, one line an
 // event or change of an alarm.
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include "config/model/network.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
@@ -15,11 +14,9 @@
 #include "gateway/tools/terminal/words.h"
 #include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/point_image.h"
-#include "gateway/tools/watch/publishers.h"
 #include "gateway/tools/watch/watch_lines.h"
 
 namespace baudgate {
-
 namespace {
 
 /// What is wrong with it, or nothing.

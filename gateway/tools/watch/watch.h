@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "config/model/network.h"
 #include "gateway/base/time.h"
 #include "gateway/tools/terminal/live_table.h"
 

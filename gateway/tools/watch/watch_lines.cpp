@@ -4,7 +4,6 @@
 #include "gateway/base/shown.h"
 
 namespace baudgate {
-
 namespace {
 
 std::string_view GoneText(dds::Gone gone) {

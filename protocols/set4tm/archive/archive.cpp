@@ -12,7 +12,6 @@
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 /// Memory of profiles 1, 2, 3 (reference, chapter 11).

@@ -2,13 +2,13 @@
 #include "protocols/set4tm/meter/identification.h"
 
 #include <algorithm>
+#include <string>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 constexpr StatusWord kUnknown = StatusWord::unknown;

@@ -5,7 +5,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 StatusMeaning ByCode(std::uint8_t code, bool opening) {

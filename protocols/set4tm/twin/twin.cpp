@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "protocols/set4tm/meter/clock.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/identification.h"
 #include "protocols/set4tm/meter/latch.h"
 #include "protocols/set4tm/meter/plan.h"
@@ -13,7 +14,6 @@
 #include "protocols/set4tm/meter/values.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 constexpr std::uint32_t kDefaultSerial = 9020001;

@@ -11,6 +11,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -22,12 +23,11 @@
 #include <memory>
 #include <mutex>
 
-#include "gateway/outputs/dds/fast/datagram_check.h"
 #include "gateway/outputs/dds/fast/own_network.h"
+#include "gateway/outputs/dds/fast/types.h"
 #include "gateway/outputs/pki/security_check.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 using eprosima::fastrtps::rtps::BuiltinAttributes;

@@ -4,7 +4,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,7 +11,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/domain.h"
-#include "gateway/outputs/dds/fast/secured_check.h"
+#include "gateway/outputs/dds/fast/datagram_check.h"
 #include "gateway/outputs/dds/rtps/announcement.h"
 
 namespace eprosima::fastdds::dds {

@@ -13,7 +13,6 @@
 #include "gateway/base/time.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr std::array<Duration, 6> kLadder{100ms, 500ms, 1s, 2s, 5s, 10s};

@@ -24,7 +24,6 @@
 #include "gateway/base/time.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 #if defined(__x86_64__)

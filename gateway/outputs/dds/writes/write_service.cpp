@@ -12,7 +12,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr double kExactWhole = 9007199254740992;  // 2^53: beyond, a double skips whole numbers

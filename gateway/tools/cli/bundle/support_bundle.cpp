@@ -28,7 +28,6 @@
 #include "gateway/tools/terminal/words.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr const char* kFolder = "baudgate-support";  // in the archive

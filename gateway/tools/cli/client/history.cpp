@@ -20,7 +20,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr Duration kLookForHistory = 200ms;

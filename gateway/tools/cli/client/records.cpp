@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
@@ -15,7 +16,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = ControlClient::Json;
@@ -24,6 +24,19 @@ using Got = ControlClient::Got;
 constexpr int kNotCurrent = 4;
 
 constexpr Duration kLookForRecords = 500ms;
+
+struct RecordPages {
+  ControlClient::Json request;  ///< of the first page
+  const char* state = "";       ///< the key under which an answer says how the file is
+  bool follow = false;
+  std::optional<Duration> seconds{};  ///< of `follow`: end after this time
+  std::string socket{};               ///< empty: the gateway in the default places
+  /// They count only while the file can be written: else kNotCurrent.
+  bool current = false;
+  /// With `follow`: print everything again, not only what is new; `looked` is called at its end.
+  bool whole = false;
+  std::function<void()> looked{};
+};
 
 /// What is wrong with the file, each time that its state is another one.
 class Troubles {

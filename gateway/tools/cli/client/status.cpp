@@ -15,7 +15,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -73,6 +72,13 @@ std::size_t LinesOf(const std::vector<std::string>& sentences, std::size_t width
   return std::accumulate(
       sentences.begin(), sentences.end(), std::size_t{0},
       [&](std::size_t sum, const std::string& one) { return sum + WrapLines(one, width).size(); });
+}
+
+/// What is said of a gateway whose answer is not understood.
+std::string OtherVersion(const nlohmann::ordered_json& status) {
+  return "baudgate: the gateway is of another version (" +
+         status.value("version", std::string("unknown")) +
+         "); 'status --json' shows its answer as it is";
 }
 
 }  // namespace
@@ -198,13 +204,6 @@ int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream
 namespace {
 
 constexpr int kNotUnderstood = 4;
-
-/// What is said of a gateway whose answer is not understood.
-std::string OtherVersion(const nlohmann::ordered_json& status) {
-  return "baudgate: the gateway is of another version (" +
-         status.value("version", std::string("unknown")) +
-         "); 'status --json' shows its answer as it is";
-}
 
 }  // namespace
 

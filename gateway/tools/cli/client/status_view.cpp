@@ -15,7 +15,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -39,7 +38,8 @@ void MostTroubleFirst(std::vector<TableRow>& rows) {
   std::ranges::stable_sort(rows, std::ranges::greater(), &TableRow::tone);
 }
 
-/// "-" for null.
+}  // namespace
+
 std::string MillisecondsText(const Json& json) {
   return json.is_null() ? "-" : FormatAge(std::chrono::milliseconds(json.get<std::int64_t>()));
 }
@@ -50,17 +50,13 @@ std::string RoundTripText(double us) {
   return fmt::format("{:.1f} s", us / 1e6);
 }
 
-/// "78 %".
 std::string UseText(const Json& line) {
   return fmt::format("{:.0f} %", 100 * line.at("use").get<double>());
 }
 
-/// Devices of the line that answer.
 std::size_t Alive(const Json& line) {
   return static_cast<std::size_t>(std::ranges::count_if(line.at("devices"), IsAlive));
 }
-
-}  // namespace
 
 Tone ToneOfLine(const Json& line) {
   if (Text(line, "port_state") == "closed" || IsEchoLost(line)) return Tone::alarm;
@@ -148,32 +144,6 @@ std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
           known ? Number(recent, "exchanges") - Number(recent, "ok") : 0};
 }
 
-/// "DDS domain 0: 3 subscribers, 1234 samples"; empty while something is wrong, which the advice
-/// tells, or where DDS is off. Samples that the library did not take go again.
-std::string DdsSentence(const Json& status) {
-  const Json& dds = DdsOf(status);
-  if (dds.is_null() || !dds.at("advice").empty()) return {};
-  const std::uint64_t refused = Number(dds, "refused");
-  return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"), Subscribers(dds),
-                     Plural(Number(dds, "samples"), "sample"),
-                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
-                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
-}
-
-/// "DDS took 12 write requests", "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken
-/// parameter lists".
-std::vector<std::string> DdsTraffic(const Json& status) {
-  const Json& dds = DdsOf(status);
-  if (dds.is_null()) return {};
-  std::vector<std::string> sentences;
-  for (const char* part : {"events", "requests", "datagrams"}) {
-    const auto found = dds.find(part);  // an older gateway has none
-    if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
-    sentences.push_back("DDS " + Harmless(Text(*found, "text")));
-  }
-  return sentences;
-}
-
 }  // namespace
 
 std::string HeadSentence(const Json& status) {
@@ -203,6 +173,28 @@ std::string Subscribers(const Json& dds) {
     others += fmt::format(", {} of {}", count == 0 ? "none" : std::to_string(count), topic);
   }
   return equal ? text : text + " of points" + others;
+}
+
+std::string DdsSentence(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null() || !dds.at("advice").empty()) return {};
+  const std::uint64_t refused = Number(dds, "refused");
+  return fmt::format("DDS domain {}: {}, {}{}{}", Number(dds, "domain"), Subscribers(dds),
+                     Plural(Number(dds, "samples"), "sample"),
+                     refused == 0 ? "" : fmt::format(", {} not taken by the library", refused),
+                     Text(dds, "state") == "starting" ? ", the process is starting" : "");
+}
+
+std::vector<std::string> DdsTraffic(const Json& status) {
+  const Json& dds = DdsOf(status);
+  if (dds.is_null()) return {};
+  std::vector<std::string> sentences;
+  for (const char* part : {"events", "requests", "datagrams"}) {
+    const auto found = dds.find(part);  // an older gateway has none
+    if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
+    sentences.push_back("DDS " + Harmless(Text(*found, "text")));
+  }
+  return sentences;
 }
 
 std::string AlarmsSentence(const Json& status) {

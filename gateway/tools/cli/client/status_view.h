@@ -15,6 +15,14 @@ namespace baudgate {
 
 // The lines and devices of a status as tables. Part of RenderStatus and of status.h.
 
+/// "-" for null.
+std::string MillisecondsText(const nlohmann::ordered_json& json);
+std::string RoundTripText(double us);
+/// "78 %".
+std::string UseText(const nlohmann::ordered_json& line);
+
+/// Devices of the line that answer.
+std::size_t Alive(const nlohmann::ordered_json& line);
 Tone ToneOfLine(const nlohmann::ordered_json& line);
 Tone ToneOfDevice(const nlohmann::ordered_json& device);
 
@@ -32,6 +40,12 @@ std::string DeviceTable(const nlohmann::ordered_json& lines, const TableView& vi
 
 /// "substation-7: baudgate 0.1.0, up 2 min, lines: 2, devices: 3, online: 1".
 std::string HeadSentence(const nlohmann::ordered_json& status);
+/// "DDS domain 0: 3 subscribers, 1234 samples"; empty while something is wrong, which the advice
+/// tells, or where DDS is off. Samples that the library did not take go again.
+std::string DdsSentence(const nlohmann::ordered_json& status);
+/// "DDS took 12 write requests", "DDS let in 12345 datagrams, refused 40: 38 fragments, 2 broken
+/// parameter lists".
+std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
 /// "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"; empty where there is none.
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
 /// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …".

@@ -9,7 +9,6 @@
 #include "gateway/tools/cli/client/control_client.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -13,12 +13,11 @@
 #include "gateway/daemon/daemon.h"
 #include "gateway/lines/line_control.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/client/points.h"
+#include "gateway/tools/cli/client/operation.h"
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/make_line.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kLongestName = 40;

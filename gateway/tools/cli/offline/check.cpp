@@ -3,19 +3,21 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
+#include "config/checks/line_checks.h"
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/daemon/reload/trial.h"
 #include "gateway/records/disk/state_folder.h"
+#include "gateway/tools/cli/offline/certs.h"
 #include "gateway/tools/cli/offline/check_parts.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 /// A warning; empty: it has not, for all that whoever asks may read.

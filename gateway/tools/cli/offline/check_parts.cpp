@@ -11,12 +11,12 @@
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/web/access.h"
+#include "gateway/outputs/web/metrics.h"
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/folder_files.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

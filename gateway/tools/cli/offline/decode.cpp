@@ -14,8 +14,13 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
+
+/// Exchanges out of the lines of a capture, and the devices that its head names.
+struct Captures {
+  std::vector<TracedDevice> devices;
+  std::vector<Capture> exchanges;
+};
 
 /// A message that came unasked ends with a silence.
 bool Continues(const Capture& capture, const TraceLine& piece) {

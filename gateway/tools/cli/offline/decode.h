@@ -13,17 +13,9 @@
 #include "config/catalog/catalog.h"
 #include "gateway/base/result.h"
 #include "gateway/diagnosis/decode/exchange_decoder.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
 #include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
-
-// Exchanges out of the lines of a capture (gateway/diagnosis/decode/frame_lines.h), and the devices
-// that its head names.
-struct Captures {
-  std::vector<TracedDevice> devices;
-  std::vector<Capture> exchanges;
-};
 
 // Decoders for devices of which only the head of a trace and the command line are known. For
 // `decode` and `trace`.

@@ -7,11 +7,9 @@
 #include "config/checks/uniques.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/offline/listed_words.h"
 #include "gateway/tools/cli/offline/new_profile.h"
 
 namespace baudgate {
-
 namespace {
 
 std::size_t EndOfRegisters(const ListedPoint& point) {

@@ -16,11 +16,11 @@
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
+#include "gateway/tools/cli/client/traffic_view.h"
 #include "gateway/tools/terminal/tables.h"
 #include "transports/serial_port.h"
 
 namespace baudgate {
-
 namespace {
 
 namespace fs = std::filesystem;

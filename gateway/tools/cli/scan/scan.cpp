@@ -23,7 +23,6 @@
 #include "transports/tcp_client.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -8,6 +8,7 @@
 
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
+#include "gateway/tools/cli/client/operation.h"
 
 namespace baudgate {
 

@@ -19,7 +19,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate::settings {
-
 namespace {
 
 using Json = ControlClient::Json;
@@ -102,7 +101,6 @@ void PrintTable(const std::vector<Difference>& differences, const std::set<std::
 }  // namespace baudgate::settings
 
 namespace baudgate {
-
 namespace {
 
 using namespace settings;  // NOLINT

@@ -11,7 +11,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::settings {
-
 namespace {
 
 using Json = ControlClient::Json;
