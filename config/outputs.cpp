@@ -187,7 +187,7 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   map.Finish();
   if (!token && !web.on_loopback()) {
     problems.Error(map.MarkOf("listen"),
-                   "listen: " + web.Place() +
+                   "listen: " + web.Address() +
                        " can be reached from other machines, and nobody would have to log in; add "
                        "token: { file: /etc/baudgate/web.token }, or listen on 127.0.0.1");
   }

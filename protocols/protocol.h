@@ -45,7 +45,7 @@ struct DecoderSpec {
 
 /// Something wrong with a device (Protocol::faults), or possible but hardly meant
 /// (Protocol::doubts).
-struct Doubt {
+struct ConfigRemark {
   std::size_t point = kNoPoint;  ///< index of the point that it is about; kNoPoint: the address
   std::string text{};            ///< one sentence: what it leads to, and what to do
 };
@@ -187,10 +187,10 @@ struct Protocol {
   /// The same for single points: an address that its description does not have. A device without an
   /// address stands for a profile: only what is wrong for every device of the profile is reported.
   /// Null: nothing is checked.
-  std::vector<Doubt> (*faults)(const config::Device& device) = nullptr;
+  std::vector<ConfigRemark> (*faults)(const config::Device& device) = nullptr;
   /// Warnings for the user. Address and points may be wrong: other checks report that. Null:
   /// nothing is checked.
-  std::vector<Doubt> (*doubts)(const config::Device& device) = nullptr;
+  std::vector<ConfigRemark> (*doubts)(const config::Device& device) = nullptr;
 
   /// Used if a line's configuration has no serial settings.
   config::SerialSettings serial{};

@@ -59,12 +59,12 @@ void PortWatch::Stop() {
   running_.reset();
   std::error_code ignored;
   inotify_.close(ignored);
-  places_.clear();
+  watched_.clear();
 }
 
 /// Follows the path again: a link may lead elsewhere, a folder may have come or gone.
 bool PortWatch::Renew() {
-  const std::vector<Place> before = std::exchange(places_, {});
+  const std::vector<WatchedFolder> before = std::exchange(watched_, {});
   std::error_code error;
   fs::path path = fs::absolute(port_, error).lexically_normal();
   bool watched = true;
@@ -74,9 +74,10 @@ bool PortWatch::Renew() {
     if (error) break;
     path = (fs::weakly_canonical(path.parent_path(), error) / target).lexically_normal();
   }
-  for (const Place& place : before) {
-    const bool kept = std::any_of(places_.begin(), places_.end(),
-                                  [&](const Place& now) { return now.watch == place.watch; });
+  for (const WatchedFolder& place : before) {
+    const bool kept = std::any_of(watched_.begin(), watched_.end(), [&](const WatchedFolder& now) {
+      return now.watch == place.watch;
+    });
     if (!kept) inotify_rm_watch(inotify_.native_handle(), place.watch);
   }
   return watched;
@@ -90,7 +91,7 @@ bool PortWatch::WatchEntry(const fs::path& path) {
     const int reason = errno;
     if (watch >= 0) {
       if (!TellsChanges(folder)) return false;
-      places_.push_back({watch, entry.filename().string()});
+      watched_.push_back({watch, entry.filename().string()});
       std::error_code error;
       // What came between the attempt further down and this one would go unheard.
       if (entry == path || !fs::is_directory(entry, error)) return true;
@@ -124,8 +125,8 @@ bool PortWatch::Matters(std::size_t size) const {
     std::memcpy(&event, events_.data() + at, sizeof event);
     const char* name = event.len > 0 ? events_.data() + at + sizeof event : "";
     const bool of_folder = (event.mask & (IN_DELETE_SELF | IN_MOVE_SELF | IN_IGNORED)) != 0;
-    const bool ours =
-        std::any_of(places_.begin(), places_.end(), [&, watch = event.wd](const Place& place) {
+    const bool ours = std::any_of(
+        watched_.begin(), watched_.end(), [&, watch = event.wd](const WatchedFolder& place) {
           return place.watch == watch && (of_folder || place.name == name);
         });
     if (ours || (event.mask & IN_Q_OVERFLOW) != 0) return true;

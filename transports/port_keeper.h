@@ -75,7 +75,7 @@ class PortWatch {
   bool watching() const { return running_ != nullptr; }
 
  private:
-  struct Place {
+  struct WatchedFolder {
     int watch = -1;
     std::string name;  // of the entry in the watched folder that matters
   };
@@ -88,7 +88,7 @@ class PortWatch {
   const std::function<void()> on_change_;
   asio::posix::stream_descriptor inotify_;
   std::shared_ptr<char> running_;  // gone = stopped
-  std::vector<Place> places_;
+  std::vector<WatchedFolder> watched_;
   alignas(8) std::array<char, 4096> events_{};
 };
 

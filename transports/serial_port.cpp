@@ -258,7 +258,7 @@ class SerialPort final : public Transport {
   void TryOpen();
   Result<Descriptor> Prepare();
   void OnRead(View raw);
-  void OnEnd(const std::error_code& error);
+  void OnStreamEnd(const std::error_code& error);
   std::string StuckText() const;
   static void CloseDescriptor(int fd);
 
@@ -299,7 +299,7 @@ void SerialPort::TryOpen() {
   }
   session_ = std::make_shared<StreamPump<Descriptor>>(
       std::move(*descriptor), [this](View raw) { OnRead(raw); },
-      [this](const std::error_code& error) { OnEnd(error); }, [this] { listener_.OnRoom(); });
+      [this](const std::error_code& error) { OnStreamEnd(error); }, [this] { listener_.OnRoom(); });
   session_->Start();
   listener_.OnOpened();
 }
@@ -466,7 +466,7 @@ void SerialPort::OnRead(View raw) {
   if (!characters.empty()) listener_.OnBytes(characters);
 }
 
-void SerialPort::OnEnd(const std::error_code& error) {
+void SerialPort::OnStreamEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
   Close();
   if (full) return listener_.OnStuck(StuckText());

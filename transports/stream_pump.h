@@ -28,11 +28,11 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
  public:
   using OnRead = std::function<void(View)>;
   /// timed_out and no_buffer_space mean that the stream takes no data.
-  using OnEnd = std::function<void(const std::error_code&)>;
+  using OnStreamEnd = std::function<void(const std::error_code&)>;
   using OnRoom = std::function<void()>;
 
   /// `stall`: so long without one byte taken, and no more will be.
-  StreamPump(Stream stream, OnRead on_read, OnEnd on_end, OnRoom on_room = {},
+  StreamPump(Stream stream, OnRead on_read, OnStreamEnd on_end, OnRoom on_room = {},
              Duration stall = kStall, std::size_t read_at_most = 4096)
       : stream_(std::move(stream)),
         stall_(stream_.get_executor()),
@@ -156,7 +156,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   Stream stream_;
   asio::steady_timer stall_;
   OnRead on_read_;
-  OnEnd on_end_;
+  OnStreamEnd on_end_;
   OnRoom on_room_;
   const Duration stall_time_;
   Bytes input_;

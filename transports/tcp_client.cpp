@@ -313,7 +313,7 @@ class TcpClient final : public Transport {
   void Abandon();
   void Fail(const std::string& reason, NoConnection why = NoConnection::other);
   void OnRead(View raw);
-  void OnEnd(const std::error_code& error);
+  void OnStreamEnd(const std::error_code& error);
   void GetStuck(const std::string& reason);
   std::uint64_t Acknowledged() const;
   void AwaitAcknowledgement();
@@ -409,7 +409,7 @@ void TcpClient::OnConnected(const AttemptPtr& attempt) {
   parity_ = SoftwareParity(serial_.software_parity ? serial_.parity : config::Parity::none);
   session_ = std::make_shared<StreamPump<tcp::socket>>(
       std::move(attempt->socket), [this](View raw) { OnRead(raw); },
-      [this](const std::error_code& error) { OnEnd(error); }, [this] { listener_.OnRoom(); });
+      [this](const std::error_code& error) { OnStreamEnd(error); }, [this] { listener_.OnRoom(); });
   Abandon();
   session_->Start();
   listener_.OnOpened();
@@ -500,7 +500,7 @@ void TcpClient::OnRead(View raw) {
   listener_.OnBytes(characters);
 }
 
-void TcpClient::OnEnd(const std::error_code& error) {
+void TcpClient::OnStreamEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
   const bool reset = error == asio::error::connection_reset;
   if (error == asio::error::eof || reset) {

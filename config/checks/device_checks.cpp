@@ -96,7 +96,7 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
 void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& keys,
                  Problems& problems) {
   if (!protocol.doubts) return;
-  for (const Doubt& doubt : protocol.doubts(device)) {
+  for (const ConfigRemark& doubt : protocol.doubts(device)) {
     if (doubt.point >= device.points.size()) {
       problems.Warning(keys.MarkOf("address"), Called(device) + ": address " + doubt.text);
       continue;
@@ -112,7 +112,7 @@ void CheckFaults(const Device& device, const Protocol& protocol, Problems& probl
   if (protocol.faults == nullptr) return;
   // After other errors a part of the description may not have been read: it is not called missing.
   const bool known = !problems.has_error();
-  for (const Doubt& fault : protocol.faults(device)) {
+  for (const ConfigRemark& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {
       if (!known) continue;
       problems.Error(device.mark, Called(device) + " " + fault.text);

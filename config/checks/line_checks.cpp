@@ -128,12 +128,12 @@ void CheckPortServer(const PortServer& server, const std::string& key, Problems&
   if (server.on_loopback()) return;
   if (server.allow.empty()) {
     problems.Error(server.mark,
-                   key + ": " + server.Place() +
+                   key + ": " + server.Address() +
                        " can be reached from other machines; say who may come in, for example "
                        "allow: [10.0.0.7], or listen on 127.0.0.1");
   } else if (!std::ranges::all_of(server.allow, IsLoopback)) {
     problems.Warning(server.mark,
-                     key + ": whoever `allow` lets in at " + server.Place() +
+                     key + ": whoever `allow` lets in at " + server.Address() +
                          " speaks to the devices at this port as it likes: no `write: deny`, limit "
                          "or interlock holds there (docs/security.md)");
   }

@@ -24,7 +24,7 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
       listener.allow.begin(), listener.allow.end(),
       [&](const Network& network) { return IsLoopback(network) || Covers(network, reach); });
   if (IsLoopback(reach) && !can_come) {
-    problems.Warning(listener.mark, "listen: " + listener.Place() +
+    problems.Warning(listener.mark, "listen: " + listener.Address() +
                                         " takes connections from this machine only, and 'allow' "
                                         "has only others: nobody can come in; write for example "
                                         "at: \"0.0.0.0:" +
@@ -138,7 +138,7 @@ void CheckServer(const Route& route, const std::vector<Listener>& listeners, con
   for (const Listener& listener : listeners) {
     if (listener.is_serial() || listener.port != route.port) continue;
     if (listener.host != route.host && !(here && IsEverywhere(listener.host))) continue;
-    problems.Error(mark, "server: " + listener.Place() +
+    problems.Error(mark, "server: " + listener.Address() +
                              " is this gateway itself: its requests would go in a circle; name the "
                              "line, or another server");
     return;

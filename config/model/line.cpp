@@ -5,6 +5,6 @@
 
 namespace baudgate::config {
 
-std::string PortServer::Place() const { return HostAndPort(at.host, at.port); }
+std::string PortServer::Address() const { return HostAndPort(at.host, at.port); }
 
 }  // namespace baudgate::config

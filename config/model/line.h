@@ -37,7 +37,7 @@ struct PortServer {
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
   /// "127.0.0.1:4001".
-  std::string Place() const;
+  std::string Address() const;
 };
 
 constexpr std::string_view Name(PortServer::Mode mode) {

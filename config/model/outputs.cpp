@@ -29,7 +29,7 @@ std::string_view Name(Permit permit) {
   return "all";
 }
 
-std::string Listener::Place() const { return is_serial() ? path : HostAndPort(host, port); }
+std::string Listener::Address() const { return is_serial() ? path : HostAndPort(host, port); }
 
 std::uint8_t Route::SlaveOf(std::uint8_t unit) const {
   return remap ? static_cast<std::uint8_t>(*remap + (unit - first)) : unit;
@@ -43,6 +43,6 @@ std::string Route::Target() const {
   return line.empty() ? "server " + HostAndPort(host, port) : "line " + line;
 }
 
-std::string Web::Place() const { return HostAndPort(listen.host, listen.port); }
+std::string Web::Address() const { return HostAndPort(listen.host, listen.port); }
 
 }  // namespace baudgate::config

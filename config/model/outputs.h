@@ -95,7 +95,7 @@ struct Listener {
   /// time.
   bool speaks_serial() const { return framing != modbus::Framing::tcp; }
   /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
-  std::string Place() const;
+  std::string Address() const;
 };
 
 template <typename Visit>
@@ -215,7 +215,7 @@ struct Web {
   Mark token_mark;                 ///< of token_file
 
   /// "127.0.0.1:8502", "[::1]:8502".
-  std::string Place() const;
+  std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }
 };
 

@@ -68,7 +68,7 @@ std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Pro
                                    std::string(Describe(map.kind())));
     return entries;
   }
-  std::map<std::string, Place> first;
+  std::map<std::string, Position> first;
   for (const auto& pair : map.yaml()) {
     const YamlNode key(pair.first, map.source());
     if (entries.size() == kMostKeys) {

@@ -22,7 +22,7 @@ namespace baudgate::config {
 /// One key of a map, and what stands there.
 struct Entry {
   std::string key;
-  Place place;  ///< of the key
+  Position place;  ///< of the key
   YamlNode value;
 };
 

@@ -72,7 +72,7 @@ std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems)
     return std::nullopt;
   }
   if (!parser.HandleNextDocument(starts)) return YAML::Load(source.text());
-  const Place place = source.At(starts.last);
+  const Position place = source.At(starts.last);
   const auto at = static_cast<std::size_t>(std::max(starts.last.pos, 0));
   if (at < source.text().size() && source.text()[at] == ',') {
     problems.Error(source.MarkAt(place), "this comma stands outside of brackets; remove it");
@@ -105,7 +105,7 @@ std::string_view Source::Line(int line) const {
   return std::string_view(text_).substr(begin, end == std::string::npos ? end : end - begin);
 }
 
-Place Source::At(const YAML::Mark& mark) const {
+Position Source::At(const YAML::Mark& mark) const {
   if (mark.is_null() || mark.line < 0) return {1, 1};
   const std::string_view line = Line(mark.line + 1);
   int column = mark.column;
@@ -116,7 +116,7 @@ Place Source::At(const YAML::Mark& mark) const {
 }
 
 YamlNode::YamlNode(const YAML::Node& node, std::shared_ptr<const Source> source,
-                   std::optional<Place> key)
+                   std::optional<Position> key)
     : node_(node), source_(std::move(source)) {
   place_ = key && node_.IsNull() ? *key : source_->At(node_.Mark());
 }
@@ -159,7 +159,7 @@ std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& 
     if (auto node = OnlyDocument(*source, problems)) return YamlNode(std::move(*node), source);
     return std::nullopt;
   } catch (const YAML::Exception& error) {
-    const Place place = source->At(error.mark);
+    const Position place = source->At(error.mark);
     problems.Error(source->MarkAt(place), "this is not YAML: " + WithoutQuotation(error.msg) +
                                               QuotingHint(*source, place.line));
   } catch (const std::exception&) {

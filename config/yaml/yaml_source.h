@@ -19,7 +19,7 @@
 namespace baudgate::config {
 
 /// A place in a source, counted from 1; 0 = nowhere.
-struct Place {
+struct Position {
   int line = 0;
   int column = 0;
 };
@@ -30,8 +30,8 @@ class Source {
 
   const std::string& name() const { return *name_; }
   /// Columns count characters, as editors do, where yaml-cpp counts bytes.
-  Place At(const YAML::Mark& mark) const;
-  Mark MarkAt(Place place) const { return {name_, place.line, place.column}; }
+  Position At(const YAML::Mark& mark) const;
+  Mark MarkAt(Position place) const { return {name_, place.line, place.column}; }
   /// Without its line end; empty beyond the text. Lines count from 1.
   std::string_view Line(int line) const;
   int lines() const { return static_cast<int>(line_starts_.size()); }
@@ -50,7 +50,7 @@ class YamlNode {
   enum class Kind { null, scalar, list, map };
 
   YamlNode(const YAML::Node& node, std::shared_ptr<const Source> source,
-           std::optional<Place> key = {});
+           std::optional<Position> key = {});
   YamlNode(const YamlNode&) = default;
   YamlNode& operator=(const YamlNode& other);
 
@@ -58,7 +58,7 @@ class YamlNode {
   /// The text of a scalar as written, without its quotes.
   const std::string& text() const { return node_.Scalar(); }
   /// The place of the value, or of its key where there is no value.
-  Place place() const { return place_; }
+  Position place() const { return place_; }
   Mark mark() const { return source_->MarkAt(place_); }
 
   const YAML::Node& yaml() const { return node_; }
@@ -67,7 +67,7 @@ class YamlNode {
  private:
   YAML::Node node_;
   std::shared_ptr<const Source> source_;
-  Place place_;
+  Position place_;
 };
 
 /// The root of `text`, or nothing and one problem. Texts beyond 16 MiB are refused; yaml-cpp itself

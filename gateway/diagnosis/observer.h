@@ -20,9 +20,9 @@ class Observer : public LineObserver {
 
   void OnOpened() override { examiner_.OnOpened(); }
   void OnRequest(const Member& member, const Request& request, Instant now) override;
-  void OnBytes(View bytes, Instant now) override { examiner_.Hear(bytes, now); }
+  void Hear(View bytes, Instant now) override { examiner_.Hear(bytes, now); }
   void OnReply(View frame) override { examiner_.Take(frame); }
-  Finding OnEnd(Outcome outcome) override { return examiner_.End(outcome); }
+  Finding TakeFinding(Outcome outcome) override { return examiner_.End(outcome); }
   bool TakeNegotiation() override { return examiner_.TakeNegotiation(); }
   std::vector<EarlierFinding> TakeChanged() override;
 

@@ -87,7 +87,7 @@ void CatchUp(auto& part, Now now) {
 }
 
 /// What to look at where a connection has ended before it had worked.
-std::string HintOf(const Rest& rest, bool unread, const config::Line& line) {
+std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
     return "unanswered: check its mode (raw TCP), protocol (" + protocol +
@@ -125,7 +125,7 @@ LinePort::LinePort(const config::Line& line, PointStore& store, Transport& trans
       display_(store, line, recorder, reporter),
       settings_(line, transport, display_, listens),
       proof_(line.is_network()),
-      rest_(listens, transaction) {}
+      resting_(listens, transaction) {}
 
 void LinePort::Start(Now now) {
   now_ = now;
@@ -154,16 +154,16 @@ void LinePort::ClosePort() {
   proof_.OnClosed();
   settings_.OnClosed();
   retries_.Stop();
-  rest_.End();
+  resting_.End();
   transport_.Close();
 }
 
 void LinePort::OnOpened(Now now) {
   now_ = now;
   display_.OnConnected(now);
-  if (rest_.OnOpened(poller_.ledger().line.Answers(), now.instant)) {
+  if (resting_.OnOpened(poller_.accounts().line.Answers(), now.instant)) {
     DropLate();
-    if (const Bytes request = rest_.TakeHeld(); !request.empty()) transport_.Send(request);
+    if (const Bytes request = resting_.TakeHeld(); !request.empty()) transport_.Send(request);
     return;
   }
   open_ = true;
@@ -179,7 +179,7 @@ void LinePort::OnOpened(Now now) {
 void LinePort::DropLate() {
   CatchUp(telegrams_, now_);
   CatchUp(poller_, now_);
-  if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) rest_.GiveUpHeld();
+  if (!telegrams_.MayGoOut(now_) || !poller_.MayGoOut(now_)) resting_.GiveUpHeld();
 }
 
 void LinePort::Prove() {
@@ -191,7 +191,7 @@ void LinePort::Prove() {
 void LinePort::OnOpenFailed(const std::string& reason, NoConnection why, Now now) {
   now_ = now;
   display_.CountNoConnection(why, now);
-  if (rest_.rests()) {
+  if (resting_.rests()) {
     display_.CountLoss(now);
     return Lost(reason);
   }
@@ -208,26 +208,26 @@ void LinePort::OnLost(const std::string& reason, Now now, bool takes_no_data) {
 
 void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   now_ = now;
-  const std::uint64_t answers = poller_.ledger().line.Answers();
+  const std::uint64_t answers = poller_.accounts().line.Answers();
   const bool several = line_.devices.size() > 1;
   // While a client has the port, no request of the line opens it again.
   const bool lent = loan_.has_port();
-  display_.CountEnd({.worked = rest_.HasWorked(answers), .asked = rest_.asks(), .unread = unread},
-                    now);
-  if (!lent && rest_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
-  if (lent || !rest_.OnEnded(answers, several, now.instant)) {
+  display_.CountEnd(
+      {.worked = resting_.HasWorked(answers), .asked = resting_.asks(), .unread = unread}, now);
+  if (!lent && resting_.IsDrop(answers, now.instant)) display_.CountDrop(reason, now);
+  if (lent || !resting_.OnEnded(answers, several, now.instant)) {
     display_.CountLoss(now);
     return Lost(reason, unread ? Loss::unread : Loss::port);
   }
-  if (!rest_.in_vain() && proof_.Prove()) Prove();
+  if (!resting_.in_vain() && proof_.Prove()) Prove();
   display_.CountRest();
   poller_.OnEnded(now);
 }
 
 void LinePort::Lost(const std::string& reason, Loss loss) {
   open_ = false;
-  const std::string hint = HintOf(rest_, loss == Loss::unread, line_);
-  rest_.End();
+  const std::string hint = HintOf(resting_, loss == Loss::unread, line_);
+  resting_.End();
   settings_.OnClosed();
   telegrams_.OnClosed("the port was lost");
   loan_.OnClosed("the port is lost: " + reason, now_);
@@ -238,7 +238,7 @@ void LinePort::Lost(const std::string& reason, Loss loss) {
 
 void LinePort::CheckConnection() {
   constexpr Duration kLimit = ConnectionProof::kSilenceLimit;
-  const bool silent = poller_.ledger().line.SilentSince(now_.instant - kLimit);
+  const bool silent = poller_.accounts().line.SilentSince(now_.instant - kLimit);
   if (proof_.OnCheck(now_.instant, silent)) Prove();
   if (!silent) return;
   transport_.Close();
@@ -296,7 +296,8 @@ void LinePort::EndLoan() {
 std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
   if (lent_until_) return "the port is released to another program";
-  if (rest_.rests()) return "the server has ended the connection; the next request opens it again";
+  if (resting_.rests())
+    return "the server has ended the connection; the next request opens it again";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();
   return std::nullopt;
 }
@@ -331,17 +332,17 @@ void LinePort::OnPortFailed(const std::string& reason, Now now) {
 
 // ---------------------------------------------------------------- bytes and time
 
-void LinePort::OnBytes(View bytes, Now now) {
+void LinePort::PassOn(View bytes, Now now) {
   now_ = now;
-  rest_.OnBytes(now.instant);
-  if (proof_.OnBytes(now.instant)) Prove();
-  if (loan_.OnBytes(bytes, now)) return;
-  if (!telegrams_.OnBytes(bytes, now)) poller_.OnBytes(bytes, now);
+  resting_.NoteBytes(now.instant);
+  if (proof_.NoteBytes(now.instant)) Prove();
+  if (loan_.PassToClient(bytes, now)) return;
+  if (!telegrams_.TakeBytes(bytes, now)) poller_.Receive(bytes, now);
 }
 
 void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {
   settings_.OnSend(serial, now);
-  if (!line_.is_network() || !rest_.Holds(bytes, now.instant)) {
+  if (!line_.is_network() || !resting_.Holds(bytes, now.instant)) {
     transport_.Send(bytes);
   } else {
     transport_.Close();
@@ -350,7 +351,7 @@ void LinePort::Send(View bytes, const config::SerialSettings& serial, Now now) {
 }
 
 void LinePort::DropUnsent() {
-  rest_.GiveUpHeld();
+  resting_.GiveUpHeld();
   transport_.DropUnsent();
 }
 

@@ -117,7 +117,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   // From the transport.
   void OnOpened(Now now);
   void OnOpenFailed(const std::string& reason, NoConnection why, Now now);
-  void OnBytes(View bytes, Now now);
+  void PassOn(View bytes, Now now);
   /// `takes_no_data`: see TransportListener::OnStuck.
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
   void OnEnded(const std::string& reason, bool unread, Now now);
@@ -125,7 +125,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   // From the poller and the telegrams by hand.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override;
-  bool IsUnsent() const override { return rest_.is_unsent(); }
+  bool IsUnsent() const override { return resting_.is_unsent(); }
 
   // See PortLoan.
   std::optional<std::string> WhyNot() const override;
@@ -175,7 +175,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   Now now_{};  // of the input that is being handled
 
   ConnectionProof proof_;
-  Rest rest_;
+  RestingConnection resting_;
   std::atomic<bool> open_ = false;
 
   std::optional<Instant> lent_until_;  // to another program

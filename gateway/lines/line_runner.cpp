@@ -118,7 +118,7 @@ void LineServers::Withdraw(const std::string& why, Now now) {
 void LineServers::Close(const std::string& why) {
   if (!offered_) return;
   offered_.reset();
-  log::Info({.line = line_.name}, "clients can come in at {} no more: {}", offer_.Place(), why);
+  log::Info({.line = line_.name}, "clients can come in at {} no more: {}", offer_.Address(), why);
 }
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
@@ -241,7 +241,7 @@ void LineRunner::OnNoConnection(const std::string& reason, NoConnection why) {
 }
 
 void LineRunner::OnBytes(View bytes) {
-  Handle([&](LineParts& line, Now now) { line.port.OnBytes(bytes, now); });
+  Handle([&](LineParts& line, Now now) { line.port.PassOn(bytes, now); });
 }
 
 void LineRunner::OnLost(const std::string& reason) {

@@ -13,15 +13,17 @@
 
 namespace baudgate {
 
-Place PlaceOf(std::string_view port) {
+ThreadKind ThreadKindOf(std::string_view port) {
   const bool never_blocks = port.starts_with("tcp://") || port.starts_with("/dev/pts/");
-  return never_blocks ? Place::shared_loop : Place::own_thread;
+  return never_blocks ? ThreadKind::shared_loop : ThreadKind::own_thread;
 }
 
 std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores) {
   constexpr std::size_t kMost = 4;
-  const auto sharing = static_cast<std::size_t>(std::ranges::count_if(
-      lines, [](const config::Line& line) { return PlaceOf(line.port) == Place::shared_loop; }));
+  const auto sharing =
+      static_cast<std::size_t>(std::ranges::count_if(lines, [](const config::Line& line) {
+        return ThreadKindOf(line.port) == ThreadKind::shared_loop;
+      }));
   return std::clamp<std::size_t>(std::min(cores, sharing), 1, kMost);
 }
 
@@ -77,7 +79,7 @@ Lines::~Lines() {
 }
 
 Result<std::shared_ptr<LoopThread>> Lines::MakeLoop(const config::Line& line) try {
-  if (PlaceOf(line.port) == baudgate::Place::shared_loop) return std::shared_ptr<LoopThread>();
+  if (ThreadKindOf(line.port) == ThreadKind::shared_loop) return std::shared_ptr<LoopThread>();
   auto loop = std::make_shared<LoopThread>("line " + line.name);
   loop->Start();
   return loop;
@@ -85,22 +87,22 @@ Result<std::shared_ptr<LoopThread>> Lines::MakeLoop(const config::Line& line) tr
   return Error{"line " + line.name + ": no thread for its port: " + failed.code().message()};
 }
 
-asio::io_context& Lines::LoopFor(Place& place) {
-  if (!place.own) return shared_[turn_++ % shared_.size()]->io();
-  const config::Line& line = *place.config;
+asio::io_context& Lines::LoopFor(LineEntry& entry) {
+  if (!entry.own) return shared_[turn_++ % shared_.size()]->io();
+  const config::Line& line = *entry.config;
   const MutexLock lock(watch_mutex_);
-  watch_.Add("line " + line.name, static_cast<std::uint32_t>(places_.size() - 1),
-             AskOn(place.own->io()));
-  return place.own->io();
+  watch_.Add("line " + line.name, static_cast<std::uint32_t>(entries_.size() - 1),
+             AskOn(entry.own->io()));
+  return entry.own->io();
 }
 
 void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own) {
-  const auto number = static_cast<std::uint32_t>(places_.size());
+  const auto number = static_cast<std::uint32_t>(entries_.size());
   const auto first_device = static_cast<std::uint32_t>(line_of_.size());
-  Place& place = places_.Append(std::move(line));
-  place.own = std::move(own);
-  for (std::size_t i = 0; i < place.config->devices.size(); ++i) line_of_.Append(number);
-  place.slot.Put(std::make_unique<LineRunner>(LoopFor(place), *place.config, first_device, find_,
+  LineEntry& entry = entries_.Append(std::move(line));
+  entry.own = std::move(own);
+  for (std::size_t i = 0; i < entry.config->devices.size(); ++i) line_of_.Append(number);
+  entry.slot.Put(std::make_unique<LineRunner>(LoopFor(entry), *entry.config, first_device, find_,
                                               store_, links_));
 }
 
@@ -110,11 +112,11 @@ void Lines::Start() {
   }
   const MutexLock lock(clock_mutex_);
   const std::optional<bool> right = clock_right_;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    Place& place = places_[i];
-    if (std::exchange(place.started, true)) continue;
-    place.slot.With([](LineRunner& runner) { runner.Start(); });
-    if (right) place.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    LineEntry& entry = entries_[i];
+    if (std::exchange(entry.started, true)) continue;
+    entry.slot.With([](LineRunner& runner) { runner.Start(); });
+    if (right) entry.slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(*right); });
   }
 }
 
@@ -153,7 +155,7 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   };
   std::vector<Ending> ending;
   for (const std::uint32_t line : lines) {
-    auto runner = places_[line].slot.Take();
+    auto runner = entries_[line].slot.Take();
     if (runner) ending.push_back({line, std::move(runner)});
   }
   for (const Ending& one : ending) {
@@ -161,21 +163,21 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   }
   const Instant deadline = ReadClocks().instant + kWaitForLines;
   for (Ending& one : ending) {
-    Place& place = places_[one.line];
+    LineEntry& entry = entries_[one.line];
     {
       const MutexLock lock(watch_mutex_);
       watch_.Remove(one.line);
     }
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
-      log::Warn({.line = place.config->name},
+      log::Warn({.line = entry.config->name},
                 "cannot be stopped: a call of its driver does not return; the line is abandoned");
       hanging_.push_back(std::move(one.runner));
       continue;
     }
     one.runner.reset();
-    if (place.own) place.own->Stop();
-    place.own.reset();
+    if (entry.own) entry.own->Stop();
+    entry.own.reset();
   }
 }
 
@@ -184,7 +186,7 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;
-  for (std::size_t i = 0; i < places_.size(); ++i) all.push_back(places_[i].slot.mine());
+  for (std::size_t i = 0; i < entries_.size(); ++i) all.push_back(entries_[i].slot.mine());
   for (const auto& runner : hanging_) all.push_back(runner.get());
   std::erase(all, nullptr);
   return all;
@@ -194,9 +196,10 @@ std::vector<std::string> Lines::Stop() {
   for (LineRunner* const runner : All()) runner->RequestStop();
   const Instant deadline = ReadClocks().instant + kWaitForLines;
   std::vector<std::string> hang;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    LineRunner* const runner = places_[i].slot.mine();
-    if (runner != nullptr && !runner->StopBefore(deadline)) hang.push_back(places_[i].config->name);
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    LineRunner* const runner = entries_[i].slot.mine();
+    if (runner != nullptr && !runner->StopBefore(deadline))
+      hang.push_back(entries_[i].config->name);
   }
   for (const auto& runner : hanging_) {
     if (!runner->StopBefore(deadline))
@@ -211,23 +214,23 @@ void Lines::End() {
 
 void Lines::StopLoops() {
   for (const auto& loop : shared_) loop->Stop();
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (places_[i].own) places_[i].own->Stop();
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    if (entries_[i].own) entries_[i].own->Stop();
   }
 }
 
 std::size_t Lines::present() const {
   std::size_t present = 0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    present += places_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    present += entries_[i].slot.With([](LineRunner&) {}) ? 1 : 0;
   }
   return present;
 }
 
 std::size_t Lines::open() const {
   std::size_t open = 0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    places_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    entries_[i].slot.With([&](LineRunner& runner) { open += runner.is_open() ? 1 : 0; });
   }
   return open;
 }
@@ -241,8 +244,8 @@ std::optional<WallTime> Lines::stuck_since(std::uint32_t line) const {
 void Lines::OnHostClock(bool right) {
   const MutexLock lock(clock_mutex_);
   clock_right_ = right;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    places_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    entries_[i].slot.Post([right](LineParts& line, Now) { line.poller.OnHostClock(right); });
   }
 }
 

@@ -1,5 +1,5 @@
 // All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
-// a reload ends keeps its number, a new one gets the next. PlaceOf chooses a thread, LoopWatch
+// a reload ends keeps its number, a new one gets the next. ThreadKindOf chooses a thread, LoopWatch
 // finds loops that hang, and LineDispatcher passes requests of outputs to their line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -31,12 +31,12 @@ namespace baudgate {
 
 // Decides whether a line runs on a thread of its own, because opening or closing the port may
 // block, or on one of a few that many lines share; and how many those are. Used by Lines.
-enum class Place : std::uint8_t { own_thread, shared_loop };
+enum class ThreadKind : std::uint8_t { own_thread, shared_loop };
 
 /// By the text of the configuration alone, because what a link leads to may change while the line
 /// runs: "tcp://host:port" and "/dev/pts/7" never block; a driver of a serial port may, for half a
 /// minute.
-Place PlaceOf(std::string_view port);
+ThreadKind ThreadKindOf(std::string_view port);
 
 /// Threads that lines share in turn: at least one, at most four. `cores`: of this machine, 0: not
 /// known.
@@ -122,12 +122,12 @@ class Lines {
   /// After End: nothing runs any more.
   void StopLoops();
 
-  std::size_t size() const { return places_.size(); }
+  std::size_t size() const { return entries_.size(); }
   /// Empty as well while a reload has put the line into the store and not yet here.
   LineSlot& at(std::uint32_t line) const {
-    return line < places_.size() ? places_[line].slot : none_;
+    return line < entries_.size() ? entries_[line].slot : none_;
   }
-  const config::Line& config(std::uint32_t line) const { return *places_[line].config; }
+  const config::Line& config(std::uint32_t line) const { return *entries_[line].config; }
   LineSlot& OfDevice(std::uint32_t device) const {
     return device < line_of_.size() ? at(line_of_[device]) : none_;
   }
@@ -144,15 +144,15 @@ class Lines {
   bool Look(WallTime now);
 
  private:
-  struct Place {
-    explicit Place(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
+  struct LineEntry {
+    explicit LineEntry(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
     const std::shared_ptr<const config::Line> config;
     std::shared_ptr<LoopThread> own{};  // null: it shares one
     LineSlot slot;
     bool started = false;
   };
   void OnLoop(const LoopWatch::Change& change);
-  asio::io_context& LoopFor(Place& place);
+  asio::io_context& LoopFor(LineEntry& entry);
   std::vector<LineRunner*> All() const;
 
   PointStore& store_;
@@ -161,7 +161,7 @@ class Lines {
   std::vector<std::unique_ptr<LoopThread>> shared_;
   bool running_ = false;
   std::size_t turn_ = 0;  // of the shared loops
-  SteadyVector<Place> places_;
+  SteadyVector<LineEntry> entries_;
   SteadyVector<std::uint32_t> line_of_;               // by device
   mutable LineSlot none_;                             // always empty
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // their loops stay, too

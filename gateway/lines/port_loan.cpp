@@ -192,7 +192,7 @@ void PortLoan::Restore(Now now) {
 
 // ---------------------------------------------------------------- bytes and time
 
-bool PortLoan::OnBytes(View bytes, Now now) {
+bool PortLoan::PassToClient(View bytes, Now now) {
   if (state_ != State::held && state_ != State::rests) return !lends();
   heard_ = now.instant;
   if (state_ == State::held && user_ != nullptr) user_->OnPort(bytes, now);
@@ -263,7 +263,7 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 }
 
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
-  offered_at_ = server.Place();
+  offered_at_ = server.Address();
   offered_until_ = now.instant + time;
   polls_until_ = now.instant;  // somebody has just asked for it
   ShowService(server, now.wall + time);
@@ -271,7 +271,7 @@ void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
 
 void PortLoan::Withdraw(const config::PortServer& server) {
   offered_at_.clear();
-  HideService(server.Place());
+  HideService(server.Address());
 }
 
 void PortLoan::HideService(const std::string& place) {
@@ -282,9 +282,9 @@ void PortLoan::HideService(const std::string& place) {
 
 /// `until`: clients can come in; empty: as long as the line is there.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
-  HideService(server.Place());
+  HideService(server.Address());
   PortService service;
-  service.place = server.Place();
+  service.place = server.Address();
   service.mode = Name(server.mode);
   service.lent = lends();
   service.trouble = "not opened yet";

@@ -74,7 +74,7 @@ class PortLoan final : public serial_server::PortOwner {
   void Withdraw(const config::PortServer& server);
 
   /// False: the bytes are the line's.
-  bool OnBytes(View bytes, Now now);
+  bool PassToClient(View bytes, Now now);
   void OnRoom();
   /// The port is gone, or is given away: the client is disconnected.
   void OnClosed(const std::string& reason, Now now);

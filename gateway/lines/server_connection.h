@@ -9,7 +9,7 @@
 //   nothing came, and it has held for 30 s  proven: it works, although no device answers
 //   it ended before                         useless: the next one is news only once it is proven
 //
-// Rest handles servers that end their connections by themselves.
+// RestingConnection handles servers that end their connections by themselves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,7 +46,7 @@ class ConnectionProof {
     if (network_) check_at_ = now + kGreeting;
   }
   /// True: it is proven now.
-  bool OnBytes(Instant now) {
+  bool NoteBytes(Instant now) {
     if (state_ == State::fresh) state_ = State::heard;
     if (state_ != State::heard || now - opened_ < kGreeting) return false;
     state_ = State::proven;
@@ -112,10 +112,10 @@ class ConnectionProof {
 //   ended although it is wanted all the time      an outage
 // clang-format on
 //
-class Rest {
+class RestingConnection {
  public:
   /// `wanted`: all the time, because a device speaks unasked. `transaction`: see TransactionBytes.
-  explicit Rest(bool wanted, std::size_t transaction = 0)
+  explicit RestingConnection(bool wanted, std::size_t transaction = 0)
       : wanted_(wanted), transaction_(transaction) {}
 
   /// A connection was opened, after this many answers on the line. True: it continues one that
@@ -162,7 +162,7 @@ class Rest {
   }
   /// The connection, after this many answers on the line.
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
-  void OnBytes(Instant now) {
+  void NoteBytes(Instant now) {
     OnUsed(now);
     if (asks_ && IsSameEnd()) ended_by_.clear();  // it is answered: the end had another cause
     asks_ = false;

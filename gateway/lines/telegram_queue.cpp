@@ -87,10 +87,10 @@ void TelegramQueue::TakeBack() {
   if (sent && port_.IsUnsent()) command_->MoveTo(WriteState::queued);
 }
 
-bool TelegramQueue::OnBytes(View bytes, Now now) {
+bool TelegramQueue::TakeBytes(View bytes, Now now) {
   if (!exchange_) return false;
   tap_.OnReceived(bytes, now);
-  Hand(exchange_->OnBytes(bytes, now.instant), now);
+  Hand(exchange_->Receive(bytes, now.instant), now);
   return true;
 }
 

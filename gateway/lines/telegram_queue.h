@@ -31,7 +31,7 @@ class TelegramQueue {
   /// `why_not`: nothing can be sent now; it is answered at once.
   void Submit(WriteCommand command, const std::optional<std::string>& why_not, Now now);
   /// False: no telegram is on the line, and the bytes are the poller's.
-  bool OnBytes(View bytes, Now now);
+  bool TakeBytes(View bytes, Now now);
   void OnTimer(Now now);
   /// See Poller.
   bool MayGoOut(Now now) const { return !command_ || WhyNotSend(*command_, now) == nullptr; }

@@ -262,7 +262,7 @@ constexpr int MostCounts(Totals::Again why) {
 }
 
 /// All that is asked of a module which is not what its profile says: what it is now.
-const Query kWhatIsIt{config::Group::slow, {}};
+const Query kIdentificationQuery{config::Group::slow, {}};
 
 }  // namespace
 
@@ -284,7 +284,7 @@ DconConversation::DconConversation(const config::Device& device, const Settings&
       sampling_(group_, device.poll) {}
 
 std::span<const Query> DconConversation::Queries() const {
-  if (identification_.trouble()) return {&kWhatIsIt, 1};
+  if (identification_.trouble()) return {&kIdentificationQuery, 1};
   return plan_.queries();
 }
 

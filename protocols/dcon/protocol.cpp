@@ -73,7 +73,7 @@ std::string Joined(const std::vector<std::string>& words) {
 
 /// Inputs of which no module of the listed types can give what the point says.
 void DoubtUnits(const config::Device& device, const Settings& settings,
-                std::vector<Doubt>& doubts) {
+                std::vector<ConfigRemark>& doubts) {
   if (settings.types.empty() || settings.channel_types || device.identity.ignore) return;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const Point& point = device.points[i];
@@ -90,8 +90,8 @@ void DoubtUnits(const config::Device& device, const Settings& settings,
   }
 }
 
-std::vector<Doubt> DoubtsOf(const config::Device& device) {
-  std::vector<Doubt> doubts;
+std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
+  std::vector<ConfigRemark> doubts;
   const auto address = ParseAddress(device.address);
   if (address && *address == 0) {
     doubts.push_back(

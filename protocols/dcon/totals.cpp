@@ -43,14 +43,14 @@ Totals::Counter* Totals::Find(std::string_view command) {
 }
 
 bool Totals::WantsRestart(std::string_view command) const {
-  return is_due_ && knows_ &&
+  return is_due_ && context_ &&
          std::ranges::find(counters_, command, &Counter::command) != counters_.end();
 }
 
 void Totals::OnRestart(std::optional<bool> restarted) {
   is_due_ = false;
   silences_ = 0;
-  knows_ = restarted.has_value();
+  context_ = restarted.has_value();
   if (!restarted.value_or(false)) return;
   for (Counter& counter : counters_) BeginAnew(counter);
 }
@@ -62,7 +62,7 @@ void Totals::OnNothing() {
 void Totals::OnReconnect() {
   is_due_ = true;
   silences_ = 0;
-  knows_ = true;
+  context_ = true;
   for (Counter& counter : counters_) counter.seen.reset();
 }
 

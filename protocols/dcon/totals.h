@@ -90,7 +90,7 @@ class Totals {
   const Probing::Reads& reads_;
   std::vector<Counter> counters_;
   bool is_due_ = true;
-  bool knows_ = true;  ///< the module answers $AA5
+  bool context_ = true;  ///< the module answers $AA5
   int silences_ = 0;
   std::string memory_;
   std::optional<Instant> noted_;

@@ -136,7 +136,7 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       transactions_(transactions),
       settings_(settings),
       slave_(ParseAddress(device.address, framing).value()),
-      places_(ReadPlaces(device.points)),
+      places_(ReadLocations(device.points)),
       plan_(MakePlan(device.points, places_, settings_, OftenOf(device))),
       writing_(device, settings_),
       identification_(device.identity),
@@ -436,7 +436,7 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
 
 /// Without data the device has nothing there: an empty queue, an object that it does not know.
 Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const {
-  const Place& place = *places_[point];
+  const Location& place = *places_[point];
   const Quality absent = place.table == Table::queue
                              ? Quality(Quality::bad, Reason::not_ready)
                              : Quality(Quality::bad_configuration, Reason::not_fitted);

@@ -114,7 +114,7 @@ class ModbusConversation : public Conversation {
   Transactions* const transactions_;
   Settings settings_;
   std::uint8_t slave_;
-  std::vector<std::optional<Place>> places_;  // by point
+  std::vector<std::optional<Location>> places_;  // by point
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;

@@ -214,19 +214,19 @@ bool MayJoin(const Block<Space>& block, const Block<Space>& next, const Settings
 
 }  // namespace
 
-std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> points) {
-  std::vector<std::optional<Place>> places;
+std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points) {
+  std::vector<std::optional<Location>> places;
   places.reserve(points.size());
   for (const config::Point& point : points) {
     places.emplace_back();
     if (point.access == config::Access::write) continue;
-    if (auto place = ReadPlace(point)) places.back() = std::move(*place);
+    if (auto place = ReadLocation(point)) places.back() = std::move(*place);
   }
   return places;
 }
 
 SpacePlan MakePlan(std::span<const config::Point> points,
-                   std::span<const std::optional<Place>> places, const Settings& settings,
+                   std::span<const std::optional<Location>> places, const Settings& settings,
                    Often is_often) {
   SpacePlan plan(
       {.may_join = [settings](const Block<Space>& block,

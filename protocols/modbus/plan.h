@@ -30,7 +30,7 @@ std::optional<Table> TableOf(std::uint8_t function);
 Bytes ReadOf(const Block<Space>& block);
 /// What a request reads; empty: it reads none of this.
 std::optional<Block<Space>> BlockOf(View request);
-inline Block<Space> BlockOf(const Place& place) {
+inline Block<Space> BlockOf(const Location& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};
 }
 /// "holding 200", "file 4:1", "identification 0": the place in the words of `read`.
@@ -55,12 +55,12 @@ std::optional<Data> DataOf(View request, View reply);
 using SpacePlan = QueryPlan<Space>;
 
 /// Where each point is read; nothing where it is not.
-std::vector<std::optional<Place>> ReadPlaces(std::span<const config::Point> points);
+std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points);
 
 /// `places`: those of `points`. What a device refuses and has never answered is asked with the slow
 /// group.
 SpacePlan MakePlan(std::span<const config::Point> points,
-                   std::span<const std::optional<Place>> places, const Settings& settings,
+                   std::span<const std::optional<Location>> places, const Settings& settings,
                    Often is_often = IsFast);
 
 /// Reads of as many registers, or bytes of bits, as no query of the same table asks for, each from

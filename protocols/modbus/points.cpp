@@ -77,7 +77,7 @@ std::optional<std::string_view> InParentheses(std::string_view word, std::string
 }
 
 /// The registers of the point's own type.
-void TakeType(const Point& point, Place& place) {
+void TakeType(const Point& point, Location& place) {
   if (point.type == Type::string) {
     place.form = Form::string;
     place.length = point.text_length;
@@ -92,7 +92,7 @@ void TakeType(const Point& point, Place& place) {
 }
 
 /// True when `word` names a form.
-bool TakeForm(std::string_view word, Place& place) {
+bool TakeForm(std::string_view word, Location& place) {
   for (const FormRow& row : kForms) {
     if (row.name != word) continue;
     place.form = row.form;
@@ -125,7 +125,7 @@ bool TakeForm(std::string_view word, Place& place) {
 }
 
 /// "8" or "8[b3]"; of a file "4:8"; of a queue "1246", or "1246[0]".
-Status TakeAddress(std::string_view text, std::string_view word, Place& place) {
+Status TakeAddress(std::string_view text, std::string_view word, Location& place) {
   const auto open = word.find('[');
   std::string_view number = word.substr(0, open);
   if (place.table == Table::file) {
@@ -157,7 +157,7 @@ Status TakeAddress(std::string_view text, std::string_view word, Place& place) {
 }
 
 /// "scale(203)".
-Status TakeScale(std::string_view text, std::string_view word, Place& place) {
+Status TakeScale(std::string_view text, std::string_view word, Location& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
   if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
   constexpr Form kWhole[] = {Form::int8,   Form::uint8,  Form::int16,  Form::uint16, Form::int24,
@@ -175,7 +175,7 @@ Status TakeScale(std::string_view text, std::string_view word, Place& place) {
 }
 
 /// What follows the address.
-Status TakeWords(std::string_view text, std::span<const std::string_view> words, Place& place,
+Status TakeWords(std::string_view text, std::span<const std::string_view> words, Location& place,
                  bool& formed) {
   for (const std::string_view word : words) {
     if (const auto order = ParseOrder(word); order && !place.order) {
@@ -215,7 +215,7 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
 }
 
 /// `usual`: the form where `text` gives none.
-Result<Place> ParsePlace(std::string_view text, const Point& point, const Place* usual) {
+Result<Location> ParseLocation(std::string_view text, const Point& point, const Location* usual) {
   std::vector<std::string_view> words;
   for (const std::string_view word : Split(Trim(text), ' ')) {
     if (!word.empty()) words.push_back(word);
@@ -227,7 +227,7 @@ Result<Place> ParsePlace(std::string_view text, const Point& point, const Place*
                  "names no table; write coil, discrete, holding or input and a 0-based "
                  "address, as in holding 200 (`baudgate protocols` lists the others)");
   }
-  Place place;
+  Location place;
   if (IsBits(*table)) {
     place.form = Form::flag;
   } else if (usual != nullptr && usual->form != Form::flag && usual->form != Form::bit &&
@@ -259,7 +259,7 @@ Result<Place> ParsePlace(std::string_view text, const Point& point, const Place*
 }
 
 /// Whether the form gives what the point's type takes.
-Status CheckType(std::string_view text, const Point& point, const Place& place) {
+Status CheckType(std::string_view text, const Point& point, const Location& place) {
   const bool truth = place.form == Form::flag || place.form == Form::bit;
   const bool words = place.form == Form::string || place.form == Form::text ||
                      place.form == Form::date || place.form == Form::object;
@@ -291,11 +291,11 @@ Status CheckType(std::string_view text, const Point& point, const Place& place) 
 
 }  // namespace
 
-std::size_t BeginOf(const Place& place) {
+std::size_t BeginOf(const Location& place) {
   return std::min<std::size_t>(place.address, place.scale.value_or(place.address));
 }
 
-std::size_t EndOf(const Place& place) {
+std::size_t EndOf(const Location& place) {
   return std::max<std::size_t>(place.end(), place.scale ? *place.scale + std::size_t{1} : 0);
 }
 
@@ -310,8 +310,8 @@ std::string_view Name(Table table) {
   return kNames[static_cast<std::size_t>(table)];
 }
 
-Result<Place> ReadPlace(const Point& point) {
-  auto place = ParsePlace(point.read, point, nullptr);
+Result<Location> ReadLocation(const Point& point) {
+  auto place = ParseLocation(point.read, point, nullptr);
   if (!place) return Error{"read " + place.error()};
   if (const Status status = CheckType(point.read, point, *place); !status) {
     return Error{"read " + status.error()};
@@ -319,11 +319,11 @@ Result<Place> ReadPlace(const Point& point) {
   return place;
 }
 
-Result<Place> WritePlace(const Point& point) {
+Result<Location> WriteLocation(const Point& point) {
   const bool own = !point.write.empty();
-  const auto read = point.read.empty() ? Result<Place>(Error{}) : ReadPlace(point);
+  const auto read = point.read.empty() ? Result<Location>(Error{}) : ReadLocation(point);
   if (!own && !read) return read;
-  auto place = own ? ParsePlace(point.write, point, read ? &*read : nullptr) : read;
+  auto place = own ? ParseLocation(point.write, point, read ? &*read : nullptr) : read;
   const std::string& text = own ? point.write : point.read;
   if (!place) return Error{"write " + place.error()};
   if (!IsWritable(place->table)) {
@@ -354,7 +354,7 @@ Result<Place> WritePlace(const Point& point) {
   return place;
 }
 
-config::RawNumbers NumbersOf(const Place& place) {
+config::RawNumbers NumbersOf(const Location& place) {
   using config::RawNumbers;
   switch (place.form) {
     case Form::flag:
@@ -393,11 +393,11 @@ Status CheckPoint(const config::Point& point) {
     if (const Status status = RefuseLeadingZeros(text, " [(:-"); !status) return status;
   }
   if (point.access != config::Access::write) {
-    const auto read = ReadPlace(point);
+    const auto read = ReadLocation(point);
     if (!read) return Error{read.error()};
   }
   if (point.access == config::Access::read) return {};
-  const auto write = WritePlace(point);
+  const auto write = WriteLocation(point);
   return write ? Status() : Status(Error{write.error()});
 }
 
@@ -435,7 +435,7 @@ Error Wrong(std::string_view text, const std::string& why) {
   return Error{"'" + std::string(text) + "' " + why};
 }
 
-Status TakeBits(std::string_view text, std::string_view inside, Place& place) {
+Status TakeBits(std::string_view text, std::string_view inside, Location& place) {
   const bool formed = inside.starts_with("[b") && inside.ends_with(']');
   std::string_view first = formed ? inside.substr(2, inside.size() - 3) : std::string_view();
   std::string_view last = first;
@@ -457,15 +457,15 @@ Status TakeBits(std::string_view text, std::string_view inside, Place& place) {
   return {};
 }
 
-std::optional<Result<Place>> ParseNamed(std::string_view text,
-                                        std::span<const std::string_view> words) {
+std::optional<Result<Location>> ParseNamed(std::string_view text,
+                                           std::span<const std::string_view> words) {
   if (words.size() < 2) return std::nullopt;
   const auto open = words[1].find('[');
   const std::string_view name = words[1].substr(0, open);
   const std::string_view inside = open == std::string_view::npos ? "" : words[1].substr(open);
   const auto* const row = std::ranges::find_if(
       kNamed, [&](const NamedRow& one) { return one.table == words[0] && one.name == name; });
-  Place place;
+  Location place;
   if (row != std::end(kNamed)) {
     place.table = row->where;
     place.which = row->which;

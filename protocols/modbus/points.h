@@ -68,7 +68,7 @@ enum class Form : std::uint8_t {
   text,    ///< a code, and its meaning by the device's option `texts`
 };
 
-struct Place {
+struct Location {
   Table table = Table::holding;
   std::uint16_t which = 0;    ///< of Space
   std::uint16_t address = 0;  ///< 0-based, as it stands in the PDU
@@ -89,13 +89,13 @@ struct Place {
 };
 
 /// What one request has to read for the place: its registers, and that of its scale.
-std::size_t BeginOf(const Place& place);
-std::size_t EndOf(const Place& place);
+std::size_t BeginOf(const Location& place);
+std::size_t EndOf(const Location& place);
 
 /// Where the point is read. An error says what is wrong and what would be right.
-Result<Place> ReadPlace(const config::Point& point);
+Result<Location> ReadLocation(const config::Point& point);
 /// Where it is written: `write`, else `read`. Its form is that of `read` where it gives none.
-Result<Place> WritePlace(const config::Point& point);
+Result<Location> WriteLocation(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
@@ -104,7 +104,7 @@ bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
 /// What its registers can hold; of a float whether it is one of 32 bits.
-config::RawNumbers NumbersOf(const Place& place);
+config::RawNumbers NumbersOf(const Location& place);
 
 /// Whether `read`, `write` and access fit together.
 Status CheckPoint(const config::Point& point);
@@ -112,7 +112,7 @@ Status CheckPoint(const config::Point& point);
 std::span<const DecoderSpec> DecoderTable();
 
 // Places of `read` that have a name where others have a table and an address: "event counter",
-// "identification product"; and bits in brackets: "[b3-b5]". Parts of the grammar of ReadPlace.
+// "identification product"; and bits in brackets: "[b3-b5]". Parts of the grammar of ReadLocation.
 
 /// Function 43/14: what is read of a device's identification, and where the maker's objects begin.
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
@@ -124,10 +124,10 @@ inline constexpr unsigned kFirstOwnObject = 0x80;
 Error Wrong(std::string_view text, const std::string& why);
 
 /// "[b3]" or "[b3-b5]".
-Status TakeBits(std::string_view text, std::string_view inside, Place& place);
+Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
 /// "exception status[b3]", "server id[2]", "identification 0x80". Empty: it is none of these.
-std::optional<Result<Place>> ParseNamed(std::string_view text,
-                                        std::span<const std::string_view> words);
+std::optional<Result<Location>> ParseNamed(std::string_view text,
+                                           std::span<const std::string_view> words);
 
 }  // namespace baudgate::protocols::modbus

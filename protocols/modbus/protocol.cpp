@@ -29,7 +29,7 @@ Status CheckDevice(const config::Device& device) {
   if (!times) return Error{times.error()};
   for (const config::Point& point : device.points) {
     if (point.access == config::Access::write) continue;
-    const auto place = ReadPlace(point);
+    const auto place = ReadLocation(point);
     if (!place || place->form != Form::text) continue;
     const std::string its = "point '" + point.name + "' reads '" + point.read + "', but ";
     const auto table = texts->find(place->texts);
@@ -84,7 +84,7 @@ TimingRule TcpTimes() {
 }
 
 config::RawNumbers RawNumbersOf(const config::Device&, const config::Point& point) {
-  const auto place = ReadPlace(point);
+  const auto place = ReadLocation(point);
   return place ? NumbersOf(*place) : config::RawNumbers();
 }
 

@@ -19,21 +19,21 @@ Registers Bits(View bytes, std::size_t count) {
   return words;
 }
 
-bool Overlap(const Place& place, std::size_t from, std::size_t to) {
+bool Overlap(const Location& place, std::size_t from, std::size_t to) {
   return place.address < to && place.end() > from;
 }
 
-bool IsIn(const Place& place, const Space& space, std::size_t address) {
+bool IsIn(const Location& place, const Space& space, std::size_t address) {
   return place.space() == space && Overlap(place, address, address + 1);
 }
 
-bool SamePlace(const Place& a, const Place& b) {
+bool SameLocation(const Location& a, const Location& b) {
   return a.space() == b.space() && a.address == b.address && a.count == b.count;
 }
 
 /// What is drawn later lies over what was drawn before: a whole number over its own bits, and both
 /// over the meaning of a code; a number with its scale register over all, so that the two agree.
-int Layer(const Place& place) {
+int Layer(const Location& place) {
   if (place.scale) return 3;
   if (place.form == Form::text) return 0;
   return place.form == Form::bit || place.form == Form::bits ? 1 : 2;
@@ -51,7 +51,7 @@ ModbusTwin::ModbusTwin(Framing framing, const config::Device& device, TwinValues
       settings_(ReadSettings(device.options)),
       slave_(ParseAddress(device.address, framing).value()),
       reply_as_(slave_),
-      points_(device, values, ReadPlace, WritePlace) {}
+      points_(device, values, ReadLocation, WriteLocation) {}
 
 void ModbusTwin::ReplyAs(std::string_view address) {
   reply_as_ = ParseAddress(address, framing_).value();
@@ -146,8 +146,8 @@ ModbusTwin::Image ModbusTwin::ImageOf(const Space& space, std::size_t address, s
   return image;
 }
 
-void ModbusTwin::Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const {
-  const Place& place = *point.read;
+void ModbusTwin::Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const {
+  const Location& place = *point.read;
   const bool here =
       place.space() == image.space && BeginOf(place) < image.end() && EndOf(place) > image.address;
   if (!here || place.form == Form::object) return;
@@ -209,16 +209,16 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
   const Space space{table, 0};
   std::vector<bool> writable(words.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
-    writable[i] = points_.FindWritable([&](const Place& place) {
+    writable[i] = points_.FindWritable([&](const Location& place) {
       return IsIn(place, space, address + i);
     }) != nullptr;
   }
   const std::vector<bool> there = ImageOf(space, address, words.size(), now).there;
   if (!Allows(settings_.missing_zero ? there : writable)) return kIllegalAddress;
   // Taken from one image, so that no point sees half of what another has made of the write.
-  std::vector<std::pair<const TwinPoints<Place>::One*, Value>> changes;
+  std::vector<std::pair<const TwinPoints<Location>::One*, Value>> changes;
   for (const auto& point : points_.all()) {
-    const auto is_here = [&](const Place& place) { return SamePlace(place, *point.read); };
+    const auto is_here = [&](const Location& place) { return SameLocation(place, *point.read); };
     const bool shown = !point.write && point.read && points_.FindWritable(is_here) != nullptr;
     const auto& place = shown ? point.read : point.write;
     if (!place || place->space() != space || place->scale || !Overlap(*place, address, end))
@@ -305,7 +305,7 @@ Bytes ModbusTwin::ReadOne(View pdu, Instant now) const {
     }
     case Table::queue: {
       const bool told = points_.Find(
-          [&](const Place& place) { return place.space() == space && place.address == 0; });
+          [&](const Location& place) { return place.space() == space && place.address == 0; });
       const std::size_t queued =
           told ? std::min<std::size_t>(image.words[0], count - 1) : count - 1;
       AppendU16(reply, 2 + 2 * queued);
@@ -339,7 +339,7 @@ std::size_t ModbusTwin::CountOf(const Space& space) const {
 /// What the device says in an object or a server id: the point's value, else what the device is;
 /// empty: it has no such object.
 std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) const {
-  const auto* const point = points_.Find([&](const Place& place) {
+  const auto* const point = points_.Find([&](const Location& place) {
     return place.table == table && place.form == Form::object && place.address == object;
   });
   if (point != nullptr) return ToText(points_.Get(*point, now)).substr(0, kLongestTitle);

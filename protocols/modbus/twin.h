@@ -43,7 +43,7 @@ class ModbusTwin : public Twin {
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
   Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
-  void Draw(const TwinPoints<Place>::One& point, Image& image, Instant now) const;
+  void Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const;
   /// Whether the range may be read, or written.
   bool Allows(const std::vector<bool>& there) const;
   std::size_t CountOf(const Space& space) const;  ///< up to the last place that a point has
@@ -55,7 +55,7 @@ class ModbusTwin : public Twin {
   Settings settings_;
   std::uint8_t slave_;
   std::uint8_t reply_as_;
-  TwinPoints<Place> points_;
+  TwinPoints<Location> points_;
 };
 
 }  // namespace baudgate::protocols::modbus

@@ -22,7 +22,7 @@ constexpr std::uint16_t Swapped(std::uint16_t word) {
 }
 
 /// The device's order concerns numbers of several registers; a point's own every register.
-WordOrder OrderOf(const Place& place, const Settings& settings) {
+WordOrder OrderOf(const Location& place, const Settings& settings) {
   if (place.order) return *place.order;
   const bool apart = place.form == Form::date && place.date != DateForm::unix;
   const bool single = place.count == 1 || place.form == Form::string || apart;
@@ -96,7 +96,7 @@ std::string DecodeString(const Registers& ordered, std::size_t length) {
   return text;
 }
 
-Decoded DecodeText(const Place& place, std::uint16_t code, const Settings& settings) {
+Decoded DecodeText(const Location& place, std::uint16_t code, const Settings& settings) {
   const auto table = settings.texts.find(place.texts);
   if (table != settings.texts.end()) {
     const auto text = table->second.find(code);
@@ -205,7 +205,7 @@ Result<std::uint64_t> EncodeNumber(Form form, const Value& value) {
   }
 }
 
-Result<Registers> EncodeString(const Place& place, const Value& value) {
+Result<Registers> EncodeString(const Location& place, const Value& value) {
   std::string text = ToText(value);
   if (text.size() > place.length) {
     return Error{"the text is longer than " + std::to_string(place.length) + " characters"};
@@ -232,7 +232,7 @@ Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
 
 }  // namespace
 
-Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
+Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels) {
   const std::size_t begin = BeginOf(place);
   if (block.size() != EndOf(place) - begin) return {{}, Quality::bad_configuration};
@@ -245,7 +245,7 @@ Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
   return stands ? decoded : Scaled(decoded, block[*place.scale - begin]);
 }
 
-Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
+Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings) {
   if (registers.size() != place.count) return {{}, Quality::bad_configuration};
   const Registers ordered = Reorder(registers, OrderOf(place, settings));
@@ -302,7 +302,7 @@ Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
   return {{}, Quality::bad_configuration};
 }
 
-Result<Registers> Encode(const Place& place, const Value& value, const Settings& settings) {
+Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings) {
   if (!HasValue(value)) return Error{"there is no value"};
   if (place.form == Form::string) {
     auto registers = EncodeString(place, value);
@@ -318,7 +318,7 @@ Result<Registers> Encode(const Place& place, const Value& value, const Settings&
   return Reorder(Part(*bits, place.count), OrderOf(place, settings));
 }
 
-std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
+std::optional<std::uint16_t> CodeOf(const Location& place, const Value& value,
                                     const Settings& settings) {
   const auto table = settings.texts.find(place.texts);
   if (table == settings.texts.end()) return std::nullopt;

@@ -26,19 +26,19 @@ inline std::uint16_t U16At(View bytes, std::size_t at) {
 Registers WordsFrom(View bytes, std::size_t at);
 
 /// `registers`: those of the place and no others.
-Decoded Decode(const Place& place, std::span<const std::uint16_t> registers,
+Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
 /// `block`: the registers from BeginOf to EndOf, with that of the scale.
-Decoded DecodeBlock(const Place& place, std::span<const std::uint16_t> block,
+Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
 /// All registers of the place; of Form::bit, Form::bits and Form::text see below. An error when the
 /// value does not fit: nothing is ever cut or wrapped.
-Result<Registers> Encode(const Place& place, const Value& value, const Settings& settings);
+Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);
 
 /// The code that means `value` in the place's text table.
-std::optional<std::uint16_t> CodeOf(const Place& place, const Value& value,
+std::optional<std::uint16_t> CodeOf(const Location& place, const Value& value,
                                     const Settings& settings);
 
 }  // namespace baudgate::protocols::modbus

@@ -17,7 +17,7 @@ namespace {
 /// The same twice in a row: nobody else is changing it.
 constexpr std::size_t kReads = 2;
 
-bool IsBitsOfRegister(const Place& place) {
+bool IsBitsOfRegister(const Location& place) {
   return place.form == Form::bit || place.form == Form::bits;
 }
 
@@ -25,12 +25,12 @@ std::string HexWord(std::uint16_t word) {
   return HexByte(static_cast<std::uint8_t>(word >> 8)) + HexByte(static_cast<std::uint8_t>(word));
 }
 
-std::uint16_t MaskOf(const Place& place) {
+std::uint16_t MaskOf(const Location& place) {
   return static_cast<std::uint16_t>(((1U << place.width) - 1U) << place.bit);
 }
 
 /// Whether `next` can stand in one request behind what ends with `last`.
-bool IsNext(const Place& last, const Place& next) {
+bool IsNext(const Location& last, const Location& next) {
   return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
          next.address == last.end();
 }
@@ -48,15 +48,15 @@ std::string WhyNoFit(const Value& raw, const config::Point& point, const std::st
 }  // namespace
 
 std::size_t Writing::Together(std::span<const PointValue> writes) const {
-  std::vector<Place> places;
+  std::vector<Location> places;
   for (const PointValue& write : writes) {
-    const auto place = WritePlace(device_.points[write.point]);
+    const auto place = WriteLocation(device_.points[write.point]);
     if (!place) break;
     places.push_back(*place);
   }
   if (places.empty()) return 1;
   std::size_t count = 1;
-  const Place& first = places.front();
+  const Location& first = places.front();
   if (IsBitsOfRegister(first)) {
     unsigned taken = MaskOf(first);
     while (count < places.size() && IsBitsOfRegister(places[count]) &&
@@ -78,7 +78,7 @@ Result<std::vector<Writing::Part>> Writing::PartsOf(const Task& task) const {
   std::vector<Part> parts;
   const auto add = [&](std::size_t index, const Value& value) -> Status {
     const config::Point& point = device_.points[index];
-    const auto place = WritePlace(point);
+    const auto place = WriteLocation(point);
     if (!place) return Error{"point " + point.name + ": " + place.error()};
     parts.push_back({*place, &point, value});
     return {};
@@ -208,7 +208,7 @@ std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::De
   const auto covers = [&](std::size_t begin, std::size_t end) {
     return begin < written->end && written->begin < end;
   };
-  const auto meets = [&](const Result<Place>& place) {
+  const auto meets = [&](const Result<Location>& place) {
     if (!place || place->table != written->key) return false;
     return covers(place->address, place->end()) ||
            (place->scale && covers(*place->scale, *place->scale + std::size_t{1}));
@@ -216,7 +216,7 @@ std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::De
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
     const bool writes = point.access != config::Access::read;
-    if (meets(ReadPlace(point)) || (writes && meets(WritePlace(point)))) changed.push_back(i);
+    if (meets(ReadLocation(point)) || (writes && meets(WriteLocation(point)))) changed.push_back(i);
   }
   return changed;
 }

@@ -38,7 +38,7 @@ class Writing {
 
  private:
   struct Part {
-    Place place;
+    Location place;
     const config::Point* point = nullptr;
     Value value;
   };

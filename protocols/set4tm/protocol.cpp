@@ -107,8 +107,8 @@ Status CheckDevice(const config::Device& device) {
 }
 
 /// Before ratios counted for floats, a `scale` at each point had to do it.
-std::vector<Doubt> DoubtsOfRatios(const config::Device& device) {
-  std::vector<Doubt> doubts;
+std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
+  std::vector<ConfigRemark> doubts;
   const Scale scale = ReadSettings(device.options).scale();
   if (!scale.voltage_ratio && !scale.current_ratio) return doubts;
   for (std::size_t i = 0; i < device.points.size(); ++i) {
@@ -127,8 +127,8 @@ std::vector<Doubt> DoubtsOfRatios(const config::Device& device) {
 }
 
 /// Nor are events without a time, or a latch of which nothing is read.
-std::vector<Doubt> Doubts(const config::Device& device) {
-  std::vector<Doubt> doubts = DoubtsOfRatios(device);
+std::vector<ConfigRemark> Doubts(const config::Device& device) {
+  std::vector<ConfigRemark> doubts = DoubtsOfRatios(device);
   const Settings settings = ReadSettings(device.options);
   const bool reads_latched = std::ranges::any_of(device.points, [](const config::Point& point) {
     const auto field = FieldOf(point);

@@ -187,7 +187,7 @@ namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};
 /// All that is asked of a relay which is not what its profile says: what it is now.
-const Query kWhatIsIt{config::Group::slow, {}};
+const Query kIdentificationQuery{config::Group::slow, {}};
 /// What is remembered over restarts, and nothing else.
 constexpr std::string_view kMayBeOpen = "password may be open";
 
@@ -205,7 +205,7 @@ class SpaConversation final : public Conversation {
         identity_(device.identity) {}
 
   std::span<const Query> Queries() const override {
-    if (identity_.trouble()) return {&kWhatIsIt, 1};
+    if (identity_.trouble()) return {&kIdentificationQuery, 1};
     return reads_.Queries();
   }
   bool HasEvents() const override { return !identity_.trouble() && events_.has_events(); }

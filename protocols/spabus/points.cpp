@@ -112,8 +112,8 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points) {
   return readable;
 }
 
-std::vector<Doubt> DoubtsOf(const config::Device& device) {
-  std::vector<Doubt> doubts;
+std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
+  std::vector<ConfigRemark> doubts;
   if (const auto slave = ParseSlave(device.address); slave && *slave > kBroadcast) {
     doubts.push_back({kNoPoint, std::to_string(*slave) +
                                     " lies beyond the broadcast number 900, which no known device "

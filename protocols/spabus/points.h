@@ -35,7 +35,7 @@ Result<Address> WriteAddress(const config::Point& point);
 Status CheckPoint(const config::Point& point);
 
 /// Slave numbers that few devices can have, and outputs that may be written.
-std::vector<Doubt> DoubtsOf(const config::Device& device);
+std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 

@@ -218,7 +218,7 @@ class DoubtFinder {
         description_(description),
         bound_(BoundOf(ReadSettings(device.options), device.address)) {}
 
-  std::vector<Doubt> Run() {
+  std::vector<ConfigRemark> Run() {
     for (point_ = 0; point_ < device_.points.size(); ++point_) {
       const Point& point = device_.points[point_];
       const auto place = ParseRead(point);
@@ -324,7 +324,7 @@ class DoubtFinder {
   const Description& description_;
   const Bound bound_;
   std::size_t point_ = 0;
-  std::vector<Doubt> doubts_;
+  std::vector<ConfigRemark> doubts_;
 };
 
 }  // namespace
@@ -341,9 +341,9 @@ config::RawNumbers NumbersOf(const config::Device& device, const Point& point) {
   return NumbersOf(field->format);
 }
 
-std::vector<Doubt> DoubtsOf(const config::Device& device) {
+std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   const auto description = DescriptionOf(device.options);
-  return description ? DoubtFinder(device, *description).Run() : std::vector<Doubt>();
+  return description ? DoubtFinder(device, *description).Run() : std::vector<ConfigRemark>();
 }
 
 namespace {
@@ -360,7 +360,7 @@ class FaultFinder {
         description_(description),
         bound_(BoundOf(ReadSettings(device.options), device.address)) {}
 
-  std::vector<Doubt> Run() {
+  std::vector<ConfigRemark> Run() {
     for (std::size_t i = 0; i < device_.points.size(); ++i) {
       point_ = i;
       const Point& point = device_.points[i];
@@ -593,12 +593,12 @@ class FaultFinder {
   const Description& description_;
   const Bound bound_;
   std::size_t point_ = kNoPoint;
-  std::vector<Doubt> faults_;
+  std::vector<ConfigRemark> faults_;
 };
 
 }  // namespace
 
-std::vector<Doubt> FaultsOf(const config::Device& device) {
+std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
   const auto description = DescriptionOf(device.options);
   if (!description) {
     return {{kNoPoint, "has no 'telegrams': they say what is sent and what comes back"}};

@@ -25,13 +25,13 @@ bool IsSameUnit(std::string_view text, std::string_view unit);
 
 // What hardly anybody means: values that would be wrong or bad without a word.
 
-std::vector<Doubt> DoubtsOf(const config::Device& device);
+std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 /// What numbers the field of the point can say.
 config::RawNumbers NumbersOf(const config::Device& device, const config::Point& point);
 
 /// What can be seen of the whole device only: telegrams that are not described, fields that no
 /// answer has, parameters that nobody gives.
-std::vector<Doubt> FaultsOf(const config::Device& device);
+std::vector<ConfigRemark> FaultsOf(const config::Device& device);
 
 }  // namespace baudgate::protocols::telegram

@@ -31,7 +31,7 @@ TEST(Examples, DigiOneLeadsToTheDrive) {
   EXPECT_EQ(route.Target(), "line drive");
   EXPECT_EQ(loaded.config.lines[route.line_index].serial.ToString(), "19200 8E1");
   const config::Listener& listener = loaded.config.modbus.listen.at(0);
-  EXPECT_EQ(listener.Place(), "0.0.0.0:502");
+  EXPECT_EQ(listener.Address(), "0.0.0.0:502");
   ASSERT_EQ(listener.clients.size(), 1U);
   EXPECT_EQ(listener.clients[0].priority, config::Priority::high);
   ASSERT_EQ(listener.functions.size(), 1U);

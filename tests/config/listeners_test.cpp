@@ -36,7 +36,7 @@ Listener ListenerOf(const std::string& keys) {
 TEST(Listeners, Defaults) {
   const Listener listener = ListenerOf("at: \"127.0.0.1:1502\"");
   EXPECT_FALSE(listener.is_serial());
-  EXPECT_EQ(listener.Place(), "127.0.0.1:1502");
+  EXPECT_EQ(listener.Address(), "127.0.0.1:1502");
   EXPECT_EQ(listener.framing, modbus::Framing::tcp);
   EXPECT_EQ(listener.permit, Permit::all);
   EXPECT_EQ(listener.priority, Priority::normal);
@@ -90,7 +90,7 @@ TEST(Listeners, SerialPort) {
       "at: /dev/ttyUSB4, serial: 38400 7O1, parity: software, rs485: { delay_after_send: 1ms "
       "}, permit: data, priority: high, functions: [{ codes: [6], priority: low }]");
   EXPECT_TRUE(listener.is_serial());
-  EXPECT_EQ(listener.Place(), "/dev/ttyUSB4");
+  EXPECT_EQ(listener.Address(), "/dev/ttyUSB4");
   EXPECT_EQ(listener.serial.ToString(), "38400 7O1");
   EXPECT_TRUE(listener.serial.software_parity);
   EXPECT_TRUE(listener.serial.rs485.enabled);

@@ -30,7 +30,7 @@ TEST(PortServerConfig, AServedLineNeedsNoProtocol) {
   EXPECT_EQ(line.protocol, "");
   const PortServer& server = line.serial_server.value();
   EXPECT_EQ(line.server(), &server);
-  EXPECT_EQ(server.Place(), "127.0.0.1:4001");
+  EXPECT_EQ(server.Address(), "127.0.0.1:4001");
   EXPECT_EQ(server.mode, PortServer::Mode::rfc2217);
   EXPECT_EQ(server.busy, PortServer::Busy::wait);
   EXPECT_EQ(server.idle, 90s);
@@ -40,7 +40,7 @@ TEST(PortServerConfig, APolledLineIsLent) {
   const auto loaded = LoadLine(std::string(kPolled) + "lend: { at: \"[::1]:4001\", for: 5min }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const PortServer& server = loaded.config.lines.at(0).lend.value();
-  EXPECT_EQ(server.Place(), "[::1]:4001");
+  EXPECT_EQ(server.Address(), "[::1]:4001");
   EXPECT_EQ(server.mode, PortServer::Mode::raw);
   EXPECT_EQ(server.time, 5min);
   EXPECT_EQ(server.idle, 10min);

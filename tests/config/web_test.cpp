@@ -20,7 +20,7 @@ TEST(WebConfig, IsOffUntilItIsThere) {
   EXPECT_FALSE(config::Config().web.on);
   const config::Web web = LoadWeb("{}").config.web;
   EXPECT_TRUE(web.on);
-  EXPECT_EQ(web.Place(), "127.0.0.1:8502");
+  EXPECT_EQ(web.Address(), "127.0.0.1:8502");
   EXPECT_TRUE(web.allow.empty());
   EXPECT_FALSE(web.acknowledge);
 }
@@ -31,7 +31,7 @@ TEST(WebConfig, IsRead) {
       "'proxy:8443'], token: { file: /etc/web.token }, acknowledge: allow }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const config::Web& web = loaded.config.web;
-  EXPECT_EQ(web.Place(), "0.0.0.0:80");
+  EXPECT_EQ(web.Address(), "0.0.0.0:80");
   EXPECT_EQ(web.allow.size(), 2U);
   EXPECT_EQ(web.hosts, (std::vector<std::string>{"gate.example", "proxy:8443"}));
   EXPECT_EQ(web.token_file, "/etc/web.token");

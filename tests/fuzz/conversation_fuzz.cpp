@@ -133,7 +133,7 @@ class Session {
       Append(bytes, input_.Take(head >> 1U));
     }
     Take(ear_->OnTimer(now_));
-    Take(ear_->OnBytes(bytes, now_));
+    Take(ear_->Feed(bytes, now_));
     if (const auto due = conversation_->DueAt(); due && *due <= now_) {
       CheckAnswer(conversation_->OnDue(NowBoth()), device_);
       const auto next = conversation_->DueAt();

@@ -165,7 +165,7 @@ class Player {
     wait(1s);
     for (const Piece& piece : step.reply) {
       wait(piece.silence);
-      hear(ear_->OnBytes(piece.bytes, now_));
+      hear(ear_->Feed(piece.bytes, now_));
     }
     wait(standing->idle);
     EXPECT_EQ(Name(outcome), Name(step.outcome)) << path_ << ":" << step.line;

@@ -62,7 +62,7 @@ bool VirtualLine::Submit(WriteCommand command) {
   return poller_->Submit(std::move(command), now());
 }
 void VirtualLine::Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
-bool VirtualLine::asking() const { return sends_ > poller_->ledger().line.counters().exchanges; }
+bool VirtualLine::asking() const { return sends_ > poller_->accounts().line.counters().exchanges; }
 
 void VirtualLine::Open() {
   open_ = true;
@@ -126,7 +126,7 @@ void VirtualLine::Step(Instant until) {
   } else if (!arriving_.empty() && arriving_.begin()->first <= std::min(timer, until)) {
     auto first = arriving_.extract(arriving_.begin());
     instant_ = std::max(instant_, first.key());
-    if (open_) poller_->OnBytes(first.mapped(), now());
+    if (open_) poller_->Receive(first.mapped(), now());
   } else if (timer <= until) {
     instant_ = timer;
     poller_->OnTimer(now());
@@ -143,7 +143,7 @@ void VirtualLine::Stop(Duration time, bool timers_first) {
     arriving_.erase(arriving_.begin());
   }
   if (timers_first) poller_->OnTimer(now());
-  if (open_ && !held.empty()) poller_->OnBytes(held, now());
+  if (open_ && !held.empty()) poller_->Receive(held, now());
   if (always) always();
 }
 

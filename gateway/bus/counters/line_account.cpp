@@ -58,7 +58,7 @@ void LineAccount::Count(Outcome outcome) {
 void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast,
                              LineUse use) {
   const bool life = ProvesLife(end.outcome);
-  minute_.OnEnd(life ? use : LineUse::silence);
+  minute_.CountExchange(life ? use : LineUse::silence);
   Count(end.outcome);
   counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
   if (life && !broadcast) {

@@ -73,7 +73,7 @@ class LineMinute {
     Of(LineUse::drains) += passed;
     busy_ += passed;
   }
-  void OnEnd(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
+  void CountExchange(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
 
   const TimeByUse& spent() const { return spent_; }
   /// The last full minute; before there is one, the time since the opening.
@@ -141,7 +141,7 @@ class LineAccount {
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
   /// `counts`: they are no rest of a broken reply.
-  void OnStray(std::size_t count, bool counts) {
+  void CountStray(std::size_t count, bool counts) {
     counters_.babble += count;
     if (counts) counters_.stray_bytes += count;
   }

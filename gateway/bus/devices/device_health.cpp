@@ -49,8 +49,8 @@ bool JumpCheck::Agree(const config::Point& point, const History& history, const 
   return Abs(*first - *second) <= point.jump.value_or(jump);
 }
 
-JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history,
-                                    const Value& value) const {
+JumpCheck::Judgement JumpCheck::Judge(const config::Point& point, History& history,
+                                      const Value& value) const {
   const bool near = Agree(point, history, history.last, value);
   const bool confirmed = Agree(point, history, history.candidate, value);
   if (confirmed || (near && point.recheck == config::Recheck::jump)) {
@@ -58,12 +58,12 @@ JumpCheck::Finding JumpCheck::Judge(const config::Point& point, History& history
     history.candidate = {};
     history.readings = 0;
     history.largest = std::max(history.largest, Abs(Decimal::Of(value).value_or(0)));
-    return Finding::counts;
+    return Judgement::counts;
   }
   history.candidate = value;
   history.readings = std::min(history.readings + 1, kMostReadings);
-  if (history.readings == kMostReadings) return Finding::last_resort;
-  return near ? Finding::wait : Finding::doubt;
+  if (history.readings == kMostReadings) return Judgement::last_resort;
+  return near ? Judgement::wait : Judgement::doubt;
 }
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
@@ -83,16 +83,16 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
                           !Agree(point, history, history.candidate, sample.value);
     result.unconfirmed = result.unconfirmed || returned;
     switch (Judge(point, history, sample.value)) {
-      case Finding::counts:
+      case Judgement::counts:
         return false;
-      case Finding::last_resort:
+      case Judgement::last_resort:
         sample.quality = Quality::uncertain;
         if (IsSeldom(point.group)) result.spoils = point.group;
         return false;
-      case Finding::doubt:
+      case Judgement::doubt:
         result.doubtful.push_back(sample.point);
         break;
-      case Finding::wait:
+      case Judgement::wait:
         break;
     }
     result.ask_again = true;

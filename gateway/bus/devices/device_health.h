@@ -133,9 +133,9 @@ class JumpCheck {
     int readings = 0;      // in a row that disagreed
     bool changes = false;  // the reply before was of something that changes
   };
-  enum class Finding { counts, wait, doubt, last_resort };
+  enum class Judgement { counts, wait, doubt, last_resort };
 
-  Finding Judge(const config::Point& point, History& history, const Value& value) const;
+  Judgement Judge(const config::Point& point, History& history, const Value& value) const;
   static bool Agree(const config::Point& point, const History& history, const Value& a,
                     const Value& b);
 

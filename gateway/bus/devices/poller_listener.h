@@ -99,9 +99,9 @@ class PollerListener {
 //   on the line                          call
 //   the port has opened                  OnOpened
 //   a request is to be sent              TakeChanged, then OnRequest
-//   bytes come that are no echo          OnBytes
+//   bytes come that are no echo          Hear
 //   a whole frame is taken for the reply OnReply
-//   the exchange has ended               OnEnd, then TakeNegotiation
+//   the exchange has ended               TakeFinding, then TakeNegotiation
 
 /// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
 struct EarlierFinding {
@@ -117,10 +117,10 @@ class LineObserver {
 
   virtual void OnOpened() {}
   virtual void OnRequest(const Member& /*member*/, const Request& /*request*/, Instant /*now*/) {}
-  virtual void OnBytes(View /*bytes*/, Instant /*now*/) {}
+  virtual void Hear(View /*bytes*/, Instant /*now*/) {}
   virtual void OnReply(View /*frame*/) {}
   /// How the exchange looked.
-  virtual Finding OnEnd(Outcome /*outcome*/) { return {}; }
+  virtual Finding TakeFinding(Outcome /*outcome*/) { return {}; }
   /// True once: the connection began as Telnet, and yet a device has answered.
   virtual bool TakeNegotiation() { return false; }
   /// Exchanges that look different now, because more has come since they were looked at; each once.

@@ -62,7 +62,7 @@ void Roster::AddDevice(const config::Device& config, const Protocol& protocol, B
   device->timing = Resolve(Merge(config.timing, line_.timing), protocol.timing(device->serial));
   device->configured = device->timing;
   device->times = TimesOf(device->timing, device->serial);
-  device->retries = config.retries.value_or(line_.retries);
+  device->max_retries = config.retries.value_or(line_.retries);
   device->in_use = config.enabled;
   device->conversation = protocol.make_conversation(config, device->options, bus);
   if (carrier_ == &protocol) {
@@ -98,7 +98,7 @@ Member& Roster::SlaveAt(std::uint8_t address) {
   slave->serial = line_.serial;
   slave->times = TimesOf(Resolve(line_.timing, carrier_->timing(line_.serial)), line_.serial);
   slave->times.settle = kTurnaround;
-  slave->retries = line_.retries;
+  slave->max_retries = line_.retries;
   by_slave_[address] = slave.get();
   everyone_.push_back(slave.get());
   slaves_.push_back(std::move(slave));

@@ -31,7 +31,7 @@ struct Member {
   std::uint32_t index = 0;   // see gateway/bus/exchange/line.h
   std::uint8_t slave = 0;    // its Modbus address, where routes may reach it; 0: they do not
   bool in_use = true;
-  int retries = 0;
+  int max_retries = 0;
   const Protocol* protocol = nullptr;
   ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
   config::SerialSettings serial;
@@ -115,32 +115,32 @@ class Roster {
 
 // What a part of the poller keeps for each member of the roster. An entry is made when it is first
 // used, and never moves.
-template <typename State>
+template <typename Entry>
 class ByMember {
  public:
-  State& operator[](const Member& member) { return At(member.place); }
-  const State& operator[](const Member& member) const { return At(member.place); }
+  Entry& operator[](const Member& member) { return At(member.place); }
+  const Entry& operator[](const Member& member) const { return At(member.place); }
   /// By place.
-  State& At(std::size_t place) {
+  Entry& At(std::size_t place) {
     Reach(place);
-    return states_[place];
+    return entries_[place];
   }
-  const State& At(std::size_t place) const {
+  const Entry& At(std::size_t place) const {
     Reach(place);
-    return states_[place];
+    return entries_[place];
   }
 
-  auto begin() { return states_.begin(); }
-  auto end() { return states_.end(); }
-  auto begin() const { return states_.cbegin(); }
-  auto end() const { return states_.cend(); }
+  auto begin() { return entries_.begin(); }
+  auto end() { return entries_.end(); }
+  auto begin() const { return entries_.cbegin(); }
+  auto end() const { return entries_.cend(); }
 
  private:
   void Reach(std::size_t place) const {
-    if (states_.size() <= place) states_.resize(place + 1);
+    if (entries_.size() <= place) entries_.resize(place + 1);
   }
 
-  mutable std::deque<State> states_;  // by place
+  mutable std::deque<Entry> entries_;  // by place
 };
 
 }  // namespace baudgate

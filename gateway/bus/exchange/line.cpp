@@ -60,7 +60,7 @@ bool SecondReply::IsAlone(const Bytes& frame, const Assembler& assembler) {
   return true;
 }
 
-bool SecondReply::OnBytes(View bytes) {
+bool SecondReply::FoundIn(View bytes) {
   if (taken_.empty()) return false;
   behind_.Feed(bytes);
   while (const auto second = behind_.Next(false)) {
@@ -88,7 +88,7 @@ Instant UnaskedReceiver::TooLong() const {
   return what_.whole > Duration::zero() ? began_ + what_.whole : Instant::max();
 }
 
-UnaskedInput UnaskedReceiver::OnBytes(View bytes, Instant now) {
+UnaskedInput UnaskedReceiver::Feed(View bytes, Instant now) {
   UnaskedInput heard = OnTimer(now);  // the timer may be late
   if (bytes.empty()) return heard;
   if (now - last_byte_ >= what_.idle) {
@@ -222,7 +222,7 @@ void Line::Cancel() {
   if (state_ == State::quiet) state_ = State::idle;
 }
 
-LineNews Line::OnBytes(View bytes, Instant now) {
+LineNews Line::Feed(View bytes, Instant now) {
   if (bytes.empty()) return TakeNews();
   if (!unasked_ || state_ == State::closed) {
     TakeBytes(bytes, now);
@@ -231,7 +231,7 @@ LineNews Line::OnBytes(View bytes, Instant now) {
     last_activity_ = now;
     if (state_ == State::quiet) deadline_ = std::min(now + exchange_.times.quiet, limit_);
     if (state_ == State::receiving) deadline_ = std::min(now + exchange_.times.gap, limit_);
-    Hear(unasked_->OnBytes(bytes, now), now);
+    Hear(unasked_->Feed(bytes, now), now);
   }
   return TakeNews();
 }
@@ -404,7 +404,7 @@ void Line::TellStray(std::size_t count, Duration since_end) {
 
 void Line::TakeStray(View bytes, Instant now) {
   TellStray(bytes.size(), now - ended_);
-  if (second_.OnBytes(bytes)) news_.second_reply = true;
+  if (second_.FoundIn(bytes)) news_.second_reply = true;
 }
 
 /// Only early bytes have come, so they are the reply: this port does not keep its bit rate.

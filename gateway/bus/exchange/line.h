@@ -85,7 +85,7 @@ class SecondReply {
   /// The frame that was alone was taken for the reply.
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Bytes that came after it. True: a whole frame that differs is there. Told once.
-  bool OnBytes(View bytes);
+  bool FoundIn(View bytes);
   /// Nothing has come after the frame but whole copies of it.
   bool only_copies() const { return behind_.held() == 0; }
 
@@ -124,7 +124,7 @@ class UnaskedReceiver {
 
   /// Before all else: the port has opened.
   void Begin(Instant now);
-  UnaskedInput OnBytes(View bytes, Instant now);
+  UnaskedInput Feed(View bytes, Instant now);
   /// When Deadline() has come. Early calls do nothing.
   UnaskedInput OnTimer(Instant now);
 
@@ -246,7 +246,7 @@ class Line {
   void OnOpened(Instant now, bool keeps_bit_rate = false);
   /// From anywhere. An exchange ends as line_down, unless nothing of it has been sent yet.
   LineNews OnClosed();
-  LineNews OnBytes(View bytes, Instant now);
+  LineNews Feed(View bytes, Instant now);
   /// The echo of the request under way differs from it: the exchange ends as corrupt, whatever may
   /// still be answered.
   LineNews OnCollision(Instant now);
@@ -300,7 +300,7 @@ class Line {
 
 // The interface for viewers of the bytes of one line, with direction, time and the end of every
 // exchange: the trace and the flight recorder. Fed by gateway/bus/counters/line_account.cpp with
-// what is left after the echo filter, by gateway/bus/counters/ledger.cpp with states of devices,
+// what is left after the echo filter, by gateway/bus/counters/accounts.cpp with states of devices,
 // and by gateway/lines/telegram_queue.cpp with all bytes of a telegram by hand.
 
 /// Slaves that only transparent routes reach stand in no store: they are numbered by their address

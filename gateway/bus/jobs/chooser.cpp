@@ -99,7 +99,7 @@ std::unique_ptr<Job> RoutedJobs::JobOf(RouteQueue::Batch batch, Instant now) {
   return job;
 }
 
-Chooser::Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late)
+Chooser::Chooser(Roster& roster, Agenda& agenda, const LateReplies& late)
     : roster_(roster), agenda_(agenda), late_(late), routed_(roster, agenda, late) {}
 
 void Chooser::OnTime(Duration passed, const Member* busy_with) {
@@ -321,7 +321,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
   const bool looked_for = job.is_probe() && !job.postponed;
   const bool once = looked_for || member.health.state() == DeviceState::never_seen;
-  if (job.step.retries >= (once ? 0 : member.retries) + more) return false;
+  if (job.step.repeats >= (once ? 0 : member.max_retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
   // It can wait, and a repetition may be as silent.
   const bool waits = job.goal().task.kind == Task::Kind::background;

@@ -14,7 +14,7 @@
 
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/schedule/schedule.h"
 #include "gateway/bus/schedule/turns.h"
@@ -84,7 +84,7 @@ class ParkedJobs {
 // Chooser takes from the agenda what goes first.
 struct Agenda {
   /// Both outlive it.
-  Agenda(Roster& roster, const LateAnswers& late)
+  Agenda(Roster& roster, const LateReplies& late)
       : routes(route_queue), probes(roster, late), background(schedule) {}
 
   Schedule schedule;
@@ -102,7 +102,7 @@ struct Agenda {
 class RoutedJobs {
  public:
   /// All references outlive it.
-  RoutedJobs(Roster& roster, Agenda& agenda, const LateAnswers& late)
+  RoutedJobs(Roster& roster, Agenda& agenda, const LateReplies& late)
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
@@ -130,13 +130,13 @@ class RoutedJobs {
 
   Roster& roster_;
   Agenda& agenda_;
-  const LateAnswers& late_;
+  const LateReplies& late_;
 };
 
 class Chooser {
  public:
   /// All references outlive the chooser.
-  Chooser(Roster& roster, Agenda& agenda, const LateAnswers& late);
+  Chooser(Roster& roster, Agenda& agenda, const LateReplies& late);
 
   /// Null: nothing may be sent now. A routed job has its request already; others must be asked.
   std::unique_ptr<Job> Next(const Idle& idle);
@@ -180,7 +180,7 @@ class Chooser {
 
   Roster& roster_;
   Agenda& agenda_;
-  const LateAnswers& late_;
+  const LateReplies& late_;
   RoutedJobs routed_;
 };
 

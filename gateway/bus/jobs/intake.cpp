@@ -129,7 +129,8 @@ ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant
 void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Job::Attempt& attempt = job.attempt;
-  const Duration older = attempt.verdict.older + (attempt.late ? attempt.round_trip : Duration());
+  const Duration older =
+      attempt.verdict.older + (attempt.after_reply_time ? attempt.round_trip : Duration());
   std::vector<Sample> samples = SamplesOf(*device.config, answer.readings);
   if (samples.empty()) return;
   const JumpCheck::Result jumps = CheckJumps(job, device, samples, effects);

@@ -18,7 +18,7 @@
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/points/line_status.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/writes/route_queue.h"
@@ -79,25 +79,26 @@ struct Job {
   struct Step {
     Request request{};
     bool waiting = false;  ///< for the line to be idle
-    int retries = 0;       ///< tries beyond the first
+    int repeats = 0;       ///< tries beyond the first
   };
   /// The reply was not taken: it may answer an earlier request.
-  struct Doubt {
+  struct Unproven {
     std::string refusal{};               ///< what it refuses, in words; empty: nothing
     Outcome refused_as = Outcome::none;  ///< the same as an outcome
   };
   /// The latest try of that request, and its reply. Lives from JobRun::Start to the next one.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};                 ///< see Asked
-    bool job_was_sent = false;         ///< was_sent of the job, before this try
-    std::optional<ExchangeEnd> end{};  ///< until JobRun::TakeEnd
-    Answer answer{};                   ///< what the reply says
-    WhoseReply::Verdict verdict{};     ///< whose it is
-    std::optional<Doubt> doubt{};      ///< about that
+    Instant sent_at{};                   ///< see Asked
+    bool job_was_sent = false;           ///< was_sent of the job, before this try
+    std::optional<ExchangeEnd> end{};    ///< until JobRun::TakeEnd
+    Answer answer{};                     ///< what the reply says
+    WhoseReply::Verdict verdict{};       ///< whose it is
+    std::optional<Unproven> unproven{};  ///< about that
     Now answered_at{};
     Duration round_trip{};
-    bool late = false;  ///< it came after the reply time, while the line waited in patience
+    bool after_reply_time =
+        false;  ///< it came after the reply time, while the line waited in patience
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
@@ -115,7 +116,7 @@ struct Job {
   const Job& goal() const { return postponed ? *postponed : *this; }
   /// Its present request is not its first one, or is repeated: the conversation may have something
   /// to close.
-  bool begun() const { return requests > 1 || step.retries > 0; }
+  bool begun() const { return requests > 1 || step.repeats > 0; }
   /// No reply is due to its request.
   bool is_broadcast() const { return step.request.expect.reply == Expectation::Reply::none; }
   bool is_probe() const { return task.kind == Task::Kind::probe; }
@@ -129,8 +130,8 @@ struct Job {
     return {.member = member,
             .request = &step.request,
             .sent = attempt.sent_at,
-            .first = requests == 1 + broadcasts && step.retries == 0 && !is_probe(),
-            .retry = step.retries > 0,
+            .first = requests == 1 + broadcasts && step.repeats == 0 && !is_probe(),
+            .retry = step.repeats > 0,
             .probe = is_probe(),
             .lone_probe = is_probe() && !postponed,
             .renews_proof_early = renews_proof_early,
@@ -207,8 +208,8 @@ struct NextStep {
   static NextStep Wait() { return {}; }
   static NextStep Send() { return {.what = What::send}; }
   static NextStep Hold() { return {.what = What::hold}; }
-  /// `retries`: see Job::Step.
-  static NextStep Ask(int retries = 0) { return {.what = What::ask, .retries = retries}; }
+  /// `repeats`: see Job::Step.
+  static NextStep Ask(int repeats = 0) { return {.what = What::ask, .repeats = repeats}; }
   static NextStep ProbeFirst() { return {.what = What::probe_first}; }
   static NextStep GoUnproved(std::string why) {
     return {.what = What::go_unproved, .end = {Outcome::none, std::move(why)}};
@@ -221,7 +222,7 @@ struct NextStep {
   }
 
   What what = What::wait;
-  int retries = 0;
+  int repeats = 0;
   Instant until{};
   JobEnd end{};
 };

@@ -47,21 +47,21 @@ Value WrittenValue(const config::Point& point, const PointWrite& write) {
   return ToSample(point, {write.point, write.raw}).value;
 }
 
-Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
-  if (!HasValue(shown)) return Shown::nothing;
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return Comparison::nothing;
   const Value wanted = WrittenValue(point, write);
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
   const bool scaled = point.scale != 1 || point.offset != 0;
   if (!is_float && !scaled)
-    return ToText(shown) == ToText(wanted) ? Shown::written : Shown::another;
+    return ToText(shown) == ToText(wanted) ? Comparison::written : Comparison::another;
   const auto written = Decimal::Of(wanted);
   const auto now = Decimal::Of(shown);
-  if (!written || !now) return Shown::another;
-  if (Abs(*now - *written) <= Tolerance(point, *written)) return Shown::written;
+  if (!written || !now) return Comparison::another;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return Comparison::written;
   const auto before = Decimal::Of(write.before);
   const bool on_its_way =
       before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
-  return on_its_way ? Shown::between : Shown::another;
+  return on_its_way ? Comparison::between : Comparison::another;
 }
 
 ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
@@ -77,11 +77,11 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     const bool read = is_read(write.point) && IsGood(shown.reported);
     if (!read) result.read_back = false;
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
-    const Shown what = read ? Compare(point, write, shown.value) : Shown::nothing;
-    if (what != Shown::written) result.read_back = false;
+    const Comparison what = read ? Compare(point, write, shown.value) : Comparison::nothing;
+    if (what != Comparison::written) result.read_back = false;
     // It may be on its way, or the device may have limited it: that is not known yet.
-    if (what == Shown::between) result.reason = point.name + " shows " + ToText(shown.value);
-    if (what != Shown::another) continue;
+    if (what == Comparison::between) result.reason = point.name + " shows " + ToText(shown.value);
+    if (what != Comparison::another) continue;
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
     result.end = WriteEnd::differs;
     result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
@@ -254,12 +254,12 @@ EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now) {
   return effects;
 }
 
-void EffectApplier::OnReply(const Job& job, Device& device, Answer answer, Instant now) {
+void EffectApplier::ApplyReply(const Job& job, Device& device, Answer answer, Instant now) {
   const ReplyEffects effects = intake_.Take(job, device, std::move(answer), now);
-  if (effects.rechecked) ledger_.devices.OnRecheck(device);
-  if (effects.unconfirmed) ledger_.devices.OnUnconfirmed(device);
+  if (effects.rechecked) accounts_.devices.OnRecheck(device);
+  if (effects.unconfirmed) accounts_.devices.OnUnconfirmed(device);
   for (const QueryRef& query : effects.read_soon) agenda_.write_queue.AddReadBack(query);
-  for (const config::Group group : effects.repeat) upkeep_.Repeat(device, group, false, now);
+  for (const config::Group group : effects.repeat) tracker_.Repeat(device, group, false, now);
   if (effects.stored) owed_.readings.OnStored(*effects.stored);
   if (effects.hold_events) {
     agenda_.schedule.HoldEvents(device.place);
@@ -272,42 +272,42 @@ void EffectApplier::OnEventsKept(const Device& device, const std::string& said, 
   agenda_.schedule.ReleaseEvents(device.place, device.conversation->HasEvents(),
                                  intake_.OnKept(device, said), now);
   agenda_.background.Release(device.place);
-  upkeep_.PlanBackground(device);
+  tracker_.PlanBackground(device);
 }
 
-std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, const JobEnd& end,
-                                               Instant now) {
+std::optional<Job::Write> EffectApplier::ApplyEnd(Job& done, EndEffects effects, const JobEnd& end,
+                                                  Instant now) {
   Member& member = *done.member;
   Device* const device = member.device;
   if (const auto& background = effects.background; background && background->sent) {
-    agenda_.background.OnEnd(member.place, background->took, background->proved);
+    agenda_.background.NoteEnd(member.place, background->took, background->proved);
   } else if (background) {
     agenda_.background.OnUnsent(member.place);
   }
-  if (device != nullptr) upkeep_.PlanBackground(*device);
-  if (done.probe_budget) agenda_.probes.OnEnd(member, *done.probe_budget, done.began);
-  if (effects.fast_poll) ledger_.rounds.OnPoll(member, *effects.fast_poll, now);
+  if (device != nullptr) tracker_.PlanBackground(*device);
+  if (done.probe_budget) agenda_.probes.NoteEnd(member, *done.probe_budget, done.began);
+  if (effects.fast_poll) accounts_.rounds.OnPoll(member, *effects.fast_poll, now);
   if (effects.poll) {
     const auto& [query, answered] = *effects.poll;
-    ledger_.devices.OnPoll(*device, query, answered, done.had_failure);
+    accounts_.devices.OnPoll(*device, query, answered, done.had_failure);
   }
   if (effects.repeat) {
-    upkeep_.Repeat(*device, effects.repeat->group, effects.repeat->soon, now);
+    tracker_.Repeat(*device, effects.repeat->group, effects.repeat->soon, now);
   }
-  if (!effects.read_again.empty()) upkeep_.ReadBack(*device, effects.read_again);
-  if (!effects.doubt.empty() && member.in_use) upkeep_.Doubt(*device, effects.doubt, now);
+  if (!effects.read_again.empty()) tracker_.ReadBack(*device, effects.read_again);
+  if (!effects.doubt.empty() && member.in_use) tracker_.Doubt(*device, effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda_.schedule.GoFirst(member.place);
   // Silence to a query that was never answered says something about the query, not about the
   // device.
   if (effects.judges_member && !done.blames_query)
-    upkeep_.OnTask(member, end.outcome, end.reason, now);
+    tracker_.OnTask(member, end.outcome, end.reason, now);
   if (effects.wrote) {
     std::span<const PointWrite> writes;
     if (const auto* const write = done.As<Job::Write>()) {
       writes = std::span(write->command.writes()).subspan(write->first, write->next - write->first);
     }
-    upkeep_.OnWritten(*member.protocol, done.step.request.bytes, device, writes,
-                      ProvesLife(end.outcome), now);
+    tracker_.OnWritten(*member.protocol, done.step.request.bytes, device, writes,
+                       ProvesLife(end.outcome), now);
   }
   for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
   if (!effects.write) return std::nullopt;
@@ -317,14 +317,14 @@ std::optional<Job::Write> EffectApplier::OnEnd(Job& done, EndEffects effects, co
 std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& device,
                                                     const EndEffects::Write& effects, Instant now) {
   using Next = EndEffects::Write::Next;
-  upkeep_.Doubt(device, effects.unknown, now);
+  tracker_.Doubt(device, effects.unknown, now);
   for (const PointWrite& one : effects.confirmed) {
     device.jumps.OnWritten(one.point, WrittenValue(device.config->points[one.point], one));
   }
   if (!effects.confirmed.empty()) write.command.MoveTo(WriteState::reading_back);
   switch (effects.next) {
     case Next::answer:
-      ledger_.devices.OnWrite(device, effects.result.end, false);
+      accounts_.devices.OnWrite(device, effects.result.end, false);
       write.command.End(effects.result);
       break;
     case Next::confirm:

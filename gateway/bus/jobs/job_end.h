@@ -26,9 +26,9 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/intake.h"
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/schedule/effects.h"
 #include "gateway/bus/schedule/write_queue.h"
@@ -45,13 +45,13 @@ WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 Value WrittenValue(const config::Point& point, const PointWrite& write);
 
 /// What a point shows after its write was confirmed.
-enum class Shown {
+enum class Comparison {
   nothing,
   written,  ///< numbers may differ by rounding
   between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
   another,
 };
-Shown Compare(const config::Point& point, const PointWrite& write, const Value& shown);
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown);
 
 struct ReadBackVerdict {
   WriteResult result;
@@ -70,22 +70,23 @@ EndEffects EffectsOf(Job& job, const JobEnd& end, Instant now);
 class EffectApplier {
  public:
   /// All references outlive it.
-  EffectApplier(OwedReplies& owed, Agenda& agenda, Ledger& ledger, Upkeep& upkeep, Intake& intake)
-      : owed_(owed), agenda_(agenda), ledger_(ledger), upkeep_(upkeep), intake_(intake) {}
+  EffectApplier(OwedReplies& owed, Agenda& agenda, Accounts& accounts, DeviceTracker& tracker,
+                Intake& intake)
+      : owed_(owed), agenda_(agenda), accounts_(accounts), tracker_(tracker), intake_(intake) {}
 
   /// The answer to a request of `job` counts.
-  void OnReply(const Job& job, Device& device, Answer answer, Instant now);
+  void ApplyReply(const Job& job, Device& device, Answer answer, Instant now);
   /// Its events are on the disk. `said`: see Conversation.
   void OnEventsKept(const Device& device, const std::string& said, Instant now);
   /// Another device answers in its place.
   void OnReplaced(Device& device, Now now) {
-    upkeep_.OnReplaced(device, now);
+    tracker_.OnReplaced(device, now);
     intake_.OnReplaced(device);
   }
   /// A request to the member is repeated.
-  void OnRetry(const Member& member) { ledger_.devices.OnRetry(member); }
+  void OnRetry(const Member& member) { accounts_.devices.OnRetry(member); }
   /// Answers the clients of the job. Returns a write of which points remain to be written.
-  std::optional<Job::Write> OnEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
+  std::optional<Job::Write> ApplyEnd(Job& done, EndEffects effects, const JobEnd& end, Instant now);
 
  private:
   std::optional<Job::Write> OnWriteEnd(Job::Write& write, Device& device,
@@ -93,8 +94,8 @@ class EffectApplier {
 
   OwedReplies& owed_;
   Agenda& agenda_;
-  Ledger& ledger_;
-  Upkeep& upkeep_;
+  Accounts& accounts_;
+  DeviceTracker& tracker_;
   Intake& intake_;
 };
 

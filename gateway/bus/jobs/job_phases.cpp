@@ -11,7 +11,7 @@
 
 namespace baudgate {
 
-NextStep JobAsking::Ask(Job& job, int retries, Instant now) {
+NextStep JobAsking::Ask(Job& job, int repeats, Instant now) {
   if (++job.requests > kMostSteps) {
     return NextStep::Finish(Outcome::unexpected, "the task needed more than " +
                                                      std::to_string(kMostSteps) + " requests");
@@ -38,7 +38,7 @@ NextStep JobAsking::Ask(Job& job, int retries, Instant now) {
   if (job.probe_budget == Probes::Kind::rested_look) {
     request->quiet = std::max(request->quiet, Probes::kRest);
   }
-  job.step = {.request = std::move(*request), .waiting = true, .retries = retries};
+  job.step = {.request = std::move(*request), .waiting = true, .repeats = repeats};
   return NextStep::Wait();
 }
 
@@ -46,7 +46,7 @@ namespace {
 
 /// The next step of a read waits for a late reply of its device. If replies carry an address, the
 /// line does not wait.
-bool MayPark(const Job& job, const ParkedJobs& parked) {
+bool WaitsBesideLine(const Job& job, const ParkedJobs& parked) {
   const Task::Kind kind = job.task.kind;
   const bool reads =
       kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
@@ -80,12 +80,12 @@ NextStep JobDeparture::Decide(Job& job, Instant now) {
   }
   // A retry does not wait: a late reply to its first try is as good as its own.
   const Instant clear = late_.ClearAt(job.asked());
-  if (job.step.retries > 0 || clear <= now) return NextStep::Send();
-  return MayPark(job, agenda_.parked) ? NextStep::Park(clear) : NextStep::Hold();
+  if (job.step.repeats > 0 || clear <= now) return NextStep::Send();
+  return WaitsBesideLine(job, agenda_.parked) ? NextStep::Park(clear) : NextStep::Hold();
 }
 
 std::optional<Instant> JobDeparture::NextAt(const Job& job) const {
-  const bool repeats = job.step.retries > 0;
+  const bool repeats = job.step.repeats > 0;
   return Soonest({repeats ? std::nullopt : std::optional(late_.ClearAt(job.asked())),
                   LatestStart(job.goal())});
 }
@@ -179,16 +179,16 @@ NextStep JobAnswer::Conclude(Job& job, ExchangeEnd end, const Finding& finding, 
   if (!cut_off && !job.attempt.answer.reason.empty()) end.reason = job.attempt.answer.reason;
   job.judges_member = !job.is_broadcast();
   const bool answered = ProvesLife(end.outcome);
-  upkeep_.OnExchange(job, end, finding, now.instant);
+  tracker_.OnExchange(job, end, finding, now.instant);
   if (answered) job.wire += now.instant - job.attempt.began;
   if (cut_off) return NextStep::Finish(end.outcome, end.reason);
-  if (answered && GoesOnBehindBroadcast(job, now.instant)) return NextStep::Ask(job.step.retries);
+  if (answered && GoesOnBehindBroadcast(job, now.instant)) return NextStep::Ask(job.step.repeats);
   return answered ? OnAnswered(job, end, now) : OnFailed(job, end, now.instant);
 }
 
 /// The same request once more.
 NextStep JobAnswer::Repeat(Job& job) {
-  ++job.step.retries;
+  ++job.step.repeats;
   job.step.waiting = true;
   return NextStep::Wait();
 }
@@ -200,13 +200,13 @@ NextStep JobAnswer::OnAnswered(Job& job, const ExchangeEnd& end, Now now) {
   Job::Attempt& attempt = job.attempt;
   attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
   attempt.round_trip = end.round_trip;
-  attempt.late = LateAnswers::Lateness(job.asked(), end) > Duration::zero();
+  attempt.after_reply_time = LateReplies::Lateness(job.asked(), end) > Duration::zero();
   if (attempt.verdict.replaced) {
     effects_.OnReplaced(*job.member->device, now);
     if (job.postponed) job.postponed->attempt.answer = {};
   }
   if (MustRepeat(job, now.instant)) return Repeat(job);
-  const bool in_doubt = job.has_news() && (job.had_failure || job.step.retries > 0);
+  const bool in_doubt = job.has_news() && (job.had_failure || job.step.repeats > 0);
   if (in_doubt && whose_.HasName(*job.member)) return NextStep::ProbeFirst();
   return Take(job, now.instant);
 }
@@ -242,7 +242,7 @@ NextStep JobAnswer::OnRoutedAnswer(Job& job, const ExchangeEnd& end) {
                        ? job.attempt.verdict.proven || routed.odd
                        : whose_.OnRoutedReply(job.asked(), routed.older, ++routed.replies);
   if (own) return NextStep::Finish(end.outcome, {});
-  if (routed.is_read && job.step.retries < kMostTriesMore) {
+  if (routed.is_read && job.step.repeats < kMostTriesMore) {
     effects_.OnRetry(member);
     return Repeat(job);
   }
@@ -253,7 +253,7 @@ NextStep JobAnswer::OnRoutedAnswer(Job& job, const ExchangeEnd& end) {
 NextStep JobAnswer::Take(Job& job, Instant now) {
   Device& device = *job.member->device;
   Answer answer = std::exchange(job.attempt.answer, {});
-  upkeep_.OnHeard(device, now);
+  tracker_.OnHeard(device, now);
   NoteTold(job, answer);
   const Outcome outcome = answer.outcome;
   const Duration wait = answer.wait;
@@ -263,22 +263,22 @@ NextStep JobAnswer::Take(Job& job, Instant now) {
     if (HasValue(reading.value) && reading.point != kNoPoint)
       device.heard.OnValue(reading.point, now);
   }
-  effects_.OnReply(job, device, std::move(answer), now);
+  effects_.ApplyReply(job, device, std::move(answer), now);
   if (then == Then::ask_again) return NextStep::Ask();
-  if (then == Then::replan) upkeep_.GoOnWithPlan(device, now);
-  if (then == Then::restart) upkeep_.RestartWithPlan(device, now);
+  if (then == Then::replan) tracker_.GoOnWithPlan(device, now);
+  if (then == Then::restart) tracker_.RestartWithPlan(device, now);
   const bool same_plan = then != Then::replan && then != Then::restart;
-  if (!same_plan || !MayPark(job, outcome)) return NextStep::Finish(outcome, reason);
+  if (!same_plan || !ParksBusy(job, outcome)) return NextStep::Finish(outcome, reason);
   ++job.parkings;
   --job.requests;
   return NextStep::Park(now + std::max<Duration>(wait, device.times.quiet));
 }
 
 /// A device that was busy is read again soon.
-bool JobAnswer::MayPark(const Job& job, Outcome outcome) const {
+bool JobAnswer::ParksBusy(const Job& job, Outcome outcome) const {
   const Member& member = *job.member;
   return outcome == Outcome::busy && job.task.kind == Task::Kind::poll &&
-         job.parkings < member.retries && member.in_use && !parked_.HasLike(job);
+         job.parkings < member.max_retries && member.in_use && !parked_.HasLike(job);
 }
 
 NextStep JobAnswer::OnFailed(Job& job, const ExchangeEnd& end, Instant now) {
@@ -307,10 +307,10 @@ NextStep JobAnswer::OnFailed(Job& job, const ExchangeEnd& end, Instant now) {
 /// know, or an odd reply, says nothing about the slave.
 NextStep JobAnswer::OnRoutedFailure(Job& job, Job::Routed& routed, const ExchangeEnd& end) {
   const Member& member = *job.member;
-  upkeep_.HoldBack(member);
+  tracker_.HoldBack(member);
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   const RoutedRequest* const first = routed.first();
-  const bool tries_left = first != nullptr && first->tries < member.retries;
+  const bool tries_left = first != nullptr && first->tries < member.max_retries;
   if (damaged && routed.is_read && !job.probe_budget && tries_left) {
     effects_.OnRetry(member);
     for (RoutedRequest& request : routed.batch) ++request.tries;
@@ -330,10 +330,10 @@ NextStep JobAnswer::GiveUp(Job& job, const ExchangeEnd& end, Instant now) {
   auto* const write = job.As<Job::Write>();
   if (write != nullptr && !job.step.request.closes) write->told = {end.outcome, end.reason};
   const Then then = device.conversation->OnFailure(job.task, job.step.request, end.outcome, now);
-  upkeep_.OnHeard(device, now);
+  tracker_.OnHeard(device, now);
   if (then == Then::ask_again) return NextStep::Ask();
-  if (then == Then::replan) upkeep_.GoOnWithPlan(device, now);
-  upkeep_.HoldBack(device);
+  if (then == Then::replan) tracker_.GoOnWithPlan(device, now);
+  tracker_.HoldBack(device);
   return NextStep::Finish(end.outcome, end.reason);
 }
 
@@ -360,7 +360,7 @@ NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Insta
 JobFinish::After JobFinish::Finish(std::unique_ptr<Job> done, const JobEnd& end, Instant now) {
   if (done->postponed) return Resume(*done, end, now);
   FollowPlan(*done);  // its own answer may have changed it
-  auto rest = effects_.OnEnd(*done, EffectsOf(*done, end, now), end, now);
+  auto rest = effects_.ApplyEnd(*done, EffectsOf(*done, end, now), end, now);
   if (!rest) return {};
   auto job = std::make_unique<Job>(*done->member, std::move(*rest), Task{}, now);
   BeginNextPoints(*job);
@@ -382,9 +382,9 @@ JobFinish::After JobFinish::Resume(Job& probe, const JobEnd& end, Instant now) {
   const auto& [outcome, reason] = end;
   Member& member = *probe.member;
   const bool life = ProvesLife(outcome);
-  if (member.device != nullptr) upkeep_.PlanBackground(*member.device);
+  if (member.device != nullptr) tracker_.PlanBackground(*member.device);
   if (!life || member.health.state() == DeviceState::never_seen) {
-    upkeep_.OnTask(member, outcome, reason, now);
+    tracker_.OnTask(member, outcome, reason, now);
   }
   std::unique_ptr<Job> job = std::move(probe.postponed);
   job->proved = true;

@@ -9,14 +9,14 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/counters/line_account.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/job.h"
 #include "gateway/bus/jobs/job_end.h"
-#include "gateway/bus/jobs/upkeep.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/schedule/schedule.h"
@@ -31,8 +31,8 @@ class JobAsking {
   /// Both outlive it.
   JobAsking(Probes& probes, DeviceAccounts& accounts) : probes_(probes), accounts_(accounts) {}
 
-  /// Puts the request into the job. `retries`: see Job::Step.
-  NextStep Ask(Job& job, int retries, Instant now);
+  /// Puts the request into the job. `repeats`: see Job::Step.
+  NextStep Ask(Job& job, int repeats, Instant now);
 
  private:
   Probes& probes_;
@@ -53,7 +53,7 @@ class JobAsking {
 class JobDeparture {
  public:
   /// All outlive it.
-  JobDeparture(WhoseReply& whose, const LateAnswers& late, Chooser& chooser, Agenda& agenda)
+  JobDeparture(WhoseReply& whose, const LateReplies& late, Chooser& chooser, Agenda& agenda)
       : whose_(whose), late_(late), chooser_(chooser), agenda_(agenda) {}
 
   /// The line is idle.
@@ -70,7 +70,7 @@ class JobDeparture {
 
  private:
   WhoseReply& whose_;
-  const LateAnswers& late_;
+  const LateReplies& late_;
   Chooser& chooser_;
   Agenda& agenda_;
 };
@@ -88,8 +88,8 @@ class JobSending {
   /// The line has been quiet long enough: the request to be sent now.
   const Request& Send(Job& job, Now now);
   /// Its exchange has ended. A reply that comes from now on is late.
-  void OnEnd(const Job& job, Outcome outcome, Instant now) {
-    owed_.late.OnEnd(job.asked(), outcome, now);
+  void NoteEnd(const Job& job, Outcome outcome, Instant now) {
+    owed_.late_replies.OnEnd(job.asked(), outcome, now);
   }
   /// That request has never left this machine, and never will.
   static void NeverLeft(Job& job);
@@ -108,9 +108,9 @@ class JobSending {
 class JobAnswer {
  public:
   /// All outlive it.
-  JobAnswer(WhoseReply& whose, const Chooser& chooser, const ParkedJobs& parked, Upkeep& upkeep,
-            EffectApplier& effects)
-      : whose_(whose), chooser_(chooser), parked_(parked), upkeep_(upkeep), effects_(effects) {}
+  JobAnswer(WhoseReply& whose, const Chooser& chooser, const ParkedJobs& parked,
+            DeviceTracker& tracker, EffectApplier& effects)
+      : whose_(whose), chooser_(chooser), parked_(parked), tracker_(tracker), effects_(effects) {}
 
   /// The exchange is over; `finding`: how it looked.
   NextStep Conclude(Job& job, ExchangeEnd end, const Finding& finding, Now now);
@@ -125,12 +125,12 @@ class JobAnswer {
   NextStep GiveUp(Job& job, const ExchangeEnd& end, Instant now);
   NextStep Repeat(Job& job);
   bool MustRepeat(const Job& job, Instant now) const;
-  bool MayPark(const Job& job, Outcome outcome) const;
+  bool ParksBusy(const Job& job, Outcome outcome) const;
 
   WhoseReply& whose_;
   const Chooser& chooser_;
   const ParkedJobs& parked_;
-  Upkeep& upkeep_;
+  DeviceTracker& tracker_;
   EffectApplier& effects_;
 };
 
@@ -140,8 +140,9 @@ class JobAnswer {
 class JobFinish {
  public:
   /// All outlive it.
-  JobFinish(WhoseReply& whose, const Schedule& schedule, Upkeep& upkeep, EffectApplier& effects)
-      : whose_(whose), schedule_(schedule), upkeep_(upkeep), effects_(effects) {}
+  JobFinish(WhoseReply& whose, const Schedule& schedule, DeviceTracker& tracker,
+            EffectApplier& effects)
+      : whose_(whose), schedule_(schedule), tracker_(tracker), effects_(effects) {}
 
   /// The job that is under way now, and its next step. Null: none.
   struct After {
@@ -158,18 +159,19 @@ class JobFinish {
 
   WhoseReply& whose_;
   const Schedule& schedule_;
-  Upkeep& upkeep_;
+  DeviceTracker& tracker_;
   EffectApplier& effects_;
 };
 
 struct JobPhases {
   /// All outlive it.
-  JobPhases(LineKnowledge& knows, Chooser& chooser, EffectApplier& effects)
-      : asking(knows.agenda.probes, knows.ledger.devices),
-        departure(knows.owed.whose, knows.owed.late, chooser, knows.agenda),
-        sending(knows.owed, knows.agenda.turns, knows.agenda.write_queue, knows.ledger.line),
-        answer(knows.owed.whose, chooser, knows.agenda.parked, knows.upkeep, effects),
-        finish(knows.owed.whose, knows.agenda.schedule, knows.upkeep, effects) {}
+  JobPhases(LineContext& context, Chooser& chooser, EffectApplier& effects)
+      : asking(context.agenda.probes, context.accounts.devices),
+        departure(context.owed.whose, context.owed.late_replies, chooser, context.agenda),
+        sending(context.owed, context.agenda.turns, context.agenda.write_queue,
+                context.accounts.line),
+        answer(context.owed.whose, chooser, context.agenda.parked, context.tracker, effects),
+        finish(context.owed.whose, context.agenda.schedule, context.tracker, effects) {}
 
   JobAsking asking;
   JobDeparture departure;

@@ -6,7 +6,7 @@
 //   chosen, or parked     it asks, or its request is ready    waiting
 //   chosen                the conversation will not ask       ended: unsupported
 //   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
-//   read-back, events or                                      MayPark
+//   read-back, events or                                      WaitsBesideLine
 //   background
 //   waiting, another kind the same, or replies name nobody    the line waits: Turn::wait
 //   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
@@ -83,7 +83,7 @@ void JobRun::Do(NextStep step) {
       case What::hold:
         return;
       case What::ask:
-        step = phases_.asking.Ask(*job_, step.retries, now_.instant);
+        step = phases_.asking.Ask(*job_, step.repeats, now_.instant);
         break;
       case What::probe_first:
         step = AskProbe();
@@ -147,9 +147,9 @@ bool JobRun::Withdraw() {
 
 // ---------------------------------------------------------------- its exchange
 
-void JobRun::OnEnd(ExchangeEnd end) {
+void JobRun::KeepEnd(ExchangeEnd end) {
   last_ = job_->member;
-  phases_.sending.OnEnd(*job_, end.outcome, now_.instant);
+  phases_.sending.NoteEnd(*job_, end.outcome, now_.instant);
   job_->attempt.end = std::move(end);
 }
 
@@ -157,7 +157,7 @@ std::optional<ExchangeEnd> JobRun::TakeEnd() {
   return job_ ? std::exchange(job_->attempt.end, std::nullopt) : std::nullopt;
 }
 
-void JobRun::Conclude(ExchangeEnd end, const Finding& finding) {
+void JobRun::FollowUp(ExchangeEnd end, const Finding& finding) {
   Do(phases_.answer.Conclude(*job_, std::move(end), finding, now_));
 }
 

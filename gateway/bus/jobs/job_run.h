@@ -14,7 +14,7 @@
 //   idle, and a job waits                TakeTurn; if that says send: Start
 //   quiet for long enough                Send
 //   a whole frame has come               Reception::Judge, with the job (by LineSide::Judge)
-//   the exchange has ended               OnEnd, and after all news of that input Conclude
+//   the exchange has ended               KeepEnd, and after all news of that input FollowUp
 //
 // The table of all states of a job is in job_run.cpp.
 //
@@ -79,11 +79,11 @@ class JobRun {
 
   /// The request that Send gave has never left this machine, and never will.
   void NeverLeft() { JobSending::NeverLeft(*job_); }
-  /// The exchange has ended; Conclude decides what follows.
-  void OnEnd(ExchangeEnd end);
-  /// Empty: the exchange has not ended, or Conclude was called already.
+  /// The exchange has ended; FollowUp decides what follows.
+  void KeepEnd(ExchangeEnd end);
+  /// Empty: the exchange has not ended, or FollowUp was called already.
   std::optional<ExchangeEnd> TakeEnd();
-  void Conclude(ExchangeEnd end, const Finding& finding);
+  void FollowUp(ExchangeEnd end, const Finding& finding);
 
   /// Answers the requests of a client that has left. `unsent`: see RequestPort.
   void Abandon(std::uint64_t client, bool unsent);

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/points/point_store.h"

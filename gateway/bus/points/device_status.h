@@ -1,5 +1,5 @@
 // What the gateway knows of a device apart from its values: state, counters, round trips.
-// Written by gateway/bus/counters/ledger.cpp, held by gateway/bus/points/point_store.h, shown by
+// Written by gateway/bus/counters/accounts.cpp, held by gateway/bus/points/point_store.h, shown by
 // every output. FailureRuns and LastHour are parts of DeviceStatus: runs of unanswered exchanges,
 // and the last hour in minutes.
 // SPDX-License-Identifier: Apache-2.0
@@ -83,7 +83,7 @@ class FailureRuns {
 };
 
 // The last hour of a device in minutes: how much of it was answered, and what the line's time went
-// to. Written by gateway/bus/counters/ledger.cpp.
+// to. Written by gateway/bus/counters/accounts.cpp.
 
 /// The counts of some minutes.
 struct MinuteCounts {

@@ -30,11 +30,11 @@ bool TelegramExchange::Begin(Instant now) {
   return Take(line_.Start(std::move(exchange), now));
 }
 
-bool TelegramExchange::OnBytes(View bytes, Instant now) {
+bool TelegramExchange::Receive(View bytes, Instant now) {
   const EchoResult heard = echo_.Filter(bytes);
   if (heard.bytes.empty()) return false;
   if (reply_.size() < kMostReply) Append(reply_, View(heard.bytes));
-  return Take(line_.OnBytes(heard.bytes, now));
+  return Take(line_.Feed(heard.bytes, now));
 }
 
 bool TelegramExchange::OnTimer(Instant now) { return Take(line_.OnTimer(now)); }
@@ -48,7 +48,7 @@ bool TelegramExchange::Take(LineNews news) {
 void UnaskedSide::OnOpened() {
   first_ = true;
   if (const Device* const device = speaker_.device()) {
-    ledger_.states.OnState(*device, "the port is open");
+    accounts_.states.OnState(*device, "the port is open");
   }
 }
 
@@ -60,15 +60,15 @@ void UnaskedSide::OnSettled(Instant now) {
   if (speaker_.drained()) intake_.OnDrained(*speaker_.device(), now);
 }
 
-void UnaskedSide::OnBytes(View bytes, Instant now) {
+void UnaskedSide::Overhear(View bytes, Instant now) {
   // Where a device is asked as well, its answer shows what the connection began with.
   const bool begins = std::exchange(first_, false) && speaker_.in_use();
   if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
-    ledger_.line.OnNegotiation();
-    upkeep_.ShowLine(now);
+    accounts_.line.OnNegotiation();
+    tracker_.ShowLine(now);
   }
   if (const auto before = speaker_.Hear(bytes, now)) {
-    ledger_.devices.OnMore(*speaker_.device(), *before);
+    accounts_.devices.OnMore(*speaker_.device(), *before);
   }
 }
 
@@ -76,12 +76,12 @@ void UnaskedSide::OnInput(const UnaskedInput& heard, Now now) {
   if (!speaker_.in_use()) return;
   Device& device = *speaker_.device();
   for (std::size_t i = 0; i < heard.damaged; ++i) {
-    upkeep_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
-                      now.instant);
+    tracker_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
+                       now.instant);
   }
   for (const UnaskedMessage& message : heard.messages) {
     Speaker::Said said = speaker_.OnMessage(message, now);
-    upkeep_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now.instant);
+    tracker_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now.instant);
     Take(std::move(said), now.instant);
   }
 }
@@ -92,27 +92,31 @@ void UnaskedSide::OnTimer(Now now) {
 
 void UnaskedSide::Take(Speaker::Said said, Instant now) {
   Device& device = *speaker_.device();
-  upkeep_.OnHeard(device, now);
-  if (said.lost > 0) ledger_.devices.OnLostEvents(device, said.lost);
+  tracker_.OnHeard(device, now);
+  if (said.lost > 0) accounts_.devices.OnLostEvents(device, said.lost);
   intake_.TakeUnasked(device, std::move(said));
 }
 
-DeviceSide::DeviceSide(Roster& roster, Ledger& ledger, Upkeep& upkeep, UnaskedSide& unasked,
-                       EffectApplier& effects)
-    : roster_(roster), ledger_(ledger), upkeep_(upkeep), unasked_(unasked), effects_(effects) {}
+DeviceSide::DeviceSide(Roster& roster, Accounts& accounts, DeviceTracker& tracker,
+                       UnaskedSide& unasked, EffectApplier& effects)
+    : roster_(roster),
+      accounts_(accounts),
+      tracker_(tracker),
+      unasked_(unasked),
+      effects_(effects) {}
 
 void DeviceSide::Attach(Tap& tap, std::vector<ForeignRule> foreign) {
   roster_.SetForeign(std::move(foreign));
-  ledger_.Attach(tap);
+  accounts_.Attach(tap);
 }
 
 void DeviceSide::OnOpened(Instant now) {
-  upkeep_.OnOpened(now);
+  tracker_.OnOpened(now);
   unasked_.OnOpened();
 }
 
 std::string DeviceSide::OnClosing(Override why) {
-  ledger_.OnClosed(why);
+  accounts_.OnClosed(why);
   return WhyClosed();
 }
 
@@ -120,13 +124,13 @@ void DeviceSide::Recall(std::uint32_t index, std::string memory, Now now) {
   Device& device = roster_.DeviceAt(index);
   device.conversation->Recall(memory, now);
   device.memory = std::move(memory);
-  upkeep_.OnRecalled(device);
+  tracker_.OnRecalled(device);
 }
 
 void DeviceSide::SetInUse(std::uint32_t index, bool in_use, bool open, Instant now) {
   Device& device = roster_.DeviceAt(index);
-  if (in_use) upkeep_.OnEnabled(device, open, now);
-  if (device.in_use != in_use) upkeep_.SetInUse(device, in_use, open, now);
+  if (in_use) tracker_.OnEnabled(device, open, now);
+  if (device.in_use != in_use) tracker_.SetInUse(device, in_use, open, now);
 }
 
 void DeviceSide::OnEventsKept(std::uint32_t index, const std::string& said, Instant now) {
@@ -143,11 +147,11 @@ void DeviceSide::OnHostClock(bool right) {
 void DeviceSide::OnUnsettledWrite(std::uint32_t index) {
   Device& device = roster_.DeviceAt(index);
   device.conversation->OnUnsettledWrite();
-  ledger_.states.OnMemory(device);
+  accounts_.states.OnMemory(device);
 }
 
 void DeviceSide::OnWritingTelegram(std::uint32_t index, View telegram, Instant now) {
-  upkeep_.OnTelegram(*roster_.DeviceAt(index).protocol, telegram, now);
+  tracker_.OnTelegram(*roster_.DeviceAt(index).protocol, telegram, now);
 }
 
 Speaking DeviceSide::SpeakingAs(std::uint32_t index) const {

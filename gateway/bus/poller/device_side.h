@@ -1,7 +1,7 @@
 // The devices of a line, as the gateway outside of it sees them: what it tells the line about a
 // device, and what the opening or closing of the port means for all of them. Driven by
 // gateway/bus/poller/poller.cpp. TelegramExchange sends a telegram by hand, UnaskedSide handles
-// what a device says unasked, and TakenIn groups the parts that take in replies.
+// what a device says unasked, and IntakeParts groups the parts that take in replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,14 +13,14 @@
 #include "config/model/line.h"
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/echo.h"
 #include "gateway/bus/exchange/line.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/intake.h"
 #include "gateway/bus/jobs/job_end.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/points/point_store.h"
 #include "protocols/protocol.h"
 
@@ -43,7 +43,7 @@ class TelegramExchange final : private LineClient {
 
   /// True: the request is to be sent now.
   bool Begin(Instant now);
-  bool OnBytes(View bytes, Instant now);
+  bool Receive(View bytes, Instant now);
   bool OnTimer(Instant now);
   std::optional<Instant> Deadline() const { return line_.Deadline(); }
 
@@ -73,15 +73,15 @@ class TelegramExchange final : private LineClient {
 class UnaskedSide {
  public:
   /// All outlive it.
-  UnaskedSide(const Roster& roster, LineObserver& observer, Ledger& ledger, Upkeep& upkeep,
-              Intake& intake)
+  UnaskedSide(const Roster& roster, LineObserver& observer, Accounts& accounts,
+              DeviceTracker& tracker, Intake& intake)
       : speaker_(roster, observer),
         observer_(observer),
         is_network_(roster.is_network()),
-        ledger_(ledger),
-        upkeep_(upkeep),
+        accounts_(accounts),
+        tracker_(tracker),
         intake_(intake) {
-    if (const Device* const device = speaker_.device()) ledger_.devices.OnSpeaks(*device);
+    if (const Device* const device = speaker_.device()) accounts_.devices.OnSpeaks(*device);
   }
 
   /// See Speaker.
@@ -92,7 +92,7 @@ class UnaskedSide {
 
   void OnOpened();
   /// Bytes of the line.
-  void OnBytes(View bytes, Instant now);
+  void Overhear(View bytes, Instant now);
   /// What the line has made of them.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
@@ -108,15 +108,15 @@ class UnaskedSide {
   const LineObserver& observer_;
   const bool is_network_;
   bool first_ = true;  // nothing has come since the port was opened
-  Ledger& ledger_;
-  Upkeep& upkeep_;
+  Accounts& accounts_;
+  DeviceTracker& tracker_;
   Intake& intake_;
 };
 
 class DeviceSide {
  public:
   /// All outlive it.
-  DeviceSide(Roster& roster, Ledger& ledger, Upkeep& upkeep, UnaskedSide& unasked,
+  DeviceSide(Roster& roster, Accounts& accounts, DeviceTracker& tracker, UnaskedSide& unasked,
              EffectApplier& effects);
 
   void Attach(Tap& tap, std::vector<ForeignRule> foreign);
@@ -125,8 +125,8 @@ class DeviceSide {
   /// The port closes. Returns why, in words.
   std::string OnClosing(Override why);
   /// Its job has ended.
-  void OnClosed(Instant now) { upkeep_.OnClosed(now); }
-  std::string WhyClosed() const { return ledger_.states.WhyClosed(); }
+  void OnClosed(Instant now) { tracker_.OnClosed(now); }
+  std::string WhyClosed() const { return accounts_.states.WhyClosed(); }
 
   // See Poller. `index`: in the point store; `open`: the port is.
   void Recall(std::uint32_t index, std::string memory, Now now);
@@ -134,7 +134,7 @@ class DeviceSide {
   void OnEventsKept(std::uint32_t index, const std::string& said, Instant now);
   void OnHostClock(bool right);
   void OnUnsettledWrite(std::uint32_t index);
-  void OnUnansweredTelegram(Instant now) { upkeep_.OnUnansweredTelegram(now); }
+  void OnUnansweredTelegram(Instant now) { tracker_.OnUnansweredTelegram(now); }
   void OnWritingTelegram(std::uint32_t index, View telegram, Instant now);
   Speaking SpeakingAs(std::uint32_t index) const;
 
@@ -146,20 +146,21 @@ class DeviceSide {
 
  private:
   Roster& roster_;
-  Ledger& ledger_;
-  Upkeep& upkeep_;
+  Accounts& accounts_;
+  DeviceTracker& tracker_;
   UnaskedSide& unasked_;
   EffectApplier& effects_;
 };
 
 // Groups the parts that take in replies, and messages that a device sends unasked: from there they
 // go to the store, and to the listener, which keeps events. For gateway/bus/poller/poller.h.
-struct TakenIn {
+struct IntakeParts {
   /// All outlive it.
-  TakenIn(LineKnowledge& knows, LineObserver& observer, PointStore& store, PollerListener& listener)
+  IntakeParts(LineContext& context, LineObserver& observer, PointStore& store,
+              PollerListener& listener)
       : intake(store, listener),
-        replies(knows.owed, knows.agenda, knows.ledger, knows.upkeep, intake),
-        unasked(knows.roster, observer, knows.ledger, knows.upkeep, intake) {}
+        replies(context.owed, context.agenda, context.accounts, context.tracker, intake),
+        unasked(context.roster, observer, context.accounts, context.tracker, intake) {}
 
   Intake intake;
   EffectApplier replies;

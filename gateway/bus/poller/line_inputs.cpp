@@ -49,21 +49,21 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
   if (!ProvesLife(outcome)) return routed ? answer.outcome = outcome : Refuse(job, frame, outcome);
   const bool asks = !routed && !job.is_probe();
   if (attempt.verdict.elsewhere || (asks && !attempt.verdict.proven)) {
-    return Doubt(job, frame, outcome);
+    return LeaveUnproven(job, frame, outcome);
   }
   return routed ? answer.outcome = outcome : Read(job, frame, now);
 }
 
 /// It may belong to an earlier request.
-Outcome ReplyJudge::Doubt(Job& job, View frame, Outcome outcome) {
+Outcome ReplyJudge::LeaveUnproven(Job& job, View frame, Outcome outcome) {
   Answer& answer = job.attempt.answer;
-  auto& doubt = job.attempt.doubt;
+  auto& unproven = job.attempt.unproven;
   answer.reason =
       "the reply may belong to an earlier request; it is asked again until that is certain";
-  doubt = Job::Doubt{};
+  unproven = Job::Unproven{};
   if (outcome != Outcome::ok && job.As<Job::Routed>() == nullptr) {
     Answer said = job.member->device->conversation->Interpret(job.step.request.bytes, frame);
-    doubt = {.refusal = std::move(said.reason), .refused_as = outcome};
+    unproven = {.refusal = std::move(said.reason), .refused_as = outcome};
     answer.remedy = std::move(said.remedy);
   }
   return answer.outcome = Outcome::unexpected;
@@ -122,11 +122,12 @@ Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
   return its_own && !may_be_bus ? Outcome::ok : outcome;
 }
 
-void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding) {
+void ReplyJudge::CompleteFinding(const Job& job, const ExchangeEnd& end, bool echoed,
+                                 Finding& finding) {
   const bool answered = ProvesLife(end.outcome);
   if (answered && !job.step.request.expect.mirrors) echo_free_ = !echoed;
   const Answer& answer = job.attempt.answer;
-  const auto& doubt = job.attempt.doubt;
+  const auto& unproven = job.attempt.unproven;
   const std::string& reason = answer.reason.empty() ? end.reason : answer.reason;
   const bool refuses = answered && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
@@ -134,12 +135,12 @@ void ReplyJudge::OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Find
   // The form of the reply to an earlier request; but the order of replies is proven.
   const bool proven = job.attempt.verdict.odd && finding.symptom == Symptom::one_behind;
   if (proven) finding.symptom = Symptom::odd;
-  if (refuses || (doubt && !doubt->refusal.empty())) {
+  if (refuses || (unproven && !unproven->refusal.empty())) {
     finding.symptom = Symptom::refusal;
-    if (!refuses) finding.outcome = doubt->refused_as;
-    finding.cause = refuses ? reason : doubt->refusal;
+    if (!refuses) finding.outcome = unproven->refused_as;
+    finding.cause = refuses ? reason : unproven->refusal;
     finding.remedy = answer.remedy;
-  } else if (doubt) {
+  } else if (unproven) {
     finding.symptom = Symptom::doubted;
   } else if (finding.symptom == Symptom::clean && !reason.empty() && !answer.remedy.empty()) {
     finding.symptom = Symptom::no_number;
@@ -169,10 +170,10 @@ void Reception::OnSend(const Job& job, Instant now) {
   echo_.OnSent(job.step.request.bytes);
 }
 
-EchoWatch::Received Reception::OnBytes(View bytes, const Job* job, Instant now) {
+EchoWatch::Received Reception::TakeOutEcho(View bytes, const Job* job, Instant now) {
   EchoWatch::Received heard =
       echo_.OnReceived(bytes, job != nullptr ? &job->step.request : nullptr);
-  if (!heard.bytes.empty()) observer_.OnBytes(heard.bytes, now);
+  if (!heard.bytes.empty()) observer_.Hear(heard.bytes, now);
   return heard;
 }
 
@@ -181,13 +182,13 @@ Outcome Reception::Judge(Job& job, View frame, Instant now) {
   return judge_.Judge(job, frame, echo_.MayBeEcho(job.step.request, frame), now);
 }
 
-Reception::Seen Reception::OnEnd(const Job& job, ExchangeEnd& end) {
+Reception::Seen Reception::Assess(const Job& job, ExchangeEnd& end) {
   Seen seen;
   seen.no_echo = echo_.OnExchangeEnd(job.step.request, end);
   seen.cut = echo_.is_cut();
-  seen.finding = observer_.OnEnd(end.outcome);
+  seen.finding = observer_.TakeFinding(end.outcome);
   seen.negotiates = observer_.TakeNegotiation();
-  judge_.OnEnd(job, end, echo_.echoed(), seen.finding);
+  judge_.CompleteFinding(job, end, echo_.echoed(), seen.finding);
   return seen;
 }
 
@@ -208,14 +209,14 @@ void LineSide::OnPortClosed(const std::string& reason) {
   run_.OnClosed(reason);
 }
 
-LineSide::Received LineSide::OnBytes(View bytes, Instant now) {
+LineSide::Received LineSide::FeedLine(View bytes, Instant now) {
   const Job* const job = run_.job();
   Received received{.member = job != nullptr ? job->member : nullptr,
-                    .heard = reception_.OnBytes(bytes, job, now),
+                    .heard = reception_.TakeOutEcho(bytes, job, now),
                     .collided = {},
                     .news = {}};
   if (received.heard.collision) received.collided = line_.OnCollision(now);
-  if (!received.heard.bytes.empty()) received.news = line_.OnBytes(received.heard.bytes, now);
+  if (!received.heard.bytes.empty()) received.news = line_.Feed(received.heard.bytes, now);
   return received;
 }
 
@@ -252,8 +253,8 @@ void LineSide::Withdraw() {
 
 // ---------------------------------------------------------------- the end of its exchange
 
-void LineSide::OnEnd(ExchangeEnd end) {
-  if (run_.job() != nullptr) run_.OnEnd(std::move(end));
+void LineSide::KeepEnd(ExchangeEnd end) {
+  if (run_.job() != nullptr) run_.KeepEnd(std::move(end));
 }
 
 std::optional<LineSide::Over> LineSide::TakeEnd() {
@@ -261,11 +262,11 @@ std::optional<LineSide::Over> LineSide::TakeEnd() {
   if (!end) return std::nullopt;
   const Job& job = *run_.job();
   Over over{.member = job.member, .end = std::move(*end), .seen = {}};
-  over.seen = reception_.OnEnd(job, over.end);
+  over.seen = reception_.Assess(job, over.end);
   return over;
 }
 
-void LineSide::Conclude(Over over) {
+void LineSide::PassToJob(Over over) {
   if (!ProvesLife(over.end.outcome)) {
     const bool closed = over.end.outcome == Outcome::line_down;
     if (port_.IsUnsent()) {
@@ -274,12 +275,12 @@ void LineSide::Conclude(Over over) {
     }
     if (!closed) port_.DropUnsent();
   }
-  run_.Conclude(std::move(over.end), over.seen.finding);
+  run_.FollowUp(std::move(over.end), over.seen.finding);
 }
 
 void LineInputs::OnTime(Now now) {
   arrival_.OnInput(now.instant, IsAwaiting());
-  ledger_.OnTime(now, !line_.idle(), line_.member(), !line_.asks());
+  accounts_.OnTime(now, !line_.idle(), line_.member(), !line_.asks());
 }
 
 std::optional<Instant> LineInputs::Deadline() const {
@@ -291,17 +292,17 @@ void LineInputs::OnClosed(const std::string& reason, Now now) {
   LineNews news = line_.OnClosed();
   if (news.end) news.end->reason = reason;
   Apply(std::move(news), now);
-  Conclude();
+  HandleEnd();
   line_.OnPortClosed(reason);
 }
 
-void LineInputs::OnBytes(View bytes, Now now) {
-  LineSide::Received received = line_.OnBytes(bytes, now.instant);
+void LineInputs::HandleBytes(View bytes, Now now) {
+  LineSide::Received received = line_.FeedLine(bytes, now.instant);
   const EchoWatch::Received& heard = received.heard;
-  ledger_.line.OnHeard(heard, received.member);
+  accounts_.line.OnHeard(heard, received.member);
   Apply(std::move(received.collided), now);
   if (heard.bytes.empty()) return;
-  unasked_.OnBytes(heard.bytes, now.instant);
+  unasked_.Overhear(heard.bytes, now.instant);
   Apply(std::move(received.news), now);
 }
 
@@ -315,40 +316,40 @@ void LineInputs::Date(LineNews& news, Instant now) const {
   news.end->since_reply = now - std::max(arrival_.Earliest(read), read - news.end->round_trip);
 }
 
-/// The news of one input, in their order. Conclude applies the end of an exchange.
+/// The news of one input, in their order. HandleEnd applies the end of an exchange.
 void LineInputs::Apply(LineNews news, Now now) {
   Date(news, now.instant);
   unasked_.OnInput(news.unasked, now);
   if (news.send) Send(now);
-  if (news.stray_before.count > 0) OnStray(news.stray_before, now.instant);
-  if (news.end) line_.OnEnd(std::move(*news.end));
-  if (news.stray.count > 0) OnStray(news.stray, now.instant);
-  if (news.second_reply) upkeep_.OnSecondReply(now.instant);
+  if (news.stray_before.count > 0) HandleStray(news.stray_before, now.instant);
+  if (news.end) line_.KeepEnd(std::move(*news.end));
+  if (news.stray.count > 0) HandleStray(news.stray, now.instant);
+  if (news.second_reply) tracker_.OnSecondReply(now.instant);
 }
 
 void LineInputs::Send(Now now) {
   for (const EarlierFinding& changed : line_.TakeChanged()) {
-    ledger_.devices.OnMore(*changed.member, changed.finding, changed.back);
+    accounts_.devices.OnMore(*changed.member, changed.finding, changed.back);
     // The line's patience with this device does not grow: its neighbours would pay for it.
     if (changed.lateness > Duration::zero()) {
-      upkeep_.CountLate(*changed.member, changed.lateness, now.instant);
+      tracker_.CountLate(*changed.member, changed.lateness, now.instant);
     }
   }
   line_.Send(now);
 }
 
-void LineInputs::OnStray(const StrayBytes& stray, Instant now) {
-  const LateAnswers::Stray told = upkeep_.OnStray(stray, now);
-  if (told.warned != nullptr) ledger_.line.Warn(*told.warned, told.warning);
+void LineInputs::HandleStray(const StrayBytes& stray, Instant now) {
+  const LateReplies::StrayEffects effects = tracker_.ApplyStray(stray, now);
+  if (effects.warned != nullptr) accounts_.line.Warn(*effects.warned, effects.warning);
 }
 
-void LineInputs::Conclude() {
+void LineInputs::HandleEnd() {
   std::optional<LineSide::Over> over = line_.TakeEnd();
   if (!over) return;
-  if (over->seen.no_echo) ledger_.line.OnNoEcho();
-  ledger_.line.OnRing(*over->member, over->seen.cut);
-  if (over->seen.negotiates) ledger_.line.OnNegotiation();
-  line_.Conclude(std::move(*over));
+  if (over->seen.no_echo) accounts_.line.OnNoEcho();
+  accounts_.line.OnRing(*over->member, over->seen.cut);
+  if (over->seen.negotiates) accounts_.line.OnNegotiation();
+  line_.PassToJob(std::move(*over));
 }
 
 }  // namespace baudgate

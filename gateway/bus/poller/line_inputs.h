@@ -4,7 +4,7 @@
 //
 //   what happens                         call
 //   the port opens, or closes            OnOpened, OnClosed
-//   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer; then Conclude
+//   bytes, an end of connection, time    HandleBytes, OnEnded, OnTimer; then HandleEnd
 //   the job takes its turn               Start
 //   its request may be too late by now   Withdraw
 //
@@ -23,14 +23,14 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/arrivals.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/exchange/echo.h"
 #include "gateway/bus/exchange/line.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/job.h"
 #include "gateway/bus/jobs/job_run.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/replies/whose_reply.h"
 
@@ -56,11 +56,11 @@ class ReplyJudge {
   Outcome Judge(Job& job, View frame, bool may_be_echo, Instant now);
   /// The exchange has ended; `echoed`: its request has come back. Adds to `finding` what the bytes
   /// do not show: the words of the device, and that its reply was not taken.
-  void OnEnd(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding);
+  void CompleteFinding(const Job& job, const ExchangeEnd& end, bool echoed, Finding& finding);
 
  private:
   Outcome JudgeRouted(Job& job, View frame);
-  static Outcome Doubt(Job& job, View frame, Outcome outcome);
+  static Outcome LeaveUnproven(Job& job, View frame, Outcome outcome);
   static Outcome Read(Job& job, View frame, Instant now);
   static Outcome Refuse(Job& job, View frame, Outcome outcome);
 
@@ -75,9 +75,9 @@ class ReplyJudge {
 //
 //   on the line                          call
 //   a request is to be sent              TakeChanged, then OnSend
-//   bytes come, at any time              OnBytes; what is not echo goes to the line
+//   bytes come, at any time              TakeOutEcho; what is not echo goes to the line
 //   a whole frame has come               Judge
-//   the exchange has ended               OnEnd
+//   the exchange has ended               Assess
 //
 class Reception {
  public:
@@ -92,7 +92,7 @@ class Reception {
   /// Before the request of this job goes to the port.
   void OnSend(const Job& job, Instant now);
   /// `job`: that of the line, which may wait for its turn; null: none.
-  EchoWatch::Received OnBytes(View bytes, const Job* job, Instant now);
+  EchoWatch::Received TakeOutEcho(View bytes, const Job* job, Instant now);
   /// A whole frame came for the request of this job.
   Outcome Judge(Job& job, View frame, Instant now);
 
@@ -104,7 +104,7 @@ class Reception {
     bool negotiates = false;  ///< see LineObserver::TakeNegotiation
   };
   /// The reason of `end` is set if the echo explains it.
-  Seen OnEnd(const Job& job, ExchangeEnd& end);
+  Seen Assess(const Job& job, ExchangeEnd& end);
 
  private:
   EchoWatch echo_;
@@ -118,10 +118,10 @@ class Reception {
 //
 //   what happens                         call
 //   the port opens, or closes            OnOpened; OnClosed, and at last OnPortClosed
-//   bytes, an end of connection, time    OnBytes, OnEnded, OnTimer
+//   bytes, an end of connection, time    FeedLine, OnEnded, OnTimer
 //   the job takes its turn               Start
 //   LineNews::send                       TakeChanged, then Send
-//   LineNews::end                        OnEnd; after all news of the input TakeEnd and Conclude
+//   LineNews::end                        KeepEnd; after all news of the input TakeEnd and PassToJob
 //   its request may be too late by now   Withdraw
 //
 class LineSide : private LineClient {
@@ -143,7 +143,7 @@ class LineSide : private LineClient {
     LineNews collided;  ///< of a collision; before `news`
     LineNews news;      ///< of `heard.bytes`
   };
-  Received OnBytes(View bytes, Instant now);
+  Received FeedLine(View bytes, Instant now);
   LineNews OnEnded(Instant now) { return line_.OnEnded(now); }
   LineNews OnTimer(Instant now);
   /// When OnTimer is due.
@@ -167,7 +167,7 @@ class LineSide : private LineClient {
   /// See JobRun.
   void Abandon(std::uint64_t client) { run_.Abandon(client, port_.IsUnsent()); }
 
-  void OnEnd(ExchangeEnd end);
+  void KeepEnd(ExchangeEnd end);
   /// An exchange that is over: how it ended, and how it looked.
   struct Over {
     const Member* member = nullptr;
@@ -177,7 +177,7 @@ class LineSide : private LineClient {
   /// Empty: none has ended since it was asked last.
   std::optional<Over> TakeEnd();
   /// The job decides what follows.
-  void Conclude(Over over);
+  void PassToJob(Over over);
 
  private:
   Outcome Judge(View frame, Instant now) override;
@@ -193,8 +193,8 @@ class LineSide : private LineClient {
 class LineInputs {
  public:
   /// All references outlive it.
-  LineInputs(LineSide& line, UnaskedSide& unasked, Upkeep& upkeep, Ledger& ledger)
-      : line_(line), unasked_(unasked), upkeep_(upkeep), ledger_(ledger) {}
+  LineInputs(LineSide& line, UnaskedSide& unasked, DeviceTracker& tracker, Accounts& accounts)
+      : line_(line), unasked_(unasked), tracker_(tracker), accounts_(accounts) {}
 
   /// See LineSide.
   bool is_open() const { return line_.is_open(); }
@@ -208,13 +208,13 @@ class LineInputs {
   void OnTime(Now now);
   /// The job under way ends; `reason`: why the port is closed.
   void OnClosed(const std::string& reason, Now now);
-  void OnBytes(View bytes, Now now);
+  void HandleBytes(View bytes, Now now);
   void OnEnded(Now now) { Apply(line_.OnEnded(now.instant), now); }
   void OnTimer(Now now) { Apply(line_.OnTimer(now.instant), now); }
   /// The line is idle, and the job says send. `idle_since`: since when it is.
   void Start(Instant idle_since, Now now) { Apply(line_.Start(idle_since, now.instant), now); }
   /// Applies the end of an exchange, if one has ended. After all other news of the input.
-  void Conclude();
+  void HandleEnd();
 
  private:
   /// Bytes may come: of a reply, or of a device that speaks unasked.
@@ -222,12 +222,12 @@ class LineInputs {
   void Date(LineNews& news, Instant now) const;
   void Apply(LineNews news, Now now);
   void Send(Now now);
-  void OnStray(const StrayBytes& stray, Instant now);
+  void HandleStray(const StrayBytes& stray, Instant now);
 
   LineSide& line_;
   UnaskedSide& unasked_;
-  Upkeep& upkeep_;
-  Ledger& ledger_;
+  DeviceTracker& tracker_;
+  Accounts& accounts_;
   ArrivalTime arrival_;
 };
 

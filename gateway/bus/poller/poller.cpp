@@ -10,19 +10,20 @@ namespace baudgate {
 Poller::Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
                PointStore& store, RequestPort& port, PollerListener& listener,
                const MakeObserver& observe)
-    : knows_(line, first_device, find, store, listener),
-      observer_(observe ? observe(knows_.roster) : std::make_unique<LineObserver>()),
-      taken_in_(knows_, *observer_, store, listener),
-      chooser_(knows_.roster, knows_.agenda, knows_.owed.late),
-      phases_(knows_, chooser_, taken_in_.replies),
+    : context_(line, first_device, find, store, listener),
+      observer_(observe ? observe(context_.roster) : std::make_unique<LineObserver>()),
+      intake_parts_(context_, *observer_, store, listener),
+      chooser_(context_.roster, context_.agenda, context_.owed.late_replies),
+      phases_(context_, chooser_, intake_parts_.replies),
       run_(phases_),
-      reception_(line.echo, *observer_, knows_.owed.whose),
-      line_side_(reception_, taken_in_.unasked.standing(), run_, port),
-      devices_(knows_.roster, knows_.ledger, knows_.upkeep, taken_in_.unasked, taken_in_.replies),
-      clients_(store, knows_.roster, chooser_, knows_.owed.whose, knows_.agenda,
-               knows_.ledger.devices),
-      turn_taker_(chooser_, run_, knows_.ledger.line),
-      line_(line_side_, taken_in_.unasked, knows_.upkeep, knows_.ledger) {}
+      reception_(line.echo, *observer_, context_.owed.whose),
+      line_side_(reception_, intake_parts_.unasked.standing(), run_, port),
+      devices_(context_.roster, context_.accounts, context_.tracker, intake_parts_.unasked,
+               intake_parts_.replies),
+      clients_(store, context_.roster, chooser_, context_.owed.whose, context_.agenda,
+               context_.accounts.devices),
+      turn_taker_(chooser_, run_, context_.accounts.line),
+      line_(line_side_, intake_parts_.unasked, context_.tracker, context_.accounts) {}
 
 // ---------------------------------------------------------------- inputs
 
@@ -63,9 +64,9 @@ void Poller::SetInUse(std::uint32_t index, bool in_use, Now now) {
   SettleIfOpen();
 }
 
-void Poller::OnBytes(View bytes, Now now) {
+void Poller::Receive(View bytes, Now now) {
   Advance(now);
-  line_.OnBytes(bytes, now);
+  line_.HandleBytes(bytes, now);
   Settle();
 }
 
@@ -172,7 +173,7 @@ void Poller::SettleIfOpen() {
 }
 
 void Poller::Settle() {
-  line_.Conclude();
+  line_.HandleEnd();
   time_.OnHandled(line_.idle());
   const Idle idle = time_.idle();
   if (line_.idle()) turn_taker_.ChargeProbe(idle.now);

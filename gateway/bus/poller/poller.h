@@ -14,14 +14,14 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/jobs/job_phases.h"
 #include "gateway/bus/jobs/job_run.h"
-#include "gateway/bus/jobs/upkeep.h"
 #include "gateway/bus/jobs/waiting_clients.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/poller/device_side.h"
@@ -56,7 +56,7 @@ class Poller {
   void OnClosed(Now now, Override why = Quality::bad_not_connected);
   /// `device` is an index in the point store. Not in use: not asked, its points out of service.
   void SetInUse(std::uint32_t device, bool in_use, Now now);
-  void OnBytes(View bytes, Now now);
+  void Receive(View bytes, Now now);
   /// The server has ended the connection, and the next request opens another.
   void OnEnded(Now now);
   void OnTimer(Now now);
@@ -100,7 +100,7 @@ class Poller {
   /// The protocol and the settings with which a telegram by hand to this device is sent.
   Speaking SpeakingAs(std::uint32_t device) const;
 
-  const Ledger& ledger() const { return knows_.ledger; }
+  const Accounts& accounts() const { return context_.accounts; }
 
  private:
   void Advance(Now now);
@@ -108,9 +108,9 @@ class Poller {
   void Settle();
   void TakeTurns();
 
-  LineKnowledge knows_;
+  LineContext context_;
   const std::unique_ptr<LineObserver> observer_;
-  TakenIn taken_in_;
+  IntakeParts intake_parts_;
   Chooser chooser_;
   JobPhases phases_;
   JobRun run_;

@@ -158,15 +158,15 @@ bool AnswerOrder::IsOfLatest() const {
 }
 
 void LostReplies::OnLost(const Member& slave, const Bytes& request, Instant now) {
-  State& state = states_[slave];
-  if (!MayCome(slave, now)) state.requests.clear();
-  if (state.requests.size() == kMost) state.requests.erase(state.requests.begin());
-  state.requests.push_back(request);
-  state.lost_at = now;
+  Entry& entry = entries_[slave];
+  if (!MayCome(slave, now)) entry.requests.clear();
+  if (entry.requests.size() == kMost) entry.requests.erase(entry.requests.begin());
+  entry.requests.push_back(request);
+  entry.lost_at = now;
 }
 
 bool LostReplies::MayCome(const Member& slave, Instant began) const {
-  const std::optional<Instant>& lost_at = states_[slave].lost_at;
+  const std::optional<Instant>& lost_at = entries_[slave].lost_at;
   return lost_at && began - *lost_at <= kLatest;
 }
 
@@ -174,7 +174,7 @@ LostReplies::Older LostReplies::MayBe(const Member& slave, const Bytes& request,
                                       const MayFit& fits) const {
   Older older;
   if (!MayCome(slave, began)) return older;
-  for (const Bytes& lost : states_[slave].requests) {
+  for (const Bytes& lost : entries_[slave].requests) {
     const bool same = lost == request;
     older.same = older.same || same;
     older.other = older.other || (!same && fits(lost));
@@ -184,7 +184,7 @@ LostReplies::Older LostReplies::MayBe(const Member& slave, const Bytes& request,
 
 bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older,
                           std::size_t count) {
-  std::vector<Bytes>& lost = states_[slave].requests;
+  std::vector<Bytes>& lost = entries_[slave].requests;
   if ((!older.other && !older.same) || count > lost.size()) {
     lost.clear();
     return true;
@@ -212,20 +212,20 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const bool answered = asked.request->expect.reply == Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
   if (asked.unprovable) return false;
-  const State& state = states_[member];
+  const Entry& entry = entries_[member];
   const Duration holds = asked.renews_proof_early ? kProofRenews : kProofHolds;
-  if (!state.answered_probe || now - state.proven_at > holds) return true;
+  if (!entry.answered_probe || now - entry.proven_at > holds) return true;
   if (IsUnprovable(member)) return false;
-  const bool odd = std::ranges::find(state.odd, asked.question()) != state.odd.end();
-  if (odd && !asked.proved && state.proofless == 0) return true;  // row 14
+  const bool odd = std::ranges::find(entry.odd, asked.question()) != entry.odd.end();
+  if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14
   if (IsSafe(asked)) return false;
   // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
   // end: a round of 22 requests looks like a lag of 22.
-  return orders_.Owed(asked) > std::min(state.lag, kMostTriesMore);
+  return orders_.Owed(asked) > std::min(entry.lag, kMostTriesMore);
 }
 
 bool WhoseReply::IsProbedByWrites(const Device& device) const {
-  return device.conversation->Queries().empty() && states_[device].proof_reply.empty();
+  return device.conversation->Queries().empty() && entries_[device].proof_reply.empty();
 }
 
 bool WhoseReply::IsOwedAlone(const Asked& asked) const {
@@ -245,7 +245,7 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
 /// one that is known.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
-  const Identity& identity = states_[*asked.member].identity;
+  const Identity& identity = entries_[*asked.member].identity;
   return !identity.IsAskedBy(asked.question()) || identity.Is(frame) ||
          (identity.names() && IsRefusal(outcome));
 }
@@ -256,7 +256,7 @@ bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
 bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
   if (sent.place == SentRequest::kNobody) return false;
   const Member& asked = *roster_.everyone()[sent.place];
-  const Identity& identity = states_[asked].identity;
+  const Identity& identity = entries_[asked].identity;
   if (identity.IsAskedBy(sent.bytes)) {
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
@@ -273,34 +273,34 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
   const auto& everyone = roster_.everyone();
   if (before > AnswerOrder::kMostOfStrangers || sent.place >= everyone.size()) return false;
   const Member& asked = *everyone[sent.place];
-  const State& state = states_[asked];
-  if (!asked.IsSame(sender) || state.identity.Is(frame)) return false;
-  const auto silences = state.silences.find(sent.bytes);
-  if (silences != state.silences.end() && silences->second >= kUnknown) return false;
-  return !state.identity.IsAskedBy(sent.bytes) && !state.shown.contains(sent.bytes);
+  const Entry& entry = entries_[asked];
+  if (!asked.IsSame(sender) || entry.identity.Is(frame)) return false;
+  const auto silences = entry.silences.find(sent.bytes);
+  if (silences != entry.silences.end() && silences->second >= kUnknown) return false;
+  return !entry.identity.IsAskedBy(sent.bytes) && !entry.known_forms.contains(sent.bytes);
 }
 
 /// Rows 9 and 10. True: another device answers in its place.
 bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                               const AnswerOrder::MayAnswer& may_answer) {
   const Request& request = *asked.request;
-  State& state = states_[*asked.member];
+  Entry& entry = entries_[*asked.member];
   if (asked.probe && ProvesLife(outcome)) {
-    state.proofless = request.is_proof() ? 0 : state.proofless + 1;
+    entry.proofless = request.is_proof() ? 0 : entry.proofless + 1;
   }
   if (request.steady && ProvesLife(outcome)) {
     if (Fits(asked, frame, outcome)) {
-      state.identity.OnSame();
+      entry.identity.OnSame();
     } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
-               state.identity.OnOther(frame)) {
+               entry.identity.OnOther(frame)) {
       // A name that came once, before any reading, may have been damage.
-      const bool was_there = state.identity.certain() || state.read;
-      state.identity.Learn(asked.question(), frame, outcome);
+      const bool was_there = entry.identity.certain() || entry.read;
+      entry.identity.Learn(asked.question(), frame, outcome);
       return was_there;
     }
   }
-  if (!state.identity.known() || state.proofless < kProbesWithoutProof) return false;
-  state.identity = {};
+  if (!entry.identity.known() || entry.proofless < kProbesWithoutProof) return false;
+  entry.identity = {};
   return true;
 }
 
@@ -317,28 +317,28 @@ void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
 /// strangers any more.
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const Request& request = *asked.request;
-  State& state = states_[*asked.member];
+  Entry& entry = entries_[*asked.member];
   AnswerOrder& order = orders_.Of(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
-  if (names && !state.identity.known() && order.IsAnswerTo(asked.question())) {
-    state.identity.Learn(asked.question(), frame, outcome);
+  if (names && !entry.identity.known() && order.IsAnswerTo(asked.question())) {
+    entry.identity.Learn(asked.question(), frame, outcome);
   }
   // The port was opened, so up to three replies may be owed to its previous user. The probe was
   // sent four times, so the fourth reply answers one of these probes. If it asks for the name,
   // nothing else is owed now. If it is only a read of an unusual length, a rare poll may have the
   // same form: then the replies to the other three probes stay among those that are owed.
-  if (state.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
+  if (entry.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
     }
-    state.strangers = false;
+    entry.strangers = false;
   }
 }
 
 /// A request whose reply has not fitted is asked behind a proof the next time. Only that shows
 /// whether the form is the device's own, or an earlier reply has come twice.
 void WhoseReply::NoteForm(const Asked& asked, bool fits) {
-  std::vector<Bytes>& odd = states_[*asked.member].odd;
+  std::vector<Bytes>& odd = entries_[*asked.member].odd;
   const Bytes question = asked.question();
   const auto known = std::ranges::find(odd, question);
   if (fits && known != odd.end()) odd.erase(known);
@@ -348,14 +348,14 @@ void WhoseReply::NoteForm(const Asked& asked, bool fits) {
 }
 
 /// The device has answered in the form that was asked for, or has refused: it knows this request.
-void WhoseReply::NoteShown(const Asked& asked, Outcome outcome) {
-  State& state = states_[*asked.member];
-  const bool identifies = state.identity.IsAskedBy(asked.question());
-  if (asked.request->is_proof() && (identifies || outcome == Outcome::ok)) state.proves = true;
+void WhoseReply::NoteKnownForm(const Asked& asked, Outcome outcome) {
+  Entry& entry = entries_[*asked.member];
+  const bool identifies = entry.identity.IsAskedBy(asked.question());
+  if (asked.request->is_proof() && (identifies || outcome == Outcome::ok)) entry.proves = true;
   if (outcome == Outcome::busy) return;
-  state.silences.erase(asked.question());
-  if (state.shown.size() >= kMostShown) state.shown.clear();
-  state.shown.insert(asked.question());
+  entry.silences.erase(asked.question());
+  if (entry.known_forms.size() >= kMostKnownForms) entry.known_forms.clear();
+  entry.known_forms.insert(asked.question());
 }
 
 WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome outcome) {
@@ -369,15 +369,15 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     return has_form(sent, before) ||
            (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
   };
-  State& state = states_[*asked.member];
+  Entry& entry = entries_[*asked.member];
   Verdict verdict;
   verdict.replaced = NoteIdentity(asked, frame, outcome, has_form);
   const bool fits = Fits(asked, frame, outcome);
-  const bool copied = std::ranges::equal(frame, state.proof_reply);
+  const bool copied = std::ranges::equal(frame, entry.proof_reply);
   verdict.odd = !fits && !asked.probe && !copied && orders_.IsBehindProof(asked);  // row 14
   verdict.shifted = !fits && !verdict.odd && orders_.Owed(asked) == 1;             // row 2
   if (fits || verdict.odd || verdict.shifted) NoteForm(asked, fits);
-  if (fits && proof) state.proof_reply.assign(frame.begin(), frame.end());
+  if (fits && proof) entry.proof_reply.assign(frame.begin(), frame.end());
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
@@ -385,59 +385,59 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     // as the own reply.
     const SentRequest latest{asked.member->place, asked.question(), {}, proof};
     const bool odd =
-        !state.proves && !state.strangers && MayLookSo(latest, 0, *asked.member, frame);
+        !entry.proves && !entry.strangers && MayLookSo(latest, 0, *asked.member, frame);
     Count(asked, fits || odd, outcome, may_answer);
   }
-  const bool strangers = state.strangers;
+  const bool strangers = entry.strangers;
   Learn(asked, frame, outcome);
   verdict.elsewhere = !orders_.MayBeInStep(asked);
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
-  if (verdict.proven) state.lag = proof ? owed : std::min(state.lag, owed);
-  if (strangers && !state.strangers) state.lag = 0;  // what other tries may be owed is no lag
-  if (verdict.replaced) state.shown.clear();
-  if (verdict.proven && fits) NoteShown(asked, outcome);
-  if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) state.read = true;
+  if (verdict.proven) entry.lag = proof ? owed : std::min(entry.lag, owed);
+  if (strangers && !entry.strangers) entry.lag = 0;  // what other tries may be owed is no lag
+  if (verdict.replaced) entry.known_forms.clear();
+  if (verdict.proven && fits) NoteKnownForm(asked, outcome);
+  if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) entry.read = true;
   // A device that has a name is identified before its readings are accepted.
-  if (asked.probe && !proof && state.identity.known()) verdict.proven = false;
+  if (asked.probe && !proof && entry.identity.known()) verdict.proven = false;
   verdict.older = orders_.Older(asked);
   return verdict;
 }
 
-void WhoseReply::OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now) {
+void WhoseReply::NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now) {
   // After damage, and after others' replies, an answer may still come.
-  State& state = states_[*asked.member];
+  Entry& entry = entries_[*asked.member];
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
   if (silent && outcome == Outcome::no_reply) {
-    state.answered_probe = false;  // another may come now
+    entry.answered_probe = false;  // another may come now
     const Bytes question = asked.question();
-    if (state.silences.size() >= kMostShown) state.silences.clear();
-    const bool counts = !asked.retry && !asked.writes && !state.shown.contains(question);
-    if (counts) ++state.silences[question];
+    if (entry.silences.size() >= kMostKnownForms) entry.silences.clear();
+    const bool counts = !asked.retry && !asked.writes && !entry.known_forms.contains(question);
+    if (counts) ++entry.silences[question];
   }
   if (!asked.probe || !ProvesLife(outcome)) return;
-  state.proven_at = now;
-  state.answered_probe = asked.request->is_proof() || !state.identity.known();
+  entry.proven_at = now;
+  entry.answered_probe = asked.request->is_proof() || !entry.identity.known();
 }
 
 void WhoseReply::OnOpened(const Member& member, Instant now) {
   orders_.Of(member).OnStranger(now);
-  State& state = states_[member];
-  state.strangers = true;
-  state.shown.clear();
-  state.proves = false;
+  Entry& entry = entries_[member];
+  entry.strangers = true;
+  entry.known_forms.clear();
+  entry.proves = false;
 }
 
 void WhoseReply::OnReconnect(const Member& member) {
-  State& state = states_[member];
-  state.answered_probe = false;
-  state.proofless = 0;
-  state.lag = 0;
-  state.read = false;
-  state.odd.clear();
-  state.silences.clear();
+  Entry& entry = entries_[member];
+  entry.answered_probe = false;
+  entry.proofless = 0;
+  entry.lag = 0;
+  entry.read = false;
+  entry.odd.clear();
+  entry.silences.clear();
 }
 
 void WhoseReply::OnNoProof(const Device& device, Instant now) {
@@ -452,21 +452,21 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
                                  Instant now) {
   const Member& member = *asked.member;
   const Request& request = *asked.request;
-  if (idle_since + late.LongestReply() <= now) readings.OnRested();
+  if (idle_since + late_replies.LongestReply() <= now) readings.OnRested();
   // Its user says that nothing holds its replies back. A first try has waited for late replies, so
   // nothing is owed any more.
   if (trusted && !asked.retry) orders.Reset(member);
   Exchange exchange{request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose.Lags(member);
-  exchange.times.reply += late.MoreReply(asked);
+  exchange.times.reply += late_replies.MoreReply(asked);
   const Duration more = request.reply - exchange.times.reply;
   if (more > Duration::zero()) {
     exchange.times.reply += more;
     exchange.times.ceiling += more;
   }
   exchange.times.quiet = std::max(exchange.times.quiet, request.quiet);
-  exchange.times.drain += late.ExtraDrain(member);
-  exchange.aftermath = late.Aftermath(asked, now);
+  exchange.times.drain += late_replies.ExtraDrain(member);
+  exchange.aftermath = late_replies.Aftermath(asked, now);
   // This device answers each request only after the next one. Waiting does not help.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;

@@ -5,7 +5,7 @@
 // protocols/conversation.h). The cases are a table in whose_reply.cpp.
 // gateway/bus/jobs/job_phases.cpp reports every request, gateway/bus/poller/line_inputs.cpp every
 // reply of the line; docs/timeouts.md. AnswerOrder, ReplyOrders and LostReplies keep the requests;
-// OwedReplies joins WhoseReply with LateAnswers.
+// OwedReplies joins WhoseReply with LateReplies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,7 @@
 #include "gateway/bus/devices/device_health.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 
 namespace baudgate {
 
@@ -263,7 +263,7 @@ class LostReplies {
   bool OnReply(const Member& slave, const Bytes& request, Older older, std::size_t count);
 
  private:
-  struct State {
+  struct Entry {
     std::optional<Instant> lost_at;  // the latest
     std::vector<Bytes> requests;     // the latest
   };
@@ -272,7 +272,7 @@ class LostReplies {
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
 };
 
 class WhoseReply {
@@ -303,17 +303,17 @@ class WhoseReply {
   bool IsProbedByWrites(const Device& device) const;
   /// Until when its latest proof holds, and from when on it may be renewed.
   Instant ProofEnds(const Member& member) const {
-    return states_[member].answered_probe ? states_[member].proven_at + kProofHolds : Instant{};
+    return entries_[member].answered_probe ? entries_[member].proven_at + kProofHolds : Instant{};
   }
   Instant ProofRenews(const Member& member) const {
-    return states_[member].proven_at + kProofRenews;
+    return entries_[member].proven_at + kProofRenews;
   }
   /// Whether a reply of an odd form is accepted, because no other reply is owed.
   bool MayBeOdd(const Asked& asked) const {
-    return states_[*asked.member].read && orders_.Owed(asked) == 1;
+    return entries_[*asked.member].read && orders_.Owed(asked) == 1;
   }
   /// When its order was last proven, replies were still owed.
-  bool Lags(const Member& member) const { return states_[member].lag > 0; }
+  bool Lags(const Member& member) const { return entries_[member].lag > 0; }
   /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
   /// order is kept: they owe nothing when all that they were lately asked was answered.
   bool IsOwedAlone(const Asked& asked) const;
@@ -327,7 +327,7 @@ class WhoseReply {
     return lost_.OnReply(*asked.member, asked.request->bytes, older, count);
   }
   /// It reports its name: another device in its place would be noticed.
-  bool HasName(const Member& member) const { return states_[member].identity.names(); }
+  bool HasName(const Member& member) const { return entries_[member].identity.names(); }
 
   void OnSent(const Asked& asked, Instant now);
 
@@ -342,7 +342,7 @@ class WhoseReply {
   /// A reply of the device itself came, good or not what was asked for.
   Verdict OnReply(const Asked& asked, View reply, Outcome outcome);
   /// The exchange is over. `silent`: an answer was due and the port stayed open.
-  void OnEnd(const Asked& asked, Outcome outcome, bool silent, Instant now);
+  void NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now);
   /// Another master may have asked it: this program before its last start, or a program to which
   /// the port was lent. A server that lags may still deliver the replies to that.
   void OnOpened(const Member& member, Instant now);
@@ -360,18 +360,18 @@ class WhoseReply {
   void OnSecondReply(const Member& member);
 
  private:
-  struct State {
+  struct Entry {
     Identity identity;
     bool answered_probe = false;
-    bool strangers = false;  // their replies may be owed by it, since OnOpened
-    bool read = false;       // a poll was answered in step, as it was asked, since OnReconnect
-    int lag = 0;             // replies owed when its order was last proven
-    Instant proven_at{};     // when a probe was answered last
-    int proofless = 0;       // answered probes in a row that were no proofs
-    Bytes proof_reply;       // the latest to a proof
-    std::vector<Bytes> odd;  // requests whose latest replies had a form that was not asked for
-    std::set<Bytes> shown;   // requests that it has answered in their form, since OnOpened
-    bool proves = false;     // a proof is one of these
+    bool strangers = false;       // their replies may be owed by it, since OnOpened
+    bool read = false;            // a poll was answered in step, as it was asked, since OnReconnect
+    int lag = 0;                  // replies owed when its order was last proven
+    Instant proven_at{};          // when a probe was answered last
+    int proofless = 0;            // answered probes in a row that were no proofs
+    Bytes proof_reply;            // the latest to a proof
+    std::vector<Bytes> odd;       // requests whose latest replies had a form that was not asked for
+    std::set<Bytes> known_forms;  // requests that it has answered in their form, since OnOpened
+    bool proves = false;          // a proof is one of these
     // By request that was not answered since OnReconnect: how many of its tasks met silence.
     std::map<Bytes, int> silences;
   };
@@ -384,7 +384,7 @@ class WhoseReply {
   static constexpr Duration kProofRenews = 45s;
   /// For each device.
   static constexpr std::size_t kMostOdd = 16;
-  static constexpr std::size_t kMostShown = 256;
+  static constexpr std::size_t kMostKnownForms = 256;
   /// A device that did not answer this many tasks with the same request is taken not to know it, so
   /// it owes no reply.
   static constexpr int kUnknown = 3;
@@ -395,7 +395,7 @@ class WhoseReply {
   /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
   /// replies are.
   bool IsUnprovable(const Member& member) const {
-    return states_[member].proofless >= kProbesWithoutProof;
+    return entries_[member].proofless >= kProbesWithoutProof;
   }
   /// A reply in place of its own would be noticed.
   bool IsSafe(const Asked& asked) const;
@@ -409,26 +409,26 @@ class WhoseReply {
              const AnswerOrder::MayAnswer& may_answer);
   void Learn(const Asked& asked, View frame, Outcome outcome);
   void NoteForm(const Asked& asked, bool fits);
-  void NoteShown(const Asked& asked, Outcome outcome);
+  void NoteKnownForm(const Asked& asked, Outcome outcome);
 
   const Roster& roster_;
   ReplyOrders& orders_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   LostReplies lost_;
 };
 
-// Replies that may still come: until when (late_answers.h), to which request, and
+// Replies that may still come: until when (late_replies.h), to which request, and
 // which readings are in doubt if one came twice (gateway/bus/devices/arrivals.h).
 struct OwedReplies {
   /// `roster` outlives it.
   explicit OwedReplies(const Roster& roster)
-      : late(roster), orders(roster), whose(roster, orders) {}
+      : late_replies(roster), orders(roster), whose(roster, orders) {}
 
   /// The exchange of a request that the line is given now: as long as what is owed demands.
   /// `trusted`: the device has `trust_order`; `idle_since`: since when the line is idle.
   Exchange ExchangeOf(const Asked& asked, bool trusted, Instant idle_since, Instant now);
 
-  LateAnswers late;
+  LateReplies late_replies;
   ReplyOrders orders;
   WhoseReply whose;
   LatestReadings readings;

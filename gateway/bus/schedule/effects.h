@@ -45,16 +45,16 @@ class EventDelivery {
   /// The latest batch that is on the disk, maybe from before a restart, is `said` (EventBatch).
   Schedule::Brought OnKept(const Device& device, const std::string& said);
   /// Another device answers in its place; when that one was drained is not known.
-  void OnReplaced(const Device& device) { states_[device].drained_at.reset(); }
+  void OnReplaced(const Device& device) { entries_[device].drained_at.reset(); }
 
  private:
-  struct State {
+  struct Entry {
     std::optional<Instant> drained_at;  // what has happened before was not left in it
     std::optional<std::string> said;    // of what was kept last
     bool background = false;            // the batch that is not kept yet
   };
 
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
 };
 
 /// What follows from a reply whose readings and events were taken over.

@@ -49,12 +49,12 @@ void Probes::OnOpened() {
 }
 
 bool Probes::HasFirstLook(const Member& member, Instant now) const {
-  const State& state = states_[member];
-  return state.first_looks > 0 && now < state.first_until;
+  const Entry& entry = entries_[member];
+  return entry.first_looks > 0 && now < entry.first_until;
 }
 
 Instant Probes::ReadyAt(const Member& member) const {
-  return std::max(late_.LateUntil(member), states_[member].ask_again.value_or(Instant{}));
+  return std::max(late_.LateUntil(member), entries_[member].ask_again.value_or(Instant{}));
 }
 
 ProbeBudget& Probes::BudgetOf(Kind kind) {
@@ -84,11 +84,11 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
     return budget.NextProbe(from, facts.next_wanted, facts.idle_since, cost);
   };
   const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
-                    states_[member].hasty_looks >= kHastyLooks;
+                    entries_[member].hasty_looks >= kHastyLooks;
   if (rest) {
     // Writes and readings in the background may leave no such rest although no poll is due.
-    const State& state = states_[member];
-    const bool long_ago = state.probed_at && facts.now - *state.probed_at >= kLongestWait;
+    const Entry& entry = entries_[member];
+    const bool long_ago = entry.probed_at && facts.now - *entry.probed_at >= kLongestWait;
     const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
     if (rested && (!long_ago || *rested <= facts.now)) return Look{*rested, kind};
     const auto waits = next(facts.now, kRest + worst);
@@ -128,10 +128,10 @@ Probes::Kind Probes::OnTaken(const Member& member, const Facts& facts) {
   const auto look = LookAt(member, facts);
   const Kind kind = look ? look->kind : Kind::look;
   turn_ = member.place + 1;
-  State& state = states_[member];
-  if (kind == Kind::first_look) --state.first_looks;
+  Entry& entry = entries_[member];
+  if (kind == Kind::first_look) --entry.first_looks;
   const bool rested = kind == Kind::rested_look || facts.now - facts.idle_since >= kRest;
-  state.hasty_looks = rested ? 0 : state.hasty_looks + 1;
+  entry.hasty_looks = rested ? 0 : entry.hasty_looks + 1;
   return kind;
 }
 
@@ -141,11 +141,11 @@ std::optional<Instant> Probes::began() const {
 
 void Probes::OnIdle(Duration waited, Instant now) {
   const Ended ended = std::exchange(ended_, {});
-  State& state = states_[*ended.member];
+  Entry& entry = entries_[*ended.member];
   BudgetOf(ended.kind).OnProbe(ended.began, now, waited);
-  state.waited = ended.kind == Kind::rested_look ? std::max<Duration>(waited - kRest, {}) : waited;
-  if (state.probed_at) state.gap = ended.began - *state.probed_at;
-  state.probed_at = ended.began;
+  entry.waited = ended.kind == Kind::rested_look ? std::max<Duration>(waited - kRest, {}) : waited;
+  if (entry.probed_at) entry.gap = ended.began - *entry.probed_at;
+  entry.probed_at = ended.began;
 }
 
 Duration Probes::NoticeBound(Instant now) const {
@@ -156,22 +156,23 @@ Duration Probes::NoticeBound(Instant now) const {
   Instant first_until = now;
   std::optional<Duration> known;  // the longest wait for any of them
   for (const Member* member : roster_.everyone()) {
-    if (member->in_use && member->health.absent()) known = std::max(known, states_[*member].waited);
+    if (member->in_use && member->health.absent())
+      known = std::max(known, entries_[*member].waited);
   }
   for (const Member* member : roster_.everyone()) {
     if (!member->in_use || CannotProbe(*member)) continue;
     if (member->health.absent()) {
-      const State& state = states_[*member];
+      const Entry& entry = entries_[*member];
       const Duration worst = late_.WorstCase(*member);
-      const Duration waited = state.waited.value_or(known.value_or(worst));
+      const Duration waited = entry.waited.value_or(known.value_or(worst));
       const bool rests = member->device != nullptr && !member->protocol->tcp;
       const Duration rest = rests ? kRest : Duration();
       turn += ProbeBudget::Interval(worst + rest, waited > Duration() ? waited + rest : waited);
-      seen = std::max(seen, state.gap + worst);
+      seen = std::max(seen, entry.gap + worst);
       if (!HasFirstLook(*member, now)) continue;
-      first += state.first_looks *
-               ProbeBudget::Interval(worst, state.waited.value_or(worst), kFirstShare);
-      first_until = std::max(first_until, state.first_until);
+      first += entry.first_looks *
+               ProbeBudget::Interval(worst, entry.waited.value_or(worst), kFirstShare);
+      first_until = std::max(first_until, entry.first_until);
     } else if (const Device* device = member->device) {
       period = std::max(period, device->config->poll);
     }

@@ -10,7 +10,7 @@
 
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 
 namespace baudgate {
 
@@ -82,26 +82,26 @@ class Probes {
     std::function<bool(const Member&)> client_waits;   ///< for an answer of the member, now
   };
 
-  Probes(const Roster& roster, const LateAnswers& late) : roster_(roster), late_(late) {}
+  Probes(const Roster& roster, const LateReplies& late) : roster_(roster), late_(late) {}
 
   void OnOpened();
   /// It has just gone offline: what its earlier probes cost no longer counts.
   void OnOffline(const Member& member, Instant now) {
     const bool first = member.device != nullptr && member.health.state() == DeviceState::never_seen;
     const bool cannot = CannotProbe(member);  // so far: what it was asked may be known again
-    states_[member] = {.first_looks = first ? kFirstLooks : 0,
-                       .first_until = now + kFirstTime,
-                       .ask_again = cannot ? std::optional(now) : std::nullopt};
+    entries_[member] = {.first_looks = first ? kFirstLooks : 0,
+                        .first_until = now + kFirstTime,
+                        .ask_again = cannot ? std::optional(now) : std::nullopt};
   }
   /// Whether its conversation has a request for a probe: `can` is what it has just said.
   void OnAsked(const Member& member, bool can, Instant now) {
-    states_[member].ask_again = can ? std::nullopt : std::optional(now + kAskAgain);
+    entries_[member].ask_again = can ? std::nullopt : std::optional(now + kAskAgain);
   }
   /// Only a write, or what it sends unasked, can show that it is there.
-  bool CannotProbe(const Member& member) const { return states_[member].ask_again.has_value(); }
+  bool CannotProbe(const Member& member) const { return entries_[member].ask_again.has_value(); }
 
   /// A late reply of it has come: its requests are not lost.
-  void OnLate(const Member& member) { states_[member].first_looks = 0; }
+  void OnLate(const Member& member) { entries_[member].first_looks = 0; }
 
   /// The member to probe next, if there is time. Null: no offline member is wanted, or a late reply
   /// of each may still come.
@@ -115,7 +115,7 @@ class Probes {
   Instant NextWriteAt(const Member& member, const Facts& facts) const;
 
   /// The task that probed it has ended; the line may not be idle yet.
-  void OnEnd(const Member& member, Kind kind, Instant began) { ended_ = {&member, kind, began}; }
+  void NoteEnd(const Member& member, Kind kind, Instant began) { ended_ = {&member, kind, began}; }
   /// Since when a probe has kept the line from being idle; empty: none does.
   std::optional<Instant> began() const;
   /// The line is idle again; `waited`: how long others waited for it.
@@ -131,7 +131,7 @@ class Probes {
   Duration NoticeBound(Instant now) const;
 
  private:
-  struct State {
+  struct Entry {
     std::optional<Duration> waited{};    // how long others waited for its last probe
     std::optional<Instant> probed_at{};  // when that was sent
     Duration gap{};                      // since the one before
@@ -161,8 +161,8 @@ class Probes {
   ProbeBudget& BudgetOf(Kind kind);
 
   const Roster& roster_;
-  const LateAnswers& late_;
-  ByMember<State> states_;
+  const LateReplies& late_;
+  ByMember<Entry> entries_;
   ProbeBudget first_looks_{kFirstShare};
   ProbeBudget looks_;
   ProbeBudget writes_{kWriteShare};

@@ -268,7 +268,7 @@ void Background::Longest::Learn(Duration its) {
   ++known;
 }
 
-void Background::OnEnd(std::size_t device, Duration took, bool proved) {
+void Background::NoteEnd(std::size_t device, Duration took, bool proved) {
   Item& item = At(device);
   item.lost = took == Duration::zero();
   if (!item.lost) (proved ? item.proved : item.plain).Learn(took);

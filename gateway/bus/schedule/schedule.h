@@ -270,7 +270,7 @@ class Background {
   void OnTaken(std::size_t device, Instant now);
   /// The exchange took `took`, its proof included; zero: it was not answered. Long ones are
   /// remembered for a while, because the next may be as long.
-  void OnEnd(std::size_t device, Duration took, bool proved = false);
+  void NoteEnd(std::size_t device, Duration took, bool proved = false);
   /// Nothing was sent for it: it has no other turn at the same moment.
   void OnUnsent(std::size_t device) { items_[device].again = items_[device].taken + kPause; }
   /// Whether another exchange of the device would end before the next poll is due.

@@ -337,18 +337,18 @@ constexpr double kSmall = 1000;
 constexpr int kNextTo = 4;
 
 /// "holding " and 40.
-using Place = std::pair<std::string, int>;
+using Register = std::pair<std::string, int>;
 
 /// A number of four bytes, as it was read.
 struct Float {
-  std::optional<Place> place;
+  std::optional<Register> place;
   std::uint32_t bits;
 };
 
-std::optional<Place> PlaceOf(const config::Point& point) {
+std::optional<Register> RegisterOf(const config::Point& point) {
   const std::size_t end = point.read.find_last_not_of("0123456789") + 1;
   const auto number = ParseInteger<int>(std::string_view(point.read).substr(end));
-  return number ? std::optional(Place(point.read.substr(0, end), *number)) : std::nullopt;
+  return number ? std::optional(Register(point.read.substr(0, end), *number)) : std::nullopt;
 }
 
 bool IsUsual(std::uint32_t bits) {
@@ -425,7 +425,8 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
 std::string OffByOne(const DeviceRecord& record, std::size_t least) {
   std::map<std::string, std::map<int, std::size_t>> rows;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
-    if (const auto place = PlaceOf(record.device->points[i])) rows[place->first][place->second] = i;
+    if (const auto place = RegisterOf(record.device->points[i]))
+      rows[place->first][place->second] = i;
   }
   const auto is_refused = [&](const auto& entry) {
     const PointRecord& point = record.points[entry.second];
@@ -465,7 +466,7 @@ std::vector<std::string> AbsurdNumbers(const DeviceRecord& record, Now now) {
     numbers.push_back({point, shown, raw});
     small = small || std::abs(raw) <= kSmall;
     if (point.type != config::Type::float32) continue;
-    floats.push_back({PlaceOf(point), std::bit_cast<std::uint32_t>(static_cast<float>(raw))});
+    floats.push_back({RegisterOf(point), std::bit_cast<std::uint32_t>(static_cast<float>(raw))});
   }
   std::size_t absurd = 0;
   std::string first;

@@ -125,7 +125,7 @@ void EarlierReplies::OnAnswered(const HeardExchange& exchange) {
   numbered_.OnAnswered(frame);
 }
 
-void EarlierReplies::OnEnd(const HeardExchange& exchange) {
+void EarlierReplies::NoteSilence(const HeardExchange& exchange) {
   open_[*exchange.member()].last.silent = exchange.heard().empty();
 }
 

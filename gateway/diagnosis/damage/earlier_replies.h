@@ -142,7 +142,7 @@ class EarlierReplies {
   /// member.
   void OnBegin(const HeardExchange& exchange, Bytes unanswered);
   void OnAnswered(const HeardExchange& exchange);
-  void OnEnd(const HeardExchange& exchange);
+  void NoteSilence(const HeardExchange& exchange);
   /// The rest of its reply may come later.
   void OnBroken(const HeardExchange& exchange);
   /// That rest has come in the same exchange.

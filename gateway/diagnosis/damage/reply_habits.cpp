@@ -70,9 +70,9 @@ Hearing HeardExchange::AsHearing(const Roster& roster) const {
 }
 
 void ReplyHabits::OnLost(const Member& member, Instant tried) {
-  State& state = of_[member];
-  state.lost = tried;
-  state.since = 1;
+  Entry& entry = of_[member];
+  entry.lost = tried;
+  entry.since = 1;
 }
 
 void ReplyHabits::OnAnswered(const HeardExchange& exchange) {
@@ -83,13 +83,13 @@ void ReplyHabits::OnAnswered(const HeardExchange& exchange) {
 }
 
 std::optional<ReplyHabits::LostTry> ReplyHabits::TakeLostTry(const Member& member, Instant came) {
-  State& state = of_[member];
-  const Duration after = came - state.lost;
-  const bool lost = state.lost != Instant{} && after < kLongestLag;
-  if (!lost) state.doubles = true;
-  if (!lost || state.doubles) return std::nullopt;
-  state.lost = {};
-  return LostTry{after, state.since};
+  Entry& entry = of_[member];
+  const Duration after = came - entry.lost;
+  const bool lost = entry.lost != Instant{} && after < kLongestLag;
+  if (!lost) entry.doubles = true;
+  if (!lost || entry.doubles) return std::nullopt;
+  entry.lost = {};
+  return LostTry{after, entry.since};
 }
 
 bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {

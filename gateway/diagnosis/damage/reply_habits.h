@@ -239,7 +239,7 @@ class ReplyHabits {
   Finding Compare(const HeardExchange& exchange, Finding finding);
 
  private:
-  struct State {
+  struct Entry {
     bool doubles = false;   // more than one reply came, and none was lost before
     Instant lost{};         // the first try of the last request that was repeated as nothing came
     std::size_t since = 0;  // exchanges that began since its last try without an answer
@@ -248,7 +248,7 @@ class ReplyHabits {
     TakenReply misfit;  // a text that lacks a character, and none was good to that request since
   };
 
-  ByMember<State> of_;
+  ByMember<Entry> of_;
   TakenReplies taken_;
 };
 

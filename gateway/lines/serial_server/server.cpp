@@ -103,16 +103,16 @@ void Server::Look() {
   if (trouble != told_) {
     const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
     if (!trouble.empty()) {
-      log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Place(), trouble,
+      log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Address(), trouble,
                 is_told || was_open ? "" : "; trying again until it works");
     } else {
-      log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Place(),
+      log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Address(),
                 Name(config_.mode));
     }
   }
   // A reload forgets the trouble.
   if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
-    owner_.OnListening(config_.Place(), trouble, ReadClocks());
+    owner_.OnListening(config_.Address(), trouble, ReadClocks());
   }
   if (!was_open && listens) Accept();
   Later(look_, kTryEvery, &Server::Look);
@@ -151,7 +151,7 @@ void Server::Accept() {
     if (running.expired()) return;
     if (failed && failed != asio::error::connection_aborted) {
       log::WarnFolded(line_ + " accept", "line {}: no client can be accepted at {}: {}", line_,
-                      config_.Place(), failed.message());
+                      config_.Address(), failed.message());
       return Later(retry_, kAcceptPause, &Server::Accept);
     }
     if (!failed) Welcome(std::move(socket));
@@ -196,8 +196,8 @@ void Server::Welcome(tcp::socket socket) {
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
   if (const auto why = WhyNot(peer)) {
     log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
-                    "line {}: client {} is refused at {}: {}", line_, NameOf(peer), config_.Place(),
-                    *why);
+                    "line {}: client {} is refused at {}: {}", line_, NameOf(peer),
+                    config_.Address(), *why);
     return;
   }
   Client& client = clients_.emplace_back();
@@ -223,7 +223,7 @@ void Server::Welcome(tcp::socket socket) {
 
 void Server::BeginSession(Client& client, Now now) {
   client.session.emplace(
-      Visit{.client = client.name, .place = config_.Place(), .mode = config_.mode, .began = now},
+      Visit{.client = client.name, .place = config_.Address(), .mode = config_.mode, .began = now},
       config_.idle, "baudgate " + line_, *client.socket);
 }
 

@@ -124,7 +124,7 @@ Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}
 Result<config::PortServer> OfferedAt(const Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"clients have the port of line '" + line.name + "' at " +
-                 line.serial_server->Place() + " already (serial_server)"};
+                 line.serial_server->Address() + " already (serial_server)"};
   }
   const std::string text = TextOf(request, "tcp");
   const std::string allow = TextOf(request, "allow");
@@ -139,7 +139,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
   server.at = *at;
   if (request.value("rfc2217", false)) server.mode = config::PortServer::Mode::rfc2217;
   if (line.lend && line.lend->at == server.at) {
-    return Error{"line '" + line.name + "' is lent at " + server.Place() + " already (lend)"};
+    return Error{"line '" + line.name + "' is lent at " + server.Address() + " already (lend)"};
   }
   for (const std::string_view range : Split(allow, ' ')) {
     if (range.empty()) continue;
@@ -148,7 +148,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
     server.allow.push_back(*std::move(network));
   }
   if (server.allow.empty() && !server.on_loopback()) {
-    return Error{"whoever reaches " + server.Place() +
+    return Error{"whoever reaches " + server.Address() +
                  " from other machines could write to the devices of the line; say with --allow "
                  "ADDRESS who may come in"};
   }

@@ -45,7 +45,7 @@ std::vector<std::string> WebOutput::Apply(const Configuration& config,
                                           std::unique_ptr<Prepared> prepared) {
   std::string trouble = Serve(config, static_cast<Port&>(*prepared));
   const MutexLock lock(mutex_);
-  summary_ = server_ ? "web page on " + web_.Place() : std::string();
+  summary_ = server_ ? "web page on " + web_.Address() : std::string();
   if (trouble.empty()) return {};
   return {std::move(trouble)};
 }
@@ -68,7 +68,7 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
     if (!server) return server.error();
     server_ = std::move(*server);
   }
-  if (moved) log::Info("web page on http://{}/", config->web.Place());
+  if (moved) log::Info("web page on http://{}/", config->web.Address());
   return {};
 }
 

@@ -115,7 +115,7 @@ Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config:
   }
   if (now == nullptr || now->listen != next.listen) {
     auto socket = ListenAt(next.listen);
-    if (!socket) return Error{"web: " + next.Place() + ": " + socket.error()};
+    if (!socket) return Error{"web: " + next.Address() + ": " + socket.error()};
     opened.socket = std::move(*socket);
   }
   return opened;

@@ -193,9 +193,9 @@ FedEvent EventFeed::Numbered(EventRecord record) const {
   return {found == numbers_.end() ? kGateway : found->second, std::move(record)};
 }
 
-EventFeed::Shown EventFeed::Show(std::optional<Source> source, std::uint32_t first,
-                                 std::size_t most) const {
-  Shown shown;
+EventFeed::Page EventFeed::Show(std::optional<Source> source, std::uint32_t first,
+                                std::size_t most) const {
+  Page shown;
   const MutexLock lock(mutex_);
   shown.newest = recent_.newest();
   if (recent_.empty()) return shown;

@@ -210,7 +210,7 @@ class EventFeed {
   /// They are woken after Begin, Add and Supply.
   FeedListeners& listeners() { return listeners_; }
 
-  struct Shown {
+  struct Page {
     std::int64_t newest = 0;  ///< of all devices; 0: none
     std::int64_t oldest = 0;  ///< that can be shown, of all devices
     std::uint64_t lost = 0;   ///< events of `source` after the first asked for that cannot be shown
@@ -218,7 +218,7 @@ class EventFeed {
   };
   /// Events of one device or of all, from this number on (its low 32 bits); 0: the newest. Events
   /// so old that their device is not known count as lost, unless the device had none then.
-  Shown Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
+  Page Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
   /// Events of all devices after `after`, at most `most`. Also none if they must be read from the
   /// file first: listeners are woken when they are there.

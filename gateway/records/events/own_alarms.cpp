@@ -108,12 +108,12 @@ bool OwnAlarms::IsExplained(const Key& key) const {
     return Explains({{"", ServerOf(*config_, place.device)}, Trouble::server_away});
   }
   if (place.line.empty() || trouble == Trouble::port_down) return false;
-  const Place line{place.line, ""};
+  const Subject line{place.line, ""};
   if (unused_.contains(line) || Explains({line, Trouble::port_down})) return true;
   return trouble != Trouble::ring_open && Explains({line, Trouble::ring_open});
 }
 
-void OwnAlarms::Begin(Trouble trouble, const Place& place, const std::string& why, Now now) {
+void OwnAlarms::Begin(Trouble trouble, const Subject& place, const std::string& why, Now now) {
   State& state = states_.try_emplace({place, trouble}, State{.since = now.instant}).first->second;
   state.why = why;
   state.stale = state.by_port = false;
@@ -132,7 +132,7 @@ void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
                                    std::string(Name(key.second)) + ", over", now.wall));
 }
 
-OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Place& place, Now now) {
+OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Subject& place, Now now) {
   Records records;
   const Key key{place, trouble};
   const bool first = !over_.contains(key);
@@ -150,7 +150,7 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Place& place, Now now) 
 
 /// After a start nobody reports an open ring or a wrong device as over. The first answer shows it:
 /// the ring is closed, and the device is the right one unless it is soon said that it is not.
-void OwnAlarms::OnFirstAnswer(const Place& device, Now now, Records& records) {
+void OwnAlarms::OnFirstAnswer(const Subject& device, Now now, Records& records) {
   const Key ring{{device.line, ""}, Trouble::ring_open};
   const auto open = states_.find(ring);
   if (open == states_.end() || open->second.stale) {
@@ -160,7 +160,7 @@ void OwnAlarms::OnFirstAnswer(const Place& device, Now now, Records& records) {
   may_be_over_[{device, Trouble::wrong_device}] = now.instant + kIdentified;
 }
 
-OwnAlarms::Records OwnAlarms::Happen(Trouble trouble, const Place& place, const std::string& why,
+OwnAlarms::Records OwnAlarms::Happen(Trouble trouble, const Subject& place, const std::string& why,
                                      Now now) {
   const auto setting = SettingOf({place, trouble});
   if (!setting || !setting->on()) return {};
@@ -169,7 +169,7 @@ OwnAlarms::Records OwnAlarms::Happen(Trouble trouble, const Place& place, const 
                          TextOf(trouble, {}, why), now.wall)};
 }
 
-OwnAlarms::Records OwnAlarms::SetInUse(const Place& place, bool in_use, Now now) {
+OwnAlarms::Records OwnAlarms::SetInUse(const Subject& place, bool in_use, Now now) {
   Records records;
   if (in_use) {
     unused_.erase(place);
@@ -245,7 +245,7 @@ void OwnAlarms::Renew(std::shared_ptr<const config::Config> config,
   }
   std::erase_if(over_, [&](const Key& key) { return is_new(key) || !SettingOf(key); });
   std::erase_if(may_be_over_, [&](const auto& one) { return is_new(one.first); });
-  std::erase_if(unused_, [&](const Place& place) { return begun.contains(place.line); });
+  std::erase_if(unused_, [&](const Subject& place) { return begun.contains(place.line); });
 }
 
 }  // namespace baudgate::events

@@ -78,22 +78,22 @@ class OwnAlarms {
 
   using Records = std::vector<EventRecord>;
   /// The line and device of the trouble; both empty: the gateway.
-  struct Place {
+  struct Subject {
     std::string line{};
     std::string device{};
-    auto operator<=>(const Place&) const = default;
+    auto operator<=>(const Subject&) const = default;
   };
 
   explicit OwnAlarms(std::shared_ptr<const config::Config> config) : config_(std::move(config)) {}
 
   /// The trouble exists; a second call may have another reason.
-  void Begin(Trouble trouble, const Place& place, const std::string& why, Now now);
+  void Begin(Trouble trouble, const Subject& place, const std::string& why, Now now);
   /// The trouble does not exist, whether it did before or not.
-  Records End(Trouble trouble, const Place& place, Now now);
+  Records End(Trouble trouble, const Subject& place, Now now);
   /// It has happened; it has no end.
-  Records Happen(Trouble trouble, const Place& place, const std::string& why, Now now);
+  Records Happen(Trouble trouble, const Subject& place, const std::string& why, Now now);
   /// A device is taken out of use, or the port of a line is lent: no trouble of it counts.
-  Records SetInUse(const Place& place, bool in_use, Now now);
+  Records SetInUse(const Subject& place, bool in_use, Now now);
   /// Raises what has lasted long enough.
   Records Look(Now now);
 
@@ -101,7 +101,7 @@ class OwnAlarms {
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
-  using Key = std::pair<Place, Trouble>;
+  using Key = std::pair<Subject, Trouble>;
   struct State {
     Instant since{};  ///< since when it exists without another explanation
     std::string why{};
@@ -115,13 +115,13 @@ class OwnAlarms {
   bool Explains(const Key& key) const;
   void BlameDevices();
   void EndOf(const Key& key, Now now, Records& records, bool answers = true);
-  void OnFirstAnswer(const Place& device, Now now, Records& records);
+  void OnFirstAnswer(const Subject& device, Now now, Records& records);
 
   std::shared_ptr<const config::Config> config_;
   std::map<Key, State> states_;         // troubles that exist
   std::set<Key> over_;                  // troubles reported since the start as not existing
   std::map<Key, Instant> may_be_over_;  // over at this time, unless the trouble begins before
-  std::set<Place> unused_;
+  std::set<Subject> unused_;
 };
 
 }  // namespace baudgate::events

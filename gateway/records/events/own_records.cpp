@@ -185,7 +185,7 @@ bool LastingFacts::IsNews(const Fact& fact, bool first) {
 
 std::vector<Fact> LastingFacts::Renew(const config::Config& config,
                                       const std::set<std::string>& begun) {
-  std::set<Place> places;
+  std::set<DeviceKey> places;
   for (const config::Line& line : config.lines) {
     places.emplace(line.name, "");
     for (const config::Device& device : line.devices) places.emplace(line.name, device.name);
@@ -216,12 +216,12 @@ std::vector<Fact> LastingFacts::Renew(const config::Config& config,
 
 /// If the configuration has changed `enabled` of a device, that holds. Otherwise the device stays
 /// as it was set by hand. Returns the devices that were out of use and are in use now.
-std::vector<LastingFacts::Place> LastingFacts::NoteUse(const config::Config& config) {
-  const std::map<Place, bool> before = std::exchange(enabled_, {});
-  std::vector<Place> in_use;
+std::vector<LastingFacts::DeviceKey> LastingFacts::NoteUse(const config::Config& config) {
+  const std::map<DeviceKey, bool> before = std::exchange(enabled_, {});
+  std::vector<DeviceKey> in_use;
   for (const config::Line& line : config.lines) {
     for (const config::Device& device : line.devices) {
-      const Place place{line.name, device.name};
+      const DeviceKey place{line.name, device.name};
       enabled_.emplace(place, device.enabled);
       const auto was = before.find(place);
       if (was != before.end() && was->second == device.enabled) continue;

@@ -140,13 +140,13 @@ class LastingFacts {
   std::vector<Fact> Renew(const config::Config& config, const std::set<std::string>& begun);
 
  private:
-  using Place = std::pair<std::string, std::string>;  // line, device
+  using DeviceKey = std::pair<std::string, std::string>;  // line, device
   using Key = std::tuple<OwnCode, std::string, std::string>;
 
-  std::vector<Place> NoteUse(const config::Config& config);
+  std::vector<DeviceKey> NoteUse(const config::Config& config);
 
   std::set<Key> lasting_;
-  std::map<Place, bool> enabled_;  // devices of the configuration
+  std::map<DeviceKey, bool> enabled_;  // devices of the configuration
 };
 
 }  // namespace baudgate::events

@@ -45,8 +45,8 @@ std::optional<Decimal> NumberOf(const Value& value) {
 
 }  // namespace
 
-std::optional<PointWatch::Finding> PointWatch::Take(const Value& value, Quality quality,
-                                                    Instant now) {
+std::optional<PointWatch::Transition> PointWatch::Take(const Value& value, Quality quality,
+                                                       Instant now) {
   const bool is_text = std::holds_alternative<std::string>(value);
   const auto number = NumberOf(value);
   if (IsBad(quality) || (!is_text && !number)) return std::nullopt;
@@ -61,7 +61,7 @@ void PointWatch::GoOn(const PointWatch& before) {
   since_ = before.since_;
 }
 
-std::optional<PointWatch::Finding> PointWatch::Compare(const Decimal& value, Instant now) {
+std::optional<PointWatch::Transition> PointWatch::Compare(const Decimal& value, Instant now) {
   const bool below = rule_.on == On::below;
   const bool beyond = below ? value < rule_.value : value > rule_.value;
   const bool back =
@@ -75,10 +75,10 @@ std::optional<PointWatch::Finding> PointWatch::Compare(const Decimal& value, Ins
   const bool first = !HasValue(std::exchange(told_, is));
   const bool alarm = rule_.alarm != config::AlarmPriority::none;
   if (first && !beyond && !alarm) return std::nullopt;
-  return Finding{beyond ? EventState::on : EventState::off, first && alarm};
+  return Transition{beyond ? EventState::on : EventState::off, first && alarm};
 }
 
-std::optional<PointWatch::Finding> PointWatch::Change(const Value& value, Instant now) {
+std::optional<PointWatch::Transition> PointWatch::Change(const Value& value, Instant now) {
   const bool* const flag = std::get_if<bool>(&value);
   const bool alarm = rule_.alarm != config::AlarmPriority::none;
   const bool first = !HasValue(told_);
@@ -92,8 +92,8 @@ std::optional<PointWatch::Finding> PointWatch::Change(const Value& value, Instan
   const bool beyond = has_normal ? !IsNormal(value) : flag != nullptr && *flag;
   const bool two_states = has_normal || flag != nullptr;
   if (first && !(two_states && alarm) && !(has_normal && beyond)) return std::nullopt;
-  if (!two_states) return Finding{EventState::message, false};
-  return Finding{beyond ? EventState::on : EventState::off, first && alarm};
+  if (!two_states) return Transition{EventState::message, false};
+  return Transition{beyond ? EventState::on : EventState::off, first && alarm};
 }
 
 /// "0" is 0.0, too.
@@ -162,7 +162,7 @@ std::vector<EventRecord> DeviceWatch::Take(std::uint32_t point, const Value& val
 
 /// "current_l1 5.3 A: above 5", "current_l1 4.8 A: overcurrent, over", "closed true".
 EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::PointEvent& event,
-                                  const PointWatch::Finding& found, const Value& value,
+                                  const PointWatch::Transition& found, const Value& value,
                                   Now at) const {
   EventRecord record;
   record.received = record.device_time = at.wall;

@@ -29,17 +29,17 @@ class PointWatch {
  public:
   explicit PointWatch(const config::PointEvent& rule) : rule_(rule) {}
 
-  struct Finding {
+  struct Transition {
     config::EventState state = config::EventState::message;
     bool first = false;
   };
-  std::optional<Finding> Take(const Value& value, Quality quality, Instant now);
+  std::optional<Transition> Take(const Value& value, Quality quality, Instant now);
   /// Knows what `before` knew; only if the rule is the same.
   void GoOn(const PointWatch& before);
 
  private:
-  std::optional<Finding> Compare(const Decimal& value, Instant now);
-  std::optional<Finding> Change(const Value& value, Instant now);
+  std::optional<Transition> Compare(const Decimal& value, Instant now);
+  std::optional<Transition> Change(const Value& value, Instant now);
   bool IsNormal(const Value& value) const;
   bool IsSame(const Value& a, const Value& b) const;
   /// Whether the present state has lasted long enough.
@@ -70,7 +70,7 @@ class DeviceWatch {
     PointWatch watch;
   };
   EventRecord RecordOf(const config::Point& point, const config::PointEvent& event,
-                       const PointWatch::Finding& found, const Value& value, Now at) const;
+                       const PointWatch::Transition& found, const Value& value, Now at) const;
 
   const std::string& line_;
   const config::Device& device_;

@@ -80,7 +80,7 @@ ColumnLayout::ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit)
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (columns_[i].width > 0) last_ = i;
   }
-  Place next;
+  CellPosition next;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (columns_[i].width == 0) continue;
     const bool wraps = i == last_ && !columns_[i].right;
@@ -96,7 +96,7 @@ std::string ColumnLayout::Row(const std::vector<std::string>& cells) const {
   std::vector<std::string> lines(1);
   for (std::size_t i = 0; i < columns_.size(); ++i) {
     if (columns_[i].width == 0) continue;
-    const Place place = places_[i];
+    const CellPosition place = places_[i];
     lines.resize(std::max(lines.size(), place.line + 1));
     const std::size_t blank = columns_[i].width - std::min(columns_[i].width, WidthOf(cells[i]));
     if (i < last_ || columns_[i].right) {

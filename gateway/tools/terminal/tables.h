@@ -51,7 +51,7 @@ class ColumnLayout {
   std::string Row(const std::vector<std::string>& cells) const;
 
  private:
-  struct Place {
+  struct CellPosition {
     std::size_t line = 0;
     std::size_t at = 0;  // characters from the left
   };
@@ -59,7 +59,7 @@ class ColumnLayout {
   const std::vector<ColumnShape> columns_;
   const std::size_t limit_;
   std::size_t last_ = 0;  // of the columns that are shown
-  std::vector<Place> places_;
+  std::vector<CellPosition> places_;
 };
 
 }  // namespace baudgate

@@ -25,7 +25,7 @@ TEST(ConnectionProof, BytesProveItOnlyBehindTheTimeOfAGreeting) {
   for (const auto& row : rows) {
     ConnectionProof proof(true);
     proof.OnOpened(kOpened);
-    bool proven = proof.OnBytes(kOpened + row.first);
+    bool proven = proof.NoteBytes(kOpened + row.first);
     EXPECT_EQ(proven, row.first >= 500ms);
     if (row.lost >= 500ms && !proven) proven = proof.OnCheck(*proof.check_at(), false);
     EXPECT_EQ(proven, row.worked);
@@ -59,7 +59,7 @@ TEST(ConnectionProof, BehindAUselessOneTheNextIsNewsOnceItIsProven) {
 TEST(ConnectionProof, AfterALoanTheSameConnectionGoesOn) {
   ConnectionProof proof(true);
   proof.OnOpened(kOpened);
-  proof.OnBytes(kOpened + 1s);
+  proof.NoteBytes(kOpened + 1s);
   proof.Pause();
   EXPECT_FALSE(proof.check_at());
   proof.GoOn(kOpened + 60s);

@@ -177,7 +177,7 @@ TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
   EXPECT_EQ(user_.has, nullptr);
   EXPECT_FALSE(OutOfService());
   const std::uint64_t before = Polls();
-  Handle([&] { line_->port.OnBytes(twin_->Answer(request, now_.instant), now_); });
+  Handle([&] { line_->port.PassOn(twin_->Answer(request, now_.instant), now_); });
   Pass(100ms);
   EXPECT_EQ(user_.has, &port_);
   EXPECT_EQ(Polls(), before + 1) << "it has ended in order";
@@ -451,7 +451,7 @@ TEST_F(LoanOfAServer, IsNotOfAConnectionThatEndedWhileTheClientWaited) {
   Want(user_);
   port_.sent.clear();
   Handle([&] {
-    line_->port.OnBytes(twin_->Answer(request, now_.instant), now_);
+    line_->port.PassOn(twin_->Answer(request, now_.instant), now_);
     port_.open = false;
     line_->port.OnEnded("closed", false, now_);
   });

@@ -123,7 +123,7 @@ class LinePortTest : public testing::Test {
     Handle([&] { line_->port.OnEnded("closed", false, now_); });
   }
   void Say(std::string_view text) {
-    Handle([&] { line_->port.OnBytes(ToBytes(text), now_); });
+    Handle([&] { line_->port.PassOn(ToBytes(text), now_); });
   }
   /// Time goes on; the device answers after 30 ms, while it does.
   void Pass(Duration time) {
@@ -143,7 +143,7 @@ class LinePortTest : public testing::Test {
           continue;
         }
         GoTo(now_.instant + 30ms);
-        Handle([&] { line_->port.OnBytes(twin_->Answer(request, now_.instant), now_); });
+        Handle([&] { line_->port.PassOn(twin_->Answer(request, now_.instant), now_); });
         if (closes_) End();
         continue;
       }

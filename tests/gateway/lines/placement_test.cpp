@@ -17,18 +17,22 @@ std::vector<config::Line> LinesOn(const std::vector<std::string>& ports) {
 
 struct Row {
   std::string port;
-  Place place;
+  ThreadKind place;
 };
 
 TEST(Placement, FollowsTheFormOfThePort) {
   const std::vector<Row> rows = {
-      {"tcp://moxa:4001", Place::shared_loop}, {"tcp://[::1]:4001", Place::shared_loop},
-      {"/dev/pts/7", Place::shared_loop},      {"/dev/ttyUSB0", Place::own_thread},
-      {"/dev/ttyS1", Place::own_thread},       {"/dev/serial/by-id/usb-FTDI", Place::own_thread},
-      {"/tmp/port", Place::own_thread},  // a link to anything
-      {"ttyUSB0", Place::own_thread},          {"", Place::own_thread},
+      {"tcp://moxa:4001", ThreadKind::shared_loop},
+      {"tcp://[::1]:4001", ThreadKind::shared_loop},
+      {"/dev/pts/7", ThreadKind::shared_loop},
+      {"/dev/ttyUSB0", ThreadKind::own_thread},
+      {"/dev/ttyS1", ThreadKind::own_thread},
+      {"/dev/serial/by-id/usb-FTDI", ThreadKind::own_thread},
+      {"/tmp/port", ThreadKind::own_thread},  // a link to anything
+      {"ttyUSB0", ThreadKind::own_thread},
+      {"", ThreadKind::own_thread},
   };
-  for (const Row& row : rows) EXPECT_EQ(PlaceOf(row.port), row.place) << row.port;
+  for (const Row& row : rows) EXPECT_EQ(ThreadKindOf(row.port), row.place) << row.port;
 }
 
 TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {

@@ -10,10 +10,10 @@ namespace {
 
 using config::Type;
 
-Place PlaceOf(const std::string& read, Type type) {
-  const auto place = ReadPlace(baudgate::ReadPoint("p", read, type));
+Location LocationOf(const std::string& read, Type type) {
+  const auto place = ReadLocation(baudgate::ReadPoint("p", read, type));
   EXPECT_TRUE(place) << (place ? "" : place.error());
-  return place ? *place : Place();
+  return place ? *place : Location();
 }
 
 /// "2500", or the quality where there is no value.
@@ -24,11 +24,11 @@ std::string Shown(const Decoded& decoded) {
 }
 
 std::string Read(const std::string& read, Type type, const Registers& words) {
-  return Shown(DecodeBlock(PlaceOf(read, type), words, {}, {}));
+  return Shown(DecodeBlock(LocationOf(read, type), words, {}, {}));
 }
 
 std::string ErrorOf(const std::string& read, Type type) {
-  const auto place = ReadPlace(baudgate::ReadPoint("p", read, type));
+  const auto place = ReadLocation(baudgate::ReadPoint("p", read, type));
   return place ? "" : place.error();
 }
 
@@ -58,10 +58,10 @@ TEST(ModbusForms, ThreeAndSixBytes) {
   EXPECT_EQ(Read("holding 8 uint48", Type::uint64, {0x0001, 0x0000, 0x0002}), "4294967298");
   EXPECT_EQ(Read("holding 8 int48", Type::int64, {0xFFFF, 0xFFFF, 0xFFFE}), "-2");
   EXPECT_EQ(Read("holding 8 uint48 CDAB", Type::uint64, {2, 0, 1}), "4294967298");
-  EXPECT_EQ(Encode(PlaceOf("holding 8 int48", Type::int64), Value(std::int64_t{-2}), {}).value(),
+  EXPECT_EQ(Encode(LocationOf("holding 8 int48", Type::int64), Value(std::int64_t{-2}), {}).value(),
             (Registers{0xFFFF, 0xFFFF, 0xFFFE}));
   EXPECT_FALSE(
-      Encode(PlaceOf("holding 8 uint48", Type::uint64), Value(std::uint64_t{1} << 48U), {}));
+      Encode(LocationOf("holding 8 uint48", Type::uint64), Value(std::uint64_t{1} << 48U), {}));
   EXPECT_NE(CheckPoint(baudgate::WritePoint("p", "holding 8 uint24", {}, Type::uint32)).error(), "")
       << "the fourth byte is not its own";
 }
@@ -71,9 +71,9 @@ TEST(ModbusForms, OneByteOfARegister) {
   EXPECT_EQ(Read("holding 8 uint8 BADC", Type::uint16, {0xAB12}), "171");
   EXPECT_EQ(Read("holding 8 int8", Type::int16, {0x7FFE}), "-2");
   EXPECT_EQ(Read("holding 8 int8 BADC", Type::int16, {0x80FE}), "-128");
-  EXPECT_EQ(Encode(PlaceOf("holding 8 int8", Type::int16), Value(std::int64_t{-2}), {}).value(),
+  EXPECT_EQ(Encode(LocationOf("holding 8 int8", Type::int16), Value(std::int64_t{-2}), {}).value(),
             Registers{0x00FE});
-  EXPECT_FALSE(Encode(PlaceOf("holding 8 uint8", Type::uint16), Value(std::uint64_t{256}), {}));
+  EXPECT_FALSE(Encode(LocationOf("holding 8 uint8", Type::uint16), Value(std::uint64_t{256}), {}));
   EXPECT_NE(CheckPoint(baudgate::WritePoint("p", "holding 8 int8", {}, Type::int16)).error(), "")
       << "the other byte is not its own";
 }
@@ -81,7 +81,7 @@ TEST(ModbusForms, OneByteOfARegister) {
 TEST(ModbusForms, WordsSwappedInPairs) {
   EXPECT_EQ(Read("holding 8 uint64 CDABGHEF", Type::uint64, {0x0002, 0x0001, 0x0004, 0x0003}),
             "281483566841860");
-  const Place place = PlaceOf("holding 8 float64 CDABGHEF", Type::float64);
+  const Location place = LocationOf("holding 8 float64 CDABGHEF", Type::float64);
   EXPECT_EQ(Encode(place, Value(1.5), {}).value(), (Registers{0x0000, 0x3FF8, 0x0000, 0x0000}));
   for (const char* wrong :
        {"holding 8 float32 CDABGHEF", "holding 8 uint48 CDABGHEF", "holding 8 uint16 CDABGHEF"}) {
@@ -90,7 +90,7 @@ TEST(ModbusForms, WordsSwappedInPairs) {
   Settings settings;
   settings.order = config::WordOrder::cdabghef;
   const std::vector<std::uint16_t> two = {0x3456, 0x0012};
-  EXPECT_EQ(ToText(Decode(PlaceOf("holding 8", Type::uint32), two, settings).value), "1193046")
+  EXPECT_EQ(ToText(Decode(LocationOf("holding 8", Type::uint32), two, settings).value), "1193046")
       << "of a device: numbers of two registers as CDAB";
 }
 
@@ -99,11 +99,11 @@ TEST(ModbusForms, DecimalDigitsOfThreeAndFourRegisters) {
   EXPECT_EQ(Read("holding 8 bcd64", Type::uint64, {0x1234, 0x5678, 0x9012, 0x3456}),
             "1234567890123456");
   EXPECT_EQ(Read("holding 8 bcd64", Type::uint64, {0x1234, 0x567A, 0x9012, 0x3456}), "bad 12");
-  const auto encoded =
-      Encode(PlaceOf("holding 8 bcd64", Type::uint64), Value(std::uint64_t{1234567890123456}), {});
+  const auto encoded = Encode(LocationOf("holding 8 bcd64", Type::uint64),
+                              Value(std::uint64_t{1234567890123456}), {});
   ASSERT_TRUE(encoded);
   EXPECT_EQ(*encoded, (Registers{0x1234, 0x5678, 0x9012, 0x3456}));
-  EXPECT_FALSE(Encode(PlaceOf("holding 8 bcd64", Type::uint64),
+  EXPECT_FALSE(Encode(LocationOf("holding 8 bcd64", Type::uint64),
                       Value(std::uint64_t{10'000'000'000'000'000}), {}));
 }
 
@@ -137,7 +137,7 @@ TEST(ModbusScale, IsReadInOneRequestAndNeverParted) {
 
 /// 8000 stands for no measurement whatever the power of ten.
 TEST(ModbusScale, LeavesSentinelsAsTheyAre) {
-  const Place place = PlaceOf("holding 200 int16 scale(201)", Type::float32);
+  const Location place = LocationOf("holding 200 int16 scale(201)", Type::float32);
   const config::Sentinel none{-32768, Quality::bad_sensor_failure};
   EXPECT_EQ(Shown(DecodeBlock(place, Registers{0x8000, 0xFFFE}, {}, {{none}})), "-32768");
 }

@@ -24,7 +24,7 @@ std::string Shown(const SpacePlan& plan) {
 }
 
 SpacePlan Plan(const std::vector<config::Point>& points, const Settings& settings = {}) {
-  return MakePlan(points, ReadPlaces(points), settings);
+  return MakePlan(points, ReadLocations(points), settings);
 }
 
 std::vector<config::Point> Points(const std::vector<std::string>& reads, Type type = Type::uint16) {

@@ -20,36 +20,36 @@ std::string ErrorOf(const config::Point& point) {
 }
 
 TEST(ModbusPlace, TablesAddressesAndTypes) {
-  const auto holding = ReadPlace(PointOf("holding 200", Type::uint16));
+  const auto holding = ReadLocation(PointOf("holding 200", Type::uint16));
   ASSERT_TRUE(holding);
   EXPECT_EQ(holding->table, Table::holding);
   EXPECT_EQ(holding->address, 200);
   EXPECT_EQ(holding->count, 1U);
-  EXPECT_EQ(ReadPlace(PointOf("input 0x1F4", Type::float32))->address, 500);
-  EXPECT_EQ(ReadPlace(PointOf("input 3", Type::float32))->count, 2U);
-  EXPECT_EQ(ReadPlace(PointOf("input 3", Type::uint64))->count, 4U);
-  EXPECT_EQ(ReadPlace(PointOf("holding 9", Type::string, 15))->count, 8U);
-  EXPECT_EQ(ReadPlace(PointOf("coil 0", Type::boolean))->form, Form::flag);
-  EXPECT_EQ(ReadPlace(PointOf("discrete 5", Type::boolean))->table, Table::discretes);
-  const auto bit = ReadPlace(PointOf("holding 8[b15]", Type::boolean));
+  EXPECT_EQ(ReadLocation(PointOf("input 0x1F4", Type::float32))->address, 500);
+  EXPECT_EQ(ReadLocation(PointOf("input 3", Type::float32))->count, 2U);
+  EXPECT_EQ(ReadLocation(PointOf("input 3", Type::uint64))->count, 4U);
+  EXPECT_EQ(ReadLocation(PointOf("holding 9", Type::string, 15))->count, 8U);
+  EXPECT_EQ(ReadLocation(PointOf("coil 0", Type::boolean))->form, Form::flag);
+  EXPECT_EQ(ReadLocation(PointOf("discrete 5", Type::boolean))->table, Table::discretes);
+  const auto bit = ReadLocation(PointOf("holding 8[b15]", Type::boolean));
   ASSERT_TRUE(bit);
   EXPECT_EQ(bit->form, Form::bit);
   EXPECT_EQ(bit->bit, 15U);
 }
 
 TEST(ModbusPlace, FormsAndOrders) {
-  EXPECT_EQ(ReadPlace(PointOf("holding 200 uint16", Type::float32))->count, 1U);
-  const auto swapped = ReadPlace(PointOf("holding 200 float32 CDAB", Type::float64));
+  EXPECT_EQ(ReadLocation(PointOf("holding 200 uint16", Type::float32))->count, 1U);
+  const auto swapped = ReadLocation(PointOf("holding 200 float32 CDAB", Type::float64));
   ASSERT_TRUE(swapped);
   EXPECT_EQ(swapped->form, Form::float32);
   EXPECT_EQ(swapped->order, WordOrder::cdab);
-  EXPECT_EQ(ReadPlace(PointOf("input 2  DCBA", Type::int32))->order, WordOrder::dcba);
-  EXPECT_EQ(ReadPlace(PointOf("holding 5 uint16 BADC", Type::uint16))->order, WordOrder::badc);
-  const auto text = ReadPlace(PointOf("holding 300 string(16)", Type::string, 24));
+  EXPECT_EQ(ReadLocation(PointOf("input 2  DCBA", Type::int32))->order, WordOrder::dcba);
+  EXPECT_EQ(ReadLocation(PointOf("holding 5 uint16 BADC", Type::uint16))->order, WordOrder::badc);
+  const auto text = ReadLocation(PointOf("holding 300 string(16)", Type::string, 24));
   ASSERT_TRUE(text);
   EXPECT_EQ(text->length, 16U);
   EXPECT_EQ(text->count, 8U);
-  EXPECT_EQ(ReadPlace(PointOf("holding 500 text(fault)", Type::string, 24))->texts, "fault");
+  EXPECT_EQ(ReadLocation(PointOf("holding 500 text(fault)", Type::string, 24))->texts, "fault");
 }
 
 TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
@@ -93,13 +93,14 @@ TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
 TEST(ModbusPlace, AWritePlaceHasTheFormOfTheRead) {
   const config::Point scaled =
       WritePoint("p", "holding 13 uint16", "holding 14", config::Type::float32);
-  const auto write = WritePlace(scaled);
+  const auto write = WriteLocation(scaled);
   ASSERT_TRUE(write);
   EXPECT_EQ(write->address, 14);
   EXPECT_EQ(write->form, Form::uint16);
-  EXPECT_EQ(WritePlace(WritePoint("p", "input 3[b2]", "coil 7", Type::boolean))->form, Form::flag);
-  EXPECT_EQ(WritePlace(WritePoint("p", "holding 3", "holding 9 int32"))->form, Form::int32);
-  EXPECT_EQ(WritePlace(WritePoint("p", "", "holding 9", Type::float32))->count, 2U);
+  EXPECT_EQ(WriteLocation(WritePoint("p", "input 3[b2]", "coil 7", Type::boolean))->form,
+            Form::flag);
+  EXPECT_EQ(WriteLocation(WritePoint("p", "holding 3", "holding 9 int32"))->form, Form::int32);
+  EXPECT_EQ(WriteLocation(WritePoint("p", "", "holding 9", Type::float32))->count, 2U);
 }
 
 TEST(ModbusPlace, DevicesNeedTheTextsOfTheirPoints) {
@@ -123,7 +124,7 @@ TEST(ModbusPlace, DevicesNeedTheTextsOfTheirPoints) {
 
 Value Decoded16(const std::string& read, Type type, const Registers& registers,
                 const Settings& settings = {}) {
-  const auto place = ReadPlace(PointOf(read, type, 16));
+  const auto place = ReadLocation(PointOf(read, type, 16));
   EXPECT_TRUE(place) << read;
   return Decode(*place, registers, settings).value;
 }
@@ -182,7 +183,7 @@ TEST(ModbusValues, StringsEndAtTheirPadding) {
 
 TEST(ModbusValues, WhatIsNoNumberHasAQuality) {
   const auto quality = [](const std::string& read, Type type, const Registers& registers) {
-    const auto place = ReadPlace(PointOf(read, type));
+    const auto place = ReadLocation(PointOf(read, type));
     const Decoded decoded = Decode(*place, registers, {});
     EXPECT_FALSE(HasValue(decoded.value)) << read;
     return decoded.quality;
@@ -215,7 +216,7 @@ TEST(ModbusValues, EncodingIsTheInverse) {
       {PointOf("holding 0", Type::string, 5), std::string("ABCDE")},
   };
   for (const auto& [point, value] : cases) {
-    const auto place = ReadPlace(point);
+    const auto place = ReadLocation(point);
     ASSERT_TRUE(place);
     const auto registers = Encode(*place, value, {});
     ASSERT_TRUE(registers) << point.read << registers.error();
@@ -225,7 +226,7 @@ TEST(ModbusValues, EncodingIsTheInverse) {
 
 TEST(ModbusValues, WhatDoesNotFitIsRefused) {
   const auto refused = [](const config::Point& point, const Value& value) {
-    return !Encode(*ReadPlace(point), value, {}).ok();
+    return !Encode(*ReadLocation(point), value, {}).ok();
   };
   EXPECT_TRUE(refused(PointOf("holding 0", Type::uint16), std::int64_t{-1}));
   EXPECT_TRUE(refused(PointOf("holding 0", Type::uint16), 65536.0));

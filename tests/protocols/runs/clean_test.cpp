@@ -15,7 +15,7 @@ class CleanRun : public ::testing::TestWithParam<Setup> {};
 
 /// Time that all bytes so far took on the wire, both ways.
 Duration WireTime(Rig& rig) {
-  const LineCounters& counters = rig->poller().ledger().line.counters();
+  const LineCounters& counters = rig->poller().accounts().line.counters();
   return static_cast<std::int64_t>(counters.bytes_in + counters.bytes_out) *
          rig.setup().serial.CharacterTime();
 }
@@ -29,7 +29,7 @@ TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
     EXPECT_EQ(status.state, DeviceState::online);
     EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
   }
-  EXPECT_EQ(rig->poller().ledger().line.counters().stray_bytes, 0U);
+  EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
 }
 
 /// No query waits for a second cycle of the slow or once group, and fast ones hold no line up.
@@ -56,10 +56,10 @@ TEST_P(CleanRun, TheLineIsNeverIdleWhereMoreIsWantedThanItCarries) {
   });
   rig.LearnTruth();
   rig.Watch();
-  const Duration busy = rig->poller().ledger().line.counters().busy;
+  const Duration busy = rig->poller().accounts().line.counters().busy;
   rig->RunFor(30s);
   const double share =
-      std::chrono::duration<double>(rig->poller().ledger().line.counters().busy - busy) / 30s;
+      std::chrono::duration<double>(rig->poller().accounts().line.counters().busy - busy) / 30s;
   EXPECT_GT(share, 0.99);
   EXPECT_TRUE(rig.AllGood()) << "the slow group has its turn";
   EXPECT_EQ(rig->StatusOf(0).retries, 0U);
@@ -71,11 +71,11 @@ TEST_P(CleanRun, APollPeriodIsKept) {
   });
   rig.LearnTruth();
   rig.Watch();
-  const std::uint64_t before = rig->poller().ledger().line.counters().exchanges;
+  const std::uint64_t before = rig->poller().accounts().line.counters().exchanges;
   rig->RunFor(10s);
-  const std::uint64_t two_rounds = rig->poller().ledger().line.counters().exchanges - before;
+  const std::uint64_t two_rounds = rig->poller().accounts().line.counters().exchanges - before;
   rig->RunFor(10min - 10s);
-  const std::uint64_t all = rig->poller().ledger().line.counters().exchanges - before;
+  const std::uint64_t all = rig->poller().accounts().line.counters().exchanges - before;
   EXPECT_GE(all, 48 * two_rounds);
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
     EXPECT_EQ(rig->StatusOf(device).missed, 0U);
@@ -108,7 +108,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
       return pieces;
     };
   }
-  const std::uint64_t stray = rig->poller().ledger().line.counters().stray_bytes;
+  const std::uint64_t stray = rig->poller().accounts().line.counters().stray_bytes;
   rig->RunFor(2min);
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
     const DeviceStatus status = rig->StatusOf(device);
@@ -116,7 +116,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
     EXPECT_LE(status.round_trips.mean(),
               clean->StatusOf(device).round_trips.mean() + kLatency + 1ms);
   }
-  EXPECT_EQ(rig->poller().ledger().line.counters().stray_bytes, stray);
+  EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, stray);
   EXPECT_EQ(rig.wrong(), 0U);
 }
 

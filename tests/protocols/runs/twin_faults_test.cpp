@@ -107,7 +107,7 @@ TEST_P(MisbehavingTwin, GarbageBeforeHidesNoReply) {
 TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
   Misbehave("garbage_after");
   OnlyThese({Outcome::ok});
-  EXPECT_GT(rig_->poller().ledger().line.counters().stray_bytes, struck_);
+  EXPECT_GT(rig_->poller().accounts().line.counters().stray_bytes, struck_);
   TheNeighbourWasServed();
   EverythingComesBack();
 }
@@ -122,7 +122,7 @@ TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
     OnlyThese({Outcome::ok});
   }
   EXPECT_GT(own_[Outcome::ok], own_.all() / 2);
-  EXPECT_GT(rig_->poller().ledger().line.counters().stray_bytes, struck_);
+  EXPECT_GT(rig_->poller().accounts().line.counters().stray_bytes, struck_);
   // A second copy in bursts 16 ms apart can pass for the beginning of the neighbour's reply.
   TheNeighbourWasServed(neighbour_.all() / 2);
   EverythingComesBack();

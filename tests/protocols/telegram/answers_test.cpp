@@ -520,7 +520,7 @@ TEST(TelegramUnits, ATextBesideANumberThatNothingJudgesIsDoubted) {
     const config::Device device =
         config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
     const auto doubts = TelegramProtocol().doubts(device);
-    const bool said = std::ranges::any_of(doubts, [](const Doubt& doubt) {
+    const bool said = std::ranges::any_of(doubts, [](const ConfigRemark& doubt) {
       return doubt.text.find("nothing judges") != std::string::npos;
     });
     EXPECT_EQ(said, doubted) << receive << " " << came;

@@ -172,7 +172,7 @@ TEST(TelegramSecrets, ThePasswordIsMaskedWhereverItStands) {
   ASSERT_EQ(expect.secrets.size(), 1U);
   EXPECT_EQ(kLogin.substr(expect.secrets[0].first, expect.secrets[0].second), "S3CRET  ");
   config::Device wrong = Described(kMeter, {{"password", std::string("TOOLONGAPASSWORD")}});
-  for (const Doubt& fault : TelegramProtocol().faults(wrong)) {
+  for (const ConfigRemark& fault : TelegramProtocol().faults(wrong)) {
     EXPECT_EQ(fault.text.find("TOOLONG"), std::string::npos) << fault.text;
   }
   EXPECT_FALSE(TelegramProtocol().faults(wrong).empty());
@@ -183,7 +183,7 @@ TEST(TelegramParameters, AreNamedWhereTheyAreMissing) {
   EXPECT_TRUE(TelegramProtocol().faults(device).empty());
   device.options.Set("parameters", config::Pairs{{"usr", "P1"}});
   std::string said;
-  for (const Doubt& fault : TelegramProtocol().faults(device)) said += fault.text + "\n";
+  for (const ConfigRemark& fault : TelegramProtocol().faults(device)) said += fault.text + "\n";
   EXPECT_NE(said.find("needs a value for {user} of telegram 'login'"), std::string::npos) << said;
   EXPECT_NE(said.find("has a parameter 'usr', which no telegram has"), std::string::npos) << said;
 }

@@ -193,7 +193,8 @@ TEST(TelegramDoubts, AreToldWhereAValueWouldBeBadOrShifted) {
     const auto at = text.find("read: 'data");
     text.replace(at, text.find(" }", at) - at, point);
     std::string said;
-    for (const Doubt& doubt : TelegramProtocol().doubts(Described(text))) said += doubt.text + "\n";
+    for (const ConfigRemark& doubt : TelegramProtocol().doubts(Described(text)))
+      said += doubt.text + "\n";
     EXPECT_EQ(said.empty(), std::string(says).empty()) << point << ": " << said;
     EXPECT_NE(said.find(says), std::string::npos) << point << ": " << said;
   }

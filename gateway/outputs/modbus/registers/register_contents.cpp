@@ -186,7 +186,7 @@ void PutEvent(EventBlock& block, std::size_t at, const events::EventRecord& even
 
 }  // namespace
 
-EventBlock EventBlockOf(const events::EventFeed::Shown& shown, std::uint32_t first) {
+EventBlock EventBlockOf(const events::EventFeed::Page& shown, std::uint32_t first) {
   EventBlock block{};
   const std::size_t count = std::min(shown.events.size(), kShownEvents);
   Put32(block, 0, first);

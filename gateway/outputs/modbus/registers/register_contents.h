@@ -115,6 +115,6 @@ static_assert(kEventBlockLayout.back() == 80);
 using EventBlock = std::array<std::uint16_t, kEventBlockLayout.back()>;
 
 /// `first`: as the client has written it. Numbers of more than 32 bits show their low ones.
-EventBlock EventBlockOf(const events::EventFeed::Shown& shown, std::uint32_t first);
+EventBlock EventBlockOf(const events::EventFeed::Page& shown, std::uint32_t first);
 
 }  // namespace baudgate::modbus

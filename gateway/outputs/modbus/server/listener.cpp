@@ -168,7 +168,7 @@ Status Listener::Open(PassedSockets* passed) {
   if (descriptor) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
     if (failed) return Error{failed.message()};
-    log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Place());
+    log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Address());
   } else if (Status bound = Listen(acceptor_, endpoint, "modbus.listen"); !bound) {
     return bound;
   }
@@ -221,7 +221,7 @@ void Listener::Accept() {
 
 void Listener::AcceptLater(const asio::error_code& why) {
   LiveCounters::Add(shared_.counters().accept_errors);
-  log::Warn("modbus: no client can be accepted at {}: {}", listener_.Place(), why.message());
+  log::Warn("modbus: no client can be accepted at {}: {}", listener_.Address(), why.message());
   retry_.expires_after(kAcceptPause);
   retry_.async_wait([self = shared_from_this()](const asio::error_code&) {
     if (!self->stopped_) self->Accept();

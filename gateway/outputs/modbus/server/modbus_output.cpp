@@ -58,7 +58,7 @@ std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& ne
       if (!port) status = Error{port.error()};
     }
     if (!status) {
-      prepared->troubles.push_back("listener " + listener.Place() + ": " + status.error());
+      prepared->troubles.push_back("listener " + listener.Address() + ": " + status.error());
     }
   }
   for (std::size_t i = 0; i < next.modbus.routes.size(); ++i) {

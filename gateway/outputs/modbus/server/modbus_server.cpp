@@ -31,7 +31,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
     auto port = OpenPort(listener, &passed);
     if (!port) {
       Stop();
-      return Error{listener.Place() + ": " + port.error()};
+      return Error{listener.Address() + ": " + port.error()};
     }
     places_.push_back({.listener = listener, .port = *std::move(port)});
   }
@@ -92,10 +92,11 @@ void ModbusServer::Look() {
     const std::string before =
         std::exchange(place.why_not, looked ? std::string() : looked.error());
     if (looked) {
-      if (!before.empty()) log::Info("modbus: listener {}: is open now", place.listener.Place());
+      if (!before.empty()) log::Info("modbus: listener {}: is open now", place.listener.Address());
       continue;
     }
-    const ClosedListener one{place.listener.Place(), place.why_not, static_cast<bool>(place.port)};
+    const ClosedListener one{place.listener.Address(), place.why_not,
+                             static_cast<bool>(place.port)};
     if (place.why_not != before) {
       log::Warn("modbus: listener {}: {}{}", one.place, one.why,
                 one.is_open ? "" : "; tried each second");
@@ -115,7 +116,8 @@ void ModbusServer::Look() {
 std::vector<std::string> ModbusServer::Missing() const {
   std::vector<std::string> missing;
   for (const Place& place : places_) {
-    if (!place.port) missing.push_back("listener " + place.listener.Place() + ": " + place.why_not);
+    if (!place.port)
+      missing.push_back("listener " + place.listener.Address() + ": " + place.why_not);
   }
   return missing;
 }

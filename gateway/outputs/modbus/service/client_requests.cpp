@@ -81,7 +81,7 @@ void ClientReplies::Settle(std::size_t count) {
 }
 
 void ClientReplies::HeardOther(Framing heard, WallTime at) {
-  book_->HeardOther(listener_.Place(), client_.name, heard, listener_.framing, at);
+  book_->HeardOther(listener_.Address(), client_.name, heard, listener_.framing, at);
 }
 
 std::size_t ClientReplies::BytesOnWire(std::size_t frame) const {

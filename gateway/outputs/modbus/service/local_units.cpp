@@ -13,7 +13,7 @@ EventBlock EventWindow::Show(std::uint64_t client, std::uint8_t unit,
   const auto asked = firsts_.find({client, unit});
   const std::uint32_t first = asked == firsts_.end() ? 0 : asked->second;
   const auto shown =
-      events_ ? events_->Show(source, first, kShownEvents) : events::EventFeed::Shown{};
+      events_ ? events_->Show(source, first, kShownEvents) : events::EventFeed::Page{};
   return EventBlockOf(shown, first);
 }
 

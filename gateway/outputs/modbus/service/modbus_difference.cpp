@@ -48,15 +48,15 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
   Places places(running.size());
   for (const Listener& is : next) {
     ListenerChange& change = changes.emplace_back();
-    change.place = is.Place();
-    change.was = places.Take([&](std::size_t at) { return running[at].Place() == is.Place(); });
+    change.place = is.Address();
+    change.was = places.Take([&](std::size_t at) { return running[at].Address() == is.Address(); });
     change.action = Action::added;
     if (!change.was) continue;
     change.what = DifferentKeys(running[*change.was], is);
     change.action = change.what.empty() ? Action::same : Action::restarted;
   }
   for (std::size_t at = 0; at < running.size(); ++at) {
-    if (places.IsFree(at)) changes.push_back({running[at].Place(), Action::removed, {}, at});
+    if (places.IsFree(at)) changes.push_back({running[at].Address(), Action::removed, {}, at});
   }
 }
 
@@ -111,7 +111,7 @@ void FindBlocked(const std::vector<Listener>& running, const std::vector<Listene
     if (difference.listeners[i].action != Action::added) continue;
     for (const ListenerChange& ends : difference.listeners) {
       if (ends.action != Action::removed || !Blocks(running[*ends.was], next[i])) continue;
-      difference.restart.push_back("modbus.listen from " + ends.place + " to " + next[i].Place());
+      difference.restart.push_back("modbus.listen from " + ends.place + " to " + next[i].Address());
     }
   }
 }

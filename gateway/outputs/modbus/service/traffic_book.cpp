@@ -101,7 +101,7 @@ std::shared_ptr<ClientRecord> TrafficBook::Enter(const std::string& peer,
                                                  config::Priority priority, WallTime since) {
   auto record = std::make_shared<ClientRecord>();
   record->peer = peer;
-  record->listener = listener.Place();
+  record->listener = listener.Address();
   record->priority = priority;
   record->since = since;
   const MutexLock lock(mutex_);

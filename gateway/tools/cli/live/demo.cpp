@@ -252,7 +252,7 @@ void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
     end.expires_after(*options.seconds);
     end.async_wait([&io](const asio::error_code&) { io.stop(); });
   }
-  const std::string head = "web page http://" + daemon.config_at_start().web.Place() +
+  const std::string head = "web page http://" + daemon.config_at_start().web.Address() +
                            "/\nbaudgate demo: " + daemon.Summary() + "\n";
   const std::string tail = Hints(daemon.config_at_start(), options);
   if (LiveScreen::Possible(STDOUT_FILENO)) {

@@ -199,7 +199,7 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
     out << "web off\n";
     return;
   }
-  out << "web http://" << web.Place() << "/, ";
+  out << "web http://" << web.Address() << "/, ";
   out << (web.token_file.empty() ? "without a token" : "with the token of " + web.token_file);
   for (std::size_t i = 0; i < web.allow.size(); ++i) {
     out << (i == 0 ? ", for " : ", ") << web.allow[i].text;
@@ -211,7 +211,7 @@ void PrintWeb(const config::Config& config, std::ostream& out) {
 
 nlohmann::ordered_json WebJson(const config::Config& config) {
   if (!config.web.on) return nullptr;
-  return {{"listen", config.web.Place()},
+  return {{"listen", config.web.Address()},
           {"token", !config.web.token_file.empty()},
           {"series", web::SeriesOf(config)}};
 }
@@ -246,7 +246,7 @@ template <typename Predicate>
 std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predicate) {
   std::vector<std::string> places;
   for (const Listener& listener : modbus.listen) {
-    if (predicate(listener)) places.push_back(listener.Place());
+    if (predicate(listener)) places.push_back(listener.Address());
   }
   return places;
 }
@@ -364,7 +364,7 @@ std::string_view Describe(config::Permit permit) {
 }
 
 std::string Describe(const config::Listener& listener) {
-  std::string text = listener.Place() + ", ";
+  std::string text = listener.Address() + ", ";
   if (listener.is_serial()) {
     text += listener.serial.ToString();
     if (listener.serial.software_parity) text += " (software parity)";
@@ -393,7 +393,7 @@ std::string DescribePriorities(const config::Listener& listener) {
 
 Json ToJson(const config::Listener& listener) {
   using config::Listener;
-  Json one = {{"at", listener.Place()}};
+  Json one = {{"at", listener.Address()}};
   one["serial"] = listener.is_serial() ? Json(listener.serial.ToString()) : Json();
   one["framing"] = Name(listener.framing);
   one["permit"] = Name(listener.permit);

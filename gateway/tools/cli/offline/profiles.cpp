@@ -338,7 +338,7 @@ void AddDoubts(Judged& judged) {
   for (const char* address : {"1", "0"}) {
     if (!protocol.canonical_address(address)) continue;
     const auto device = config::DeviceFromProfile(judged.loaded.profile, protocol, "x", address);
-    for (const Doubt& doubt : protocol.doubts(device)) {
+    for (const ConfigRemark& doubt : protocol.doubts(device)) {
       if (doubt.point >= device.points.size()) continue;
       const config::Point& point = device.points[doubt.point];
       judged.loaded.problems.push_back(

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 
 namespace baudgate {

@@ -19,8 +19,8 @@ TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   EXPECT_EQ(roster.device(0).index, 7U);
   EXPECT_EQ(&roster.DeviceAt(8), &roster.device(1));
   EXPECT_EQ(roster.device(1).place, 1U);
-  EXPECT_EQ(roster.device(0).retries, 5);
-  EXPECT_EQ(roster.device(1).retries, 1) << "its own go before the line's";
+  EXPECT_EQ(roster.device(0).max_retries, 5);
+  EXPECT_EQ(roster.device(1).max_retries, 1) << "its own go before the line's";
   EXPECT_FALSE(roster.device(1).in_use);
   EXPECT_EQ(roster.everyone()[1]->device, &roster.device(1));
 }

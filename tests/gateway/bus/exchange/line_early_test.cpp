@@ -8,10 +8,10 @@ namespace {
 
 TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
   Reach(State::sending);
-  line_.OnBytes(View(reply_).first(3), At(1001ms));
+  line_.Feed(View(reply_).first(3), At(1001ms));
   EXPECT_TRUE(ends_.empty());
   EXPECT_EQ(line_.state(), State::sending);
-  line_.OnBytes(View(reply_).subspan(3), At(1002ms));
+  line_.Feed(View(reply_).subspan(3), At(1002ms));
   EXPECT_EQ(frames_.size(), 1U);
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
@@ -22,7 +22,7 @@ TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
 TEST_F(LineTest, AForeignReplyWhileSendingIsDrainedFromTheEndOfTransmission) {
   Reach(State::sending);
   verdict_ = Outcome::unexpected;
-  line_.OnBytes(reply_, At(1001ms));
+  line_.Feed(reply_, At(1001ms));
   EXPECT_EQ(line_.state(), State::drain);
   EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
 }
@@ -36,7 +36,7 @@ TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
   exchange.reply_rule = ToyProtocol().reply_rule;
   exchange.times = kTimes;
   line_.Start(std::move(exchange), At(1s));
-  line_.OnBytes(reply_, At(1001ms));
+  line_.Feed(reply_, At(1001ms));
   EXPECT_TRUE(frames_.empty());
   line_.OnTimer(At(1004ms));
   EXPECT_EQ(frames_.size(), 1U);
@@ -45,10 +45,10 @@ TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
 TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.OnBytes(ToyReply("A1=4"), At(1002ms));  // the second copy of an earlier reply
+  line_.Feed(ToyReply("A1=4"), At(1002ms));  // the second copy of an earlier reply
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
-  line_.OnBytes(reply_, At(1020ms));
+  line_.Feed(reply_, At(1020ms));
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(frames_[0], AsText(reply_));
   ASSERT_EQ(strays_.size(), 1U);
@@ -58,14 +58,14 @@ TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
 TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.OnBytes(reply_, At(1002ms));
+  line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
   line_.OnTimer(At(1104ms));  // nothing else has come in the reply time
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(ends_.back().outcome, Outcome::ok);
   Start(2s);
-  line_.OnBytes(reply_, At(2002ms));
+  line_.Feed(reply_, At(2002ms));
   line_.OnTimer(At(2004ms));
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
@@ -74,7 +74,7 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
 TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.OnBytes(reply_, At(1002ms));
+  line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(5s));
   line_.OnTimer(At(5s));
   EXPECT_TRUE(frames_.empty());
@@ -84,7 +84,7 @@ TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
 TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.OnBytes(ToBytes("UUU"), At(1002ms));
+  line_.Feed(ToBytes("UUU"), At(1002ms));
   line_.OnTimer(At(1004ms));
   line_.OnTimer(At(1104ms));
   ASSERT_EQ(ends_.size(), 1U);
@@ -94,7 +94,7 @@ TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
 TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.OnBytes(reply_, At(1015ms));
+  line_.Feed(reply_, At(1015ms));
   ASSERT_EQ(frames_.size(), 1U);
 }
 

@@ -29,7 +29,7 @@ TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
   EXPECT_FALSE(line_.Deadline());
   line_.OnClosed();
   line_.OnTimer(At(5s));
-  line_.OnBytes(reply_, At(5s));
+  line_.Feed(reply_, At(5s));
   EXPECT_EQ(ends_.size(), under_way ? 1U : 0U);
   EXPECT_TRUE(frames_.empty());
 }
@@ -41,7 +41,7 @@ TEST_P(EveryState, ReopenedLineWorks) {
   line_.OnOpened(At(2s));
   Start(3s);
   line_.OnTimer(At(3004ms));
-  line_.OnBytes(reply_, At(3010ms));
+  line_.Feed(reply_, At(3010ms));
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
 }
@@ -58,7 +58,7 @@ TEST_P(EveryState, AnEarlyTimerDoesNothing) {
 TEST_P(EveryState, NoBytesAreNoEvent) {
   Reach(GetParam());
   const auto deadline = line_.Deadline();
-  line_.OnBytes({}, At(1030ms));
+  line_.Feed({}, At(1030ms));
   EXPECT_EQ(line_.state(), GetParam());
   EXPECT_EQ(line_.Deadline(), deadline);
   EXPECT_TRUE(strays_.empty());
@@ -73,7 +73,7 @@ TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
   for (Duration at = 1010ms; at < 3s; at += 1ms) {
     while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
     idle_again = idle_again || line_.idle();
-    line_.OnBytes(noise, At(at));
+    line_.Feed(noise, At(at));
     strays_.clear();  // the test keeps these
     ASSERT_LE(HeapInUse(), before + kLittle);
   }
@@ -102,7 +102,7 @@ TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
   line.Start(std::move(exchange), kStart + 1s);
   const Bytes flood(4096, 'U');
   const std::size_t before = HeapInUse();
-  for (int i = 0; i < 1000; ++i) line.OnBytes(flood, kStart + 1001ms);
+  for (int i = 0; i < 1000; ++i) line.Feed(flood, kStart + 1001ms);
   EXPECT_LE(HeapInUse(), before + kLittle) << "a pty floods faster than any wire";
 }
 

@@ -30,7 +30,7 @@ class LineTest : public ::testing::Test, protected LineClient {
     explicit Tested(LineTest& test) : test_(test), line_(test) {}
     void OnOpened(Instant now, bool keeps = false) { line_.OnOpened(now, keeps); }
     void OnClosed() { test_.Keep(line_.OnClosed()); }
-    void OnBytes(View bytes, Instant now) { test_.Keep(line_.OnBytes(bytes, now)); }
+    void Feed(View bytes, Instant now) { test_.Keep(line_.Feed(bytes, now)); }
     void OnCollision(Instant now) { test_.Keep(line_.OnCollision(now)); }
     void OnEnded(Instant now) { test_.Keep(line_.OnEnded(now)); }
     void OnTimer(Instant now) { test_.Keep(line_.OnTimer(now)); }
@@ -80,14 +80,14 @@ class LineTest : public ::testing::Test, protected LineClient {
     Opened();
     if (state == State::idle) return;
     if (state == State::quiet) {
-      line_.OnBytes(ToBytes("x"), At(999ms));
+      line_.Feed(ToBytes("x"), At(999ms));
       strays_.clear();
       return Start(1s);
     }
     Start(1s, state == State::settle ? "QA1\r" : "?A1\r");
     if (state == State::sending) return;
     line_.OnTimer(At(1004ms));
-    if (state == State::receiving) line_.OnBytes(ToBytes("!A"), At(1010ms));
+    if (state == State::receiving) line_.Feed(ToBytes("!A"), At(1010ms));
     if (state == State::drain) line_.OnTimer(At(1104ms));
     ends_.clear();
   }

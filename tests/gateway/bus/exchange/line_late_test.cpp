@@ -7,7 +7,7 @@ namespace {
 
 TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   Reach(State::await_first);
-  line_.OnBytes(reply_, At(5s));
+  line_.Feed(reply_, At(5s));
   EXPECT_TRUE(frames_.empty()) << "nobody knows when it came";
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
@@ -16,7 +16,7 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
 
 TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
   Reach(State::sending);
-  line_.OnBytes(reply_, At(5s));
+  line_.Feed(reply_, At(5s));
   EXPECT_TRUE(frames_.empty());
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
@@ -24,8 +24,8 @@ TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
 
 TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
   Reach(State::await_first);
-  line_.OnBytes(View(reply_).first(3), At(1015ms));
-  line_.OnBytes(View(reply_).subspan(3), At(5s));
+  line_.Feed(View(reply_).first(3), At(1015ms));
+  line_.Feed(View(reply_).subspan(3), At(5s));
   EXPECT_TRUE(frames_.empty());
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";

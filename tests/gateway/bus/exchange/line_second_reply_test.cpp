@@ -9,7 +9,7 @@ TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
   Reach(State::await_first);
   Bytes twice = reply_;
   Append(twice, reply_);
-  line_.OnBytes(twice, At(1010ms));
+  line_.Feed(twice, At(1010ms));
   EXPECT_EQ(frames_.size(), 1U);
   ASSERT_EQ(strays_.size(), 1U);
   EXPECT_EQ(strays_[0].count, reply_.size());
@@ -20,7 +20,7 @@ TEST_F(LineTest, TwoDifferentRepliesAtOnceAreUnexpected) {
   Reach(State::await_first);
   Bytes both = reply_;
   Append(both, ToyReply("A1=6"));
-  line_.OnBytes(both, At(1015ms));
+  line_.Feed(both, At(1015ms));
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::unexpected);
   EXPECT_FALSE(ends_[0].reason.empty());
@@ -32,25 +32,25 @@ TEST_F(LineTest, TheSameReplyTwiceIsOne) {
   Reach(State::await_first);
   Bytes both = reply_;
   Append(both, View(reply_));
-  line_.OnBytes(both, At(1015ms));
+  line_.Feed(both, At(1015ms));
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
-  line_.OnBytes(reply_, At(1030ms));
+  line_.Feed(reply_, At(1030ms));
   EXPECT_EQ(second_, 0);
 }
 
 TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   Reach(State::await_first);
-  line_.OnBytes(reply_, At(1015ms));
+  line_.Feed(reply_, At(1015ms));
   EXPECT_TRUE(line_.idle());
   const Bytes other = ToyReply("A1=6");
-  line_.OnBytes(View(other).first(3), At(1030ms));
+  line_.Feed(View(other).first(3), At(1030ms));
   EXPECT_EQ(second_, 0);
   Start(1031ms);
   EXPECT_EQ(line_.state(), State::quiet);
-  line_.OnBytes(View(other).subspan(3), At(1033ms));
+  line_.Feed(View(other).subspan(3), At(1033ms));
   EXPECT_EQ(second_, 1);
-  line_.OnBytes(other, At(1034ms));
+  line_.Feed(other, At(1034ms));
   EXPECT_EQ(second_, 1) << "told once";
 }
 

@@ -25,7 +25,7 @@ TEST_F(LineTest, IdleStartSendsAtOnceWhenQuietLongEnough) {
 
 TEST_F(LineTest, IdleStartWaitsForSilence) {
   Reach(State::idle);
-  line_.OnBytes(ToBytes("x"), At(998ms));
+  line_.Feed(ToBytes("x"), At(998ms));
   Start(1s);
   EXPECT_EQ(line_.state(), State::quiet);
   EXPECT_TRUE(sent_.empty());
@@ -34,7 +34,7 @@ TEST_F(LineTest, IdleStartWaitsForSilence) {
 
 TEST_F(LineTest, IdleBytesAreStray) {
   Reach(State::idle);
-  line_.OnBytes(ToBytes("abc"), At(70ms));
+  line_.Feed(ToBytes("abc"), At(70ms));
   ASSERT_EQ(strays_.size(), 1U);
   EXPECT_EQ(strays_[0].count, 3U);
   EXPECT_EQ(strays_[0].since_end, 70ms);
@@ -43,7 +43,7 @@ TEST_F(LineTest, IdleBytesAreStray) {
 
 TEST_F(LineTest, QuietBytesCountTheSilenceAnew) {
   Reach(State::quiet);
-  line_.OnBytes(ToBytes("x"), At(1002ms));
+  line_.Feed(ToBytes("x"), At(1002ms));
   EXPECT_EQ(strays_.size(), 1U);
   EXPECT_EQ(DeadlineIn(), 1007ms);
   line_.OnTimer(At(1007ms));
@@ -52,7 +52,7 @@ TEST_F(LineTest, QuietBytesCountTheSilenceAnew) {
 
 TEST_F(LineTest, QuietNeverWaitsBeyondTheCeiling) {
   Reach(State::quiet);
-  for (Duration at = 1002ms; at < 1300ms; at += 2ms) line_.OnBytes(ToBytes("x"), At(at));
+  for (Duration at = 1002ms; at < 1300ms; at += 2ms) line_.Feed(ToBytes("x"), At(at));
   EXPECT_EQ(DeadlineIn(), 1300ms);
   line_.OnTimer(At(1300ms));
   EXPECT_EQ(line_.state(), State::sending) << "a babbling neighbour may not stop the line for ever";
@@ -98,7 +98,7 @@ TEST_F(LineTest, SendingWithoutReplySettlesAndIsOk) {
 
 TEST_F(LineTest, AwaitFirstBytesAreReceived) {
   Reach(State::await_first);
-  line_.OnBytes(ToBytes("!"), At(1050ms));
+  line_.Feed(ToBytes("!"), At(1050ms));
   EXPECT_EQ(line_.state(), State::receiving);
   EXPECT_EQ(DeadlineIn(), 1060ms) << "the gap";
 }
@@ -115,8 +115,8 @@ TEST_F(LineTest, AwaitFirstTimerIsNoReply) {
 
 TEST_F(LineTest, ReceivingWholeFrameIsIdle) {
   Reach(State::await_first);
-  line_.OnBytes(View(reply_).first(3), At(1010ms));
-  line_.OnBytes(View(reply_).subspan(3), At(1015ms));
+  line_.Feed(View(reply_).first(3), At(1010ms));
+  line_.Feed(View(reply_).subspan(3), At(1015ms));
   EXPECT_EQ(frames_, std::vector<std::string>{std::string(AsText(reply_))});
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
@@ -128,13 +128,13 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
   for (const Outcome outcome : {Outcome::busy, Outcome::refused, Outcome::unsupported}) {
     Reach(State::await_first);
     verdict_ = outcome;
-    line_.OnBytes(reply_, At(1015ms));
+    line_.Feed(reply_, At(1015ms));
     EXPECT_EQ(ends_.back().outcome, outcome);
     EXPECT_TRUE(line_.idle()) << Name(outcome);
   }
   Reach(State::await_first);
   verdict_ = Outcome::unexpected;
-  line_.OnBytes(reply_, At(1015ms));
+  line_.Feed(reply_, At(1015ms));
   EXPECT_EQ(ends_.back().outcome, Outcome::unexpected);
   EXPECT_EQ(line_.state(), State::drain);
 }
@@ -146,7 +146,7 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
     named_ = named;
     Reach(State::await_first);
     verdict_ = Outcome::unexpected;
-    line_.OnBytes(reply_, At(1015ms));
+    line_.Feed(reply_, At(1015ms));
     EXPECT_EQ(line_.state(), State::drain);
     EXPECT_EQ(DeadlineIn(), 1015ms + (named ? kTimes.drain : aftermath_));
     line_.OnClosed();
@@ -161,7 +161,7 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   for (const bool lags : {false, true}) {
     lags_ = lags;
     Reach(State::await_first);
-    line_.OnBytes(ToyReply("B1=5"), At(1015ms));
+    line_.Feed(ToyReply("B1=5"), At(1015ms));
     line_.OnTimer(At(1025ms));
     EXPECT_EQ(line_.state(), lags ? State::drain : State::await_first);
     if (!lags) line_.OnTimer(At(DeadlineIn()));
@@ -176,7 +176,7 @@ TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
     return idle ? Cut::Frame(held.size()) : Cut::NeedMore();
   };
   Reach(State::await_first);
-  line_.OnBytes(reply_, At(1015ms));
+  line_.Feed(reply_, At(1015ms));
   line_.OnTimer(At(1200ms));
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
@@ -195,7 +195,7 @@ TEST_F(LineTest, ReceivingGapIsPartial) {
 
 TEST_F(LineTest, DrainBytesLengthenItUntilSilence) {
   Reach(State::drain);
-  line_.OnBytes(reply_, At(1120ms));
+  line_.Feed(reply_, At(1120ms));
   EXPECT_TRUE(frames_.empty()) << "a late reply belongs to nobody";
   ASSERT_EQ(strays_.size(), 1U);
   EXPECT_EQ(strays_[0].since_end, 16ms);
@@ -206,7 +206,7 @@ TEST_F(LineTest, DrainBytesLengthenItUntilSilence) {
 
 TEST_F(LineTest, DrainNeverLastsBeyondTheCeiling) {
   Reach(State::drain);
-  for (Duration at = 1105ms; at < 1404ms; at += 3ms) line_.OnBytes(ToBytes("U"), At(at));
+  for (Duration at = 1105ms; at < 1404ms; at += 3ms) line_.Feed(ToBytes("U"), At(at));
   EXPECT_EQ(DeadlineIn(), 1404ms);
   line_.OnTimer(At(1404ms));
   EXPECT_TRUE(line_.idle());
@@ -222,7 +222,7 @@ TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
   };
   line_.Start(std::move(exchange), At(1s));
   line_.OnTimer(At(1001ms));
-  line_.OnBytes(ToBytes("undelimited"), At(1010ms));
+  line_.Feed(ToBytes("undelimited"), At(1010ms));
   EXPECT_TRUE(frames_.empty());
   line_.OnTimer(At(1020ms));
   EXPECT_EQ(frames_, std::vector<std::string>{"undelimited"});
@@ -233,11 +233,11 @@ TEST_F(LineTest, ASecondExchangeKnowsNothingOfTheFirst) {
   Reach(State::await_first);
   Bytes twice = reply_;
   Append(twice, View(reply_).first(4));
-  line_.OnBytes(twice, At(1010ms));
+  line_.Feed(twice, At(1010ms));
   Start(1100ms);
   line_.OnTimer(At(1104ms));
   EXPECT_EQ(frames_.size(), 1U);
-  line_.OnBytes(View(reply_).subspan(4), At(1110ms));
+  line_.Feed(View(reply_).subspan(4), At(1110ms));
   line_.OnTimer(At(1120ms));
   EXPECT_EQ(frames_.size(), 1U) << "the head of a reply was kept from the exchange before";
   EXPECT_EQ(ends_.back().outcome, Outcome::corrupt);

@@ -30,7 +30,7 @@ class LineUnaskedTest : public ::testing::Test, protected LineClient {
     if (news.end) ends_.push_back(news.end->outcome);
     if (news.send) ++sent_;
   }
-  void Bytes_(std::string_view bytes, Duration at) { Keep(line_.OnBytes(ToBytes(bytes), At(at))); }
+  void Bytes_(std::string_view bytes, Duration at) { Keep(line_.Feed(ToBytes(bytes), At(at))); }
   void Timer(Duration at) { Keep(line_.OnTimer(At(at))); }
   void Start(Duration at, Expectation::Reply reply = Expectation::Reply::one) {
     Exchange exchange;

@@ -54,8 +54,8 @@ TEST_P(SecondReplyTest, IsFoundHoweverItIsCut) {
     if (!one.alone) return;
     EXPECT_EQ(second_.only_copies(), one.only_copies);
     second_.Take(kReply);
-    int told = second_.OnBytes(View(one.later).first(cut)) ? 1 : 0;
-    told += second_.OnBytes(View(one.later).subspan(cut)) ? 1 : 0;
+    int told = second_.FoundIn(View(one.later).first(cut)) ? 1 : 0;
+    told += second_.FoundIn(View(one.later).subspan(cut)) ? 1 : 0;
     EXPECT_EQ(told, one.told);
   }
 }
@@ -80,10 +80,10 @@ INSTANTIATE_TEST_SUITE_P(SecondReply, SecondReplyTest, ::testing::ValuesIn(kBehi
 
 TEST_F(SecondReplyTest, WhatWasNotTakenHasNoSecond) {
   ASSERT_TRUE(Come({}));
-  EXPECT_FALSE(second_.OnBytes(kOther)) << "the reply was refused";
+  EXPECT_FALSE(second_.FoundIn(kOther)) << "the reply was refused";
   second_.Take(kReply);
   second_.Begin();
-  EXPECT_FALSE(second_.OnBytes(kOther)) << "another request is out";
+  EXPECT_FALSE(second_.FoundIn(kOther)) << "another request is out";
 }
 
 TEST(SecondReply, AnEmptyLineIsNone) {

@@ -81,7 +81,7 @@ class EarTest : public ::testing::TestWithParam<Case> {
     };
     for (const Piece& piece : pieces) {
       run_to(kOpened + piece.at);
-      Note(ear.OnBytes(ToBytes(piece.bytes), kOpened + piece.at), kOpened + piece.at);
+      Note(ear.Feed(ToBytes(piece.bytes), kOpened + piece.at), kOpened + piece.at);
     }
     run_to(kOpened + 1h);
     EXPECT_FALSE(ear.receiving());
@@ -179,8 +179,8 @@ TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   const Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
-  Note(ear.OnBytes(ToBytes("12"), kOpened + 1s), kOpened + 1s);
-  Note(ear.OnBytes(ToBytes("34"), kOpened + 1200ms), kOpened + 1200ms);
+  Note(ear.Feed(ToBytes("12"), kOpened + 1s), kOpened + 1s);
+  Note(ear.Feed(ToBytes("34"), kOpened + 1200ms), kOpened + 1200ms);
   Note(ear.OnTimer(kOpened + 1250ms), kOpened + 1250ms);
   EXPECT_EQ(messages_, "12@1000 34@1200 ");
 }
@@ -190,7 +190,7 @@ TEST_F(EarCutTest, MemoryIsBounded) {
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
   for (int i = 0; i < 1000; ++i) {
-    const UnaskedInput heard = ear.OnBytes(ToBytes("noise without an end"), kOpened + 1s);
+    const UnaskedInput heard = ear.Feed(ToBytes("noise without an end"), kOpened + 1s);
     EXPECT_LE(heard.rest.size(), 40U);
   }
 }

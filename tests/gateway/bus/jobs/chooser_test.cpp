@@ -27,7 +27,7 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
     return command;
   }
 
-  LateAnswers late_{roster};
+  LateReplies late_{roster};
   Agenda agenda_{roster, late_};
   Schedule& schedule_ = agenda_.schedule;
   WriteQueue& writes_ = agenda_.write_queue;

@@ -21,8 +21,8 @@ class Rig : private PollerListener {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     SetTime();
-    knows_.upkeep.OnOpened(now_.instant);
-    while (knows_.agenda.schedule.Next(now_.instant)) continue;  // nothing is due for a second
+    context_.tracker.OnOpened(now_.instant);
+    while (context_.agenda.schedule.Next(now_.instant)) continue;  // nothing is due for a second
     Poll(1);
     // Another master may have asked it before: one probe is not enough.
     for (Turn(); run_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
@@ -90,7 +90,7 @@ class Rig : private PollerListener {
 
   /// The request that waits, or what has become of the job.
   std::string Next() {
-    if (run_.job() == nullptr) return knows_.agenda.parked.NextAt() ? "parked" : "ended";
+    if (run_.job() == nullptr) return context_.agenda.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(run_.job()->step.request.bytes));
     return request.substr(0, request.size() - 1);
   }
@@ -101,12 +101,12 @@ class Rig : private PollerListener {
     return value;
   }
 
-  Device& a() { return knows_.roster.device(0); }
-  Upkeep& upkeep() { return knows_.upkeep; }
-  Schedule& schedule() { return knows_.agenda.schedule; }
+  Device& a() { return context_.roster.device(0); }
+  DeviceTracker& tracker() { return context_.tracker; }
+  Schedule& schedule() { return context_.agenda.schedule; }
   JobRun& run() { return run_; }
-  LateAnswers& late() { return knows_.owed.late; }
-  WriteQueue& writes() { return knows_.agenda.write_queue; }
+  LateReplies& late() { return context_.owed.late_replies; }
+  WriteQueue& writes() { return context_.agenda.write_queue; }
   Instant now() const { return now_.instant; }
 
   std::vector<WriteResult> results;
@@ -128,17 +128,17 @@ class Rig : private PollerListener {
   }
   void End(Outcome outcome) {
     if (run_.job() == nullptr) return;
-    run_.OnEnd({outcome, {}, 10ms, 0});
+    run_.KeepEnd({outcome, {}, 10ms, 0});
     auto end = run_.TakeEnd();
     ASSERT_TRUE(end);
-    run_.Conclude(std::move(*end), {});
+    run_.FollowUp(std::move(*end), {});
   }
   void Pass(Duration time) {
     now_ = {now_.instant + time, now_.wall + time};
     SetTime();
   }
   void SetTime() {
-    knows_.ledger.OnTime(now_, false, nullptr);
+    context_.accounts.OnTime(now_, false, nullptr);
     run_.SetTime(now_);
   }
 
@@ -146,14 +146,15 @@ class Rig : private PollerListener {
   std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
   Now now_{kStart, kWall};
   PointStore store_{config_};
-  LineKnowledge knows_{config_.lines[0], 0,
+  LineContext context_{config_.lines[0], 0,
                        [](const std::string&) -> const Protocol& { return ToyProtocol(); }, store_,
                        *this};
-  Chooser chooser_{knows_.roster, knows_.agenda, knows_.owed.late};
+  Chooser chooser_{context_.roster, context_.agenda, context_.owed.late_replies};
   Intake intake_{store_, *this};
-  ReplyJudge judge_{knows_.owed.whose};
-  EffectApplier effects_{knows_.owed, knows_.agenda, knows_.ledger, knows_.upkeep, intake_};
-  JobPhases phases_{knows_, chooser_, effects_};
+  ReplyJudge judge_{context_.owed.whose};
+  EffectApplier effects_{context_.owed, context_.agenda, context_.accounts, context_.tracker,
+                         intake_};
+  JobPhases phases_{context_, chooser_, effects_};
   JobRun run_{phases_};
 };
 
@@ -352,7 +353,7 @@ TEST(JobRunTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNumber
   while (rig.Next() == "PA0") rig.Hear("!A0");
   ASSERT_EQ(rig.Next(), "?A2");
   ASSERT_TRUE(rig.Go());
-  rig.upkeep().OnSecondReply(rig.now());
+  rig.tracker().OnSecondReply(rig.now());
   ASSERT_EQ(rig.a().conversation->Queries().size(), 2U);
   rig.Answer("A2=9");
   EXPECT_EQ(rig.Value(0), "");

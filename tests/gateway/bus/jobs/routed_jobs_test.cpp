@@ -35,7 +35,7 @@ class RoutedJobsTest : public ::testing::Test {
   config::Line line_ = DriveLine({Polled("20", 1)});
   Roster roster_{line_, 0,
                  [](const std::string&) -> const Protocol& { return ModbusRtuProtocol(); }};
-  LateAnswers late_{roster_};
+  LateReplies late_{roster_};
   Agenda agenda_{roster_, late_};
   RoutedJobs jobs_{roster_, agenda_, late_};
   const Idle idle_{kStart, kStart};

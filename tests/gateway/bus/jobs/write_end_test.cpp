@@ -94,34 +94,34 @@ struct Case {
   Value before;
   Value written;
   Value shown;
-  Shown is;
+  Comparison is;
 };
 
 constexpr std::int64_t I(int value) { return value; }
 
-TEST(Shown, Table) {
+TEST(Comparison, Table) {
   const Case cases[] = {
-      {"the same", Type::float32, 0.0, 30.3, 30.3, Shown::written},
-      {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), Shown::written},
-      {"beyond a thousandth", Type::float32, 40.0, 30.34, 30.3, Shown::another},
-      {"within a thousandth", Type::float32, 0.0, 30.32, 30.3, Shown::written},
-      {"the old one", Type::float32, 10.0, 30.0, 10.0, Shown::another},
-      {"an output on its way up", Type::float32, 4.0, 20.0, 11.0, Shown::between},
-      {"and down", Type::float32, 20.0, 4.0, 11.0, Shown::between},
-      {"beyond", Type::float32, 4.0, 20.0, 21.0, Shown::another},
-      {"the way is not known", Type::float32, Value(), 20.0, 11.0, Shown::another},
-      {"zero", Type::float32, 5.0, 0.0, 0.0, Shown::written},
-      {"not zero", Type::float32, 0.0, 0.0, 0.1, Shown::another},
-      {"a whole number", Type::uint16, I(1), I(2), I(2), Shown::written},
-      {"never nearly", Type::uint16, I(1), I(2000), I(1999), Shown::another},
-      {"nor on its way", Type::uint16, I(1), I(3), I(2), Shown::another},
-      {"a bit", Type::boolean, false, true, true, Shown::written},
-      {"a bit that stays", Type::boolean, false, true, false, Shown::another},
+      {"the same", Type::float32, 0.0, 30.3, 30.3, Comparison::written},
+      {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), Comparison::written},
+      {"beyond a thousandth", Type::float32, 40.0, 30.34, 30.3, Comparison::another},
+      {"within a thousandth", Type::float32, 0.0, 30.32, 30.3, Comparison::written},
+      {"the old one", Type::float32, 10.0, 30.0, 10.0, Comparison::another},
+      {"an output on its way up", Type::float32, 4.0, 20.0, 11.0, Comparison::between},
+      {"and down", Type::float32, 20.0, 4.0, 11.0, Comparison::between},
+      {"beyond", Type::float32, 4.0, 20.0, 21.0, Comparison::another},
+      {"the way is not known", Type::float32, Value(), 20.0, 11.0, Comparison::another},
+      {"zero", Type::float32, 5.0, 0.0, 0.0, Comparison::written},
+      {"not zero", Type::float32, 0.0, 0.0, 0.1, Comparison::another},
+      {"a whole number", Type::uint16, I(1), I(2), I(2), Comparison::written},
+      {"never nearly", Type::uint16, I(1), I(2000), I(1999), Comparison::another},
+      {"nor on its way", Type::uint16, I(1), I(3), I(2), Comparison::another},
+      {"a bit", Type::boolean, false, true, true, Comparison::written},
+      {"a bit that stays", Type::boolean, false, true, false, Comparison::another},
       {"a text", Type::string, std::string("a"), std::string("b"), std::string("b"),
-       Shown::written},
+       Comparison::written},
       {"another text", Type::string, std::string("a"), std::string("b"), std::string("a"),
-       Shown::another},
-      {"nothing is shown", Type::float32, 1.0, 2.0, Value(), Shown::nothing},
+       Comparison::another},
+      {"nothing is shown", Type::float32, 1.0, 2.0, Value(), Comparison::nothing},
   };
   for (const Case& one : cases) {
     config::Point point;
@@ -131,39 +131,39 @@ TEST(Shown, Table) {
   }
 }
 
-TEST(Shown, ADeviceRoundsToItsStepAndDecimals) {
+TEST(Comparison, ADeviceRoundsToItsStepAndDecimals) {
   config::Point point;
   point.type = Type::float32;
   const PointWrite write{0, 0.123, 5.0};
-  EXPECT_EQ(Compare(point, write, 0.12), Shown::another);
+  EXPECT_EQ(Compare(point, write, 0.12), Comparison::another);
   point.writing.decimals = 2;
-  EXPECT_EQ(Compare(point, write, 0.12), Shown::written);
-  EXPECT_EQ(Compare(point, write, 0.11), Shown::another);
+  EXPECT_EQ(Compare(point, write, 0.12), Comparison::written);
+  EXPECT_EQ(Compare(point, write, 0.11), Comparison::another);
   point.writing.decimals.reset();
   point.writing.step = 0.05;
-  EXPECT_EQ(Compare(point, write, 0.1), Shown::written);
+  EXPECT_EQ(Compare(point, write, 0.1), Comparison::written);
 }
 
 /// Two decimals of xIn are steps of 4 A where xIn is 400 A.
-TEST(Shown, DecimalsAreTheDevices) {
+TEST(Comparison, DecimalsAreTheDevices) {
   config::Point point;
   point.type = Type::float32;
   point.scale = 400;
   point.writing.decimals = 2;
   const PointWrite write{0, 0.853, 0.5};
-  EXPECT_EQ(Compare(point, write, 340.0), Shown::written) << "0.85";
-  EXPECT_EQ(Compare(point, write, 344.0), Shown::another) << "0.86";
+  EXPECT_EQ(Compare(point, write, 340.0), Comparison::written) << "0.85";
+  EXPECT_EQ(Compare(point, write, 344.0), Comparison::another) << "0.86";
 }
 
 /// Scale 0.1: 25 is written as 250, and 25 is shown.
-TEST(Shown, InUnitsOfTheValue) {
+TEST(Comparison, InUnitsOfTheValue) {
   config::Point point;
   point.type = Type::int16;
   point.scale = 0.1;
   const PointWrite write{0, I(250), I(3)};
   EXPECT_EQ(WrittenValue(point, write), Value(I(25)));
-  EXPECT_EQ(Compare(point, write, I(25)), Shown::written);
-  EXPECT_EQ(Compare(point, write, I(3)), Shown::another);
+  EXPECT_EQ(Compare(point, write, I(25)), Comparison::written);
+  EXPECT_EQ(Compare(point, write, I(3)), Comparison::another);
 }
 
 }  // namespace

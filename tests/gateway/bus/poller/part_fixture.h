@@ -5,7 +5,7 @@
 #include <string>
 
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate {

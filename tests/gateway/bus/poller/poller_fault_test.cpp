@@ -173,7 +173,7 @@ TEST(PollerFaults, AnEndlessStreamIsSurvived) {
   for (int i = 0; i < 60'000; ++i) line.Inject(noise, i * 1ms);
   line.RunFor(60s);
   EXPECT_GT(line.sent.size(), 10U) << "the line goes on trying";
-  EXPECT_EQ(line.poller().ledger().line.counters().bytes_in, 60'000U * 32);
+  EXPECT_EQ(line.poller().accounts().line.counters().bytes_in, 60'000U * 32);
   line.twin(0).manner.dead = false;
   line.RunFor(10s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);

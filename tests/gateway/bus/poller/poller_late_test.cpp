@@ -111,7 +111,7 @@ TEST(PollerLate, ADeviceThatIsAlwaysLateIsWaitedFor) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
   EXPECT_GT(line.StatusOf(0).patience, 20ms);
   EXPECT_EQ(line.StatusOf(1).patience, 0ms);
-  EXPECT_GT(line.poller().ledger().line.counters().stray_bytes, 0U);
+  EXPECT_GT(line.poller().accounts().line.counters().stray_bytes, 0U);
 }
 
 TEST(PollerLate, TheUserIsToldOnceAndWhatToDo) {
@@ -132,7 +132,7 @@ TEST(PollerLate, NoiseLongAfterAnExchangeIsNotALateAnswer) {
   line.Inject(ToBytes("x"), 5s);
   line.RunFor(8s);
   EXPECT_TRUE(line.warnings.empty());
-  EXPECT_EQ(line.poller().ledger().line.counters().stray_bytes, 1U);
+  EXPECT_EQ(line.poller().accounts().line.counters().stray_bytes, 1U);
 }
 
 TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {

@@ -69,7 +69,7 @@ TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
     line.Close();
     EXPECT_EQ(tap.ends.size(), tap.sent);
     EXPECT_EQ(tap.ends.back().outcome == Outcome::line_down, cut_off);
-    const LineCounters& counters = line.poller().ledger().line.counters();
+    const LineCounters& counters = line.poller().accounts().line.counters();
     EXPECT_EQ(counters.exchanges, tap.sent);
     EXPECT_EQ(counters.Count(Outcome::line_down), cut_off ? 1U : 0U);
     EXPECT_EQ(line.StatusOf(0).Count(Outcome::line_down), cut_off ? 1U : 0U);
@@ -99,7 +99,8 @@ TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
   line.twin(0).manner.dead = true;
   line.RunFor(1s);
   const std::size_t failed =
-      line.poller().ledger().line.counters().outcomes[static_cast<std::size_t>(Outcome::no_reply)];
+      line.poller().accounts().line.counters().outcomes[static_cast<std::size_t>(
+          Outcome::no_reply)];
   EXPECT_GT(failed, 0U);
   EXPECT_EQ(line.dropped, failed);
   line.Close();

@@ -424,7 +424,7 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   line.Ask("lost", kRead);
   line.RunFor(60s);
   EXPECT_EQ(line.Of("lost").outcome, Outcome::no_reply);
-  EXPECT_FALSE(line.poller().ledger().line.SilentSince(line.now().instant - 30s))
+  EXPECT_FALSE(line.poller().accounts().line.SilentSince(line.now().instant - 30s))
       << "nothing was asked since";
 }
 

@@ -79,17 +79,17 @@ TEST(Poller, ALineWithoutDevicesIsIdleForEver) {
   line.Inject(ToBytes("noise"), 1s);
   line.RunFor(1min);
   EXPECT_FALSE(line.poller().Deadline());
-  EXPECT_EQ(line.poller().ledger().line.counters().stray_bytes, 5U);
+  EXPECT_EQ(line.poller().accounts().line.counters().stray_bytes, 5U);
 }
 
 TEST(Poller, SilenceOfTheWholeLineShows) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(10s);
-  EXPECT_FALSE(line.poller().ledger().line.SilentSince(line.now().instant - 2s));
+  EXPECT_FALSE(line.poller().accounts().line.SilentSince(line.now().instant - 2s));
   line.twin(0).manner.dead = true;
   line.RunFor(30s);
-  EXPECT_TRUE(line.poller().ledger().line.SilentSince(line.now().instant - 20s));
+  EXPECT_TRUE(line.poller().accounts().line.SilentSince(line.now().instant - 20s));
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ class ReceptionTest : public ::testing::Test, protected ToyMembers {
   Reception::Seen End(Reception& reception, const Job& job, Outcome outcome) {
     ExchangeEnd end;
     end.outcome = outcome;
-    Reception::Seen seen = reception.OnEnd(job, end);
+    Reception::Seen seen = reception.Assess(job, end);
     reason_ = end.reason;
     return seen;
   }
@@ -40,12 +40,13 @@ TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho
     Reception reception(config::Echo::off, observer, owed_.whose);
     Job read = Ask("?A1\r");
     reception.OnSend(read, kStart);
-    if (echoes) reception.OnBytes(read.step.request.bytes, &read, kStart);
+    if (echoes) reception.TakeOutEcho(read.step.request.bytes, &read, kStart);
     End(reception, read, Outcome::no_reply);
     Job write = Ask("!A1=7\r", true);
     reception.OnSend(write, kStart + 1s);
     const Bytes frame = write.step.request.bytes;
-    EXPECT_EQ(reception.OnBytes(frame, &write, kStart + 1s).bytes, frame) << "it may be the reply";
+    EXPECT_EQ(reception.TakeOutEcho(frame, &write, kStart + 1s).bytes, frame)
+        << "it may be the reply";
     reception.Judge(write, frame, kStart + 1s);
     EXPECT_EQ(write.attempt.answer.reason.find("echoes requests") != std::string::npos, echoes);
   }
@@ -62,7 +63,7 @@ TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne)
     owed_.whose.OnSent(probe.asked(), kStart);
     reception.OnSend(probe, kStart);
     const Bytes frame = ToyReply(reply);
-    reception.OnBytes(frame, &probe, kStart);
+    reception.TakeOutEcho(frame, &probe, kStart);
     EXPECT_EQ(reception.Judge(probe, frame, kStart), Outcome::ok);
     return probe.attempt.answer.readings.size();
   };
@@ -76,7 +77,7 @@ TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
   Reception reception(config::Echo::verify, observer, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
-  EXPECT_TRUE(reception.OnBytes(job.step.request.bytes, &job, kStart).bytes.empty());
+  EXPECT_TRUE(reception.TakeOutEcho(job.step.request.bytes, &job, kStart).bytes.empty());
   EXPECT_FALSE(End(reception, job, Outcome::no_reply).no_echo);
   for (const bool cut : {false, false, true}) {
     reception.OnSend(job, kStart + 1s);
@@ -94,7 +95,7 @@ TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
   reception.OnSend(job, kStart);
   EXPECT_EQ(End(reception, job, Outcome::no_reply).finding.symptom, Symptom::silence);
   EXPECT_TRUE(reception.TakeChanged().empty());
-  reception.OnBytes(ToyReply("A1=5"), nullptr, kStart + 500ms);
+  reception.TakeOutEcho(ToyReply("A1=5"), nullptr, kStart + 500ms);
   const std::vector<EarlierFinding> changed = reception.TakeChanged();
   ASSERT_EQ(changed.size(), 1U);
   EXPECT_EQ(changed[0].member, &a);
@@ -109,9 +110,9 @@ TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
     Job job = Ask("?A1\r");
     const auto answer = [&](Job& to, std::string_view body, Instant now) {
       const Bytes frame = ToyReply(body);
-      reception.OnBytes(frame, &to, now);
+      reception.TakeOutEcho(frame, &to, now);
       reception.Judge(to, frame, now);
-      to.attempt.doubt.reset();
+      to.attempt.unproven.reset();
       return End(reception, to, Outcome::ok).finding.symptom;
     };
     if (repeated) {
@@ -122,7 +123,7 @@ TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
     EXPECT_EQ(answer(job, "A1=5", kStart + 1100ms), Symptom::clean);
     Job next = Ask("?A2\r");
     reception.OnSend(next, kStart + 2s);
-    reception.OnBytes(ToyReply("A1=6"), &next, kStart + 2050ms);
+    reception.TakeOutEcho(ToyReply("A1=6"), &next, kStart + 2050ms);
     EXPECT_EQ(answer(next, "A2=5", kStart + 2100ms),
               repeated ? Symptom::clean : Symptom::others_beside);
     const std::vector<EarlierFinding> changed = reception.TakeChanged();

@@ -31,7 +31,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
   void Silence(const Member& member, const Request& request) {
     const Asked asked = Of(member, request);
     Send(asked);
-    order_.OnEnd(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
+    order_.NoteOutcome(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
   }
   /// Sends it; this comes.
   WhoseReply::Verdict Reply(const Member& member, const Request& request, std::string_view body,
@@ -39,8 +39,8 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
     const Asked asked = Of(member, request);
     Send(asked);
     const auto verdict = order_.OnReply(asked, ToyReply(body), outcome);
-    order_.OnEnd(asked, verdict.elsewhere ? Outcome::unexpected : outcome, true,
-                 kStart + sent_ * 1s);
+    order_.NoteOutcome(asked, verdict.elsewhere ? Outcome::unexpected : outcome, true,
+                       kStart + sent_ * 1s);
     return verdict;
   }
   /// "PA0:A0" is a request and its reply, "UA1:" one without, "*UA1:=1" a probe by a read, "-UA1:="
@@ -73,7 +73,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
         follows = InWords(verdict);
         if (follows == "proven" && orders_.Owed(asked) > 0) follows += ", owed";
       }
-      order_.OnEnd(asked, outcome, true, kStart + sent_ * 1s);
+      order_.NoteOutcome(asked, outcome, true, kStart + sent_ * 1s);
     }
     return follows;
   }
@@ -90,7 +90,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
     for (int i = 0; i < times; ++i) {
       Send(probe);
       order_.OnReply(probe, ToyReply("=1"), Outcome::ok);
-      order_.OnEnd(probe, Outcome::ok, true, kStart + sent_ * 1s);
+      order_.NoteOutcome(probe, Outcome::ok, true, kStart + sent_ * 1s);
     }
     return probe;
   }

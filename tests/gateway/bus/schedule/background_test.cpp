@@ -46,11 +46,11 @@ TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
   line.Poll(kStart);
   for (int i = 0; i < Background::kFew; ++i) {
     EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms)) << "too few to know";
-    line.background.OnEnd(0, i == 3 ? 100ms : 20ms);
+    line.background.NoteEnd(0, i == 3 ? 100ms : 20ms);
   }
   EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 800ms), 0U);
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 801ms));
-  line.background.OnEnd(0, Duration::zero());
+  line.background.NoteEnd(0, Duration::zero());
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms));
 }
 
@@ -72,13 +72,13 @@ TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
-  for (int i = 0; i < Background::kFew; ++i) line.background.OnEnd(0, 100ms);
+  for (int i = 0; i < Background::kFew; ++i) line.background.NoteEnd(0, 100ms);
   line.background.SetProof(0, kStart, kStart + 300ms);
   EXPECT_TRUE(line.background.MayProve(0, kStart + 200ms)) << "twice the room, as nobody knows";
   EXPECT_FALSE(line.background.MayProve(0, kStart + 201ms));
   EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 299ms), 0U) << "without it";
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 300ms)) << "it has to";
-  line.background.OnEnd(0, 200ms, true);
+  line.background.NoteEnd(0, 200ms, true);
   EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 700ms), 0U);
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 701ms));
   line.background.SetProof(0, kStart + 750ms, kStart + 1min);

@@ -24,7 +24,7 @@ class ProbesTest : public ::testing::Test, protected ToyMembers {
     return facts;
   }
 
-  LateAnswers late_{roster};
+  LateReplies late_{roster};
   Probes probes_{roster, late_};
   std::optional<Instant> next_wanted_;
 };
@@ -82,7 +82,7 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   PutOffline(a);
   next_wanted_ = kStart;
   ASSERT_EQ(probes_.NextAt(At(0s)), kStart) << "nothing is owed yet";
-  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.NoteEnd(a, Probes::Kind::look, kStart);
   EXPECT_EQ(probes_.began(), kStart);
   probes_.OnIdle(200ms, kStart + 200ms);
   EXPECT_FALSE(probes_.began());
@@ -102,7 +102,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
     ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
     EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
     ASSERT_EQ(probes_.OnTaken(b, At(at)), Probes::Kind::first_look);
-    probes_.OnEnd(b, Probes::Kind::first_look, kStart + at);
+    probes_.NoteEnd(b, Probes::Kind::first_look, kStart + at);
     probes_.OnIdle(200ms, kStart + at + 200ms);
     at += 1s;
   }
@@ -117,7 +117,7 @@ TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
     Probes::Facts facts = At(at);
     facts.idle_since -= idle_for;
     const Probes::Kind kind = probes_.OnTaken(a, facts);
-    probes_.OnEnd(a, kind, kStart + at);
+    probes_.NoteEnd(a, kind, kStart + at);
     probes_.OnIdle(next_wanted_ ? 200ms : 0ms, kStart + at + 200ms);
     return kind;
   };
@@ -140,7 +140,7 @@ TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
   PutOffline(a);
   for (const Duration at : {0s, 1s}) {
     const Probes::Kind kind = probes_.OnTaken(a, At(at));
-    probes_.OnEnd(a, kind, kStart + at);
+    probes_.NoteEnd(a, kind, kStart + at);
     probes_.OnIdle(0ms, kStart + at + 200ms);
   }
   EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
@@ -159,10 +159,10 @@ TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
 TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
   PutOffline(a);
   next_wanted_ = kStart;
-  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.NoteEnd(a, Probes::Kind::look, kStart);
   probes_.OnIdle(200ms, kStart + 200ms);
   EXPECT_EQ(probes_.NextWriteAt(a, At(1s)), kStart + 1s);
-  probes_.OnEnd(a, Probes::Kind::short_write, kStart + 1s);
+  probes_.NoteEnd(a, Probes::Kind::short_write, kStart + 1s);
   probes_.OnIdle(200ms, kStart + 1200ms);
   EXPECT_EQ(probes_.NextWriteAt(a, At(2s)), kStart + 3s) << "10 % of two seconds";
 }
@@ -170,7 +170,7 @@ TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
 TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
   PutOffline(a);
   next_wanted_ = kStart;
-  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.NoteEnd(a, Probes::Kind::look, kStart);
   probes_.OnIdle(200ms, kStart + 200ms);
   Probes::Facts facts = At(2s);
   facts.client_waits = [](const Member&) { return true; };
@@ -180,7 +180,7 @@ TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
 TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
   PutOffline(a);
   next_wanted_ = kStart;
-  probes_.OnEnd(a, Probes::Kind::look, kStart);
+  probes_.NoteEnd(a, Probes::Kind::look, kStart);
   probes_.OnIdle(200ms, kStart + 200ms);
   probes_.OnOpened();
   EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);

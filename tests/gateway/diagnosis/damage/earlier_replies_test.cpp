@@ -26,7 +26,7 @@ class EarlierRepliesTest : public ::testing::Test, protected ToyMembers {
     if (!own.empty()) exchange_.Take(ToyReply(own));
     exchange_.End(own.empty() ? Outcome::no_reply : Outcome::ok);
     if (!own.empty()) earlier_.OnAnswered(exchange_);
-    earlier_.OnEnd(exchange_);
+    earlier_.NoteSilence(exchange_);
     now_ += 1s;
   }
   Finding Attribute(Symptom symptom) { return earlier_.Attribute(exchange_, {.symptom = symptom}); }
@@ -113,7 +113,7 @@ TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   earlier_.OnBegin(exchange_, {});
   exchange_.Hear(View(whole).first(4), now_ + 50ms);
   exchange_.End(Outcome::partial);
-  earlier_.OnEnd(exchange_);
+  earlier_.NoteSilence(exchange_);
   earlier_.OnBroken(exchange_);
   EXPECT_FALSE(earlier_.FindRest(exchange_)) << "not in its own";
   exchange_.Begin(b, AskFor("?B1\r"), b.times, now_ + 1s);

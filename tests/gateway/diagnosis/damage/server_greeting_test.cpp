@@ -15,31 +15,31 @@ class ServerGreetingTest : public ::testing::Test {
 };
 
 TEST_F(ServerGreetingTest, IsWhatComesBeforeTheFirstRequestOrMeetsIt) {
-  greeting_.OnBytes(login_);
-  greeting_.OnEnd({}, false);
+  greeting_.Keep(login_);
+  greeting_.NoteExchange({}, false);
   EXPECT_EQ(greeting_.text(), login_);
   greeting_.OnOpened();
   EXPECT_TRUE(greeting_.text().empty());
-  greeting_.OnEnd(login_, true);
+  greeting_.NoteExchange(login_, true);
   EXPECT_EQ(greeting_.text(), login_);
 }
 
 TEST_F(ServerGreetingTest, WordsInALaterExchangeAreNone) {
-  greeting_.OnEnd({}, false);
-  greeting_.OnEnd(login_, true);
+  greeting_.NoteExchange({}, false);
+  greeting_.NoteExchange(login_, true);
   EXPECT_TRUE(greeting_.text().empty());
 }
 
 TEST_F(ServerGreetingTest, HasKeptNobodyFromAnsweringOnceADeviceHasAnswered) {
-  greeting_.OnBytes(login_);
+  greeting_.Keep(login_);
   EXPECT_EQ(greeting_.OnAnswered(reply_), login_);
-  greeting_.OnEnd(reply_, false);
+  greeting_.NoteExchange(reply_, false);
   EXPECT_TRUE(greeting_.text().empty());
 }
 
 TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
   EXPECT_EQ(greeting_.OnAnswered(reply_), reply_);
-  greeting_.OnEnd(reply_, false);
+  greeting_.NoteExchange(reply_, false);
   EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
 }
 

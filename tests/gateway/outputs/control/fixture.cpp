@@ -31,7 +31,7 @@ void FakeLines::Release(std::uint32_t line, Duration time) {
 }
 
 void FakeLines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
-  Note("offer " + std::to_string(line) + " at " + server.Place() + ", " +
+  Note("offer " + std::to_string(line) + " at " + server.Address() + ", " +
        std::string(Name(server.mode)) + ", for " + FormatDuration(time));
 }
 

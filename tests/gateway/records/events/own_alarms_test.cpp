@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using Whose = OwnAlarms::Place;
+using Whose = OwnAlarms::Subject;
 
 config::Line BayWith(config::AlarmSetting line, config::AlarmSetting device) {
   config::Line bay;

@@ -19,7 +19,7 @@ std::vector<std::uint16_t> Part(const EventBlock& block, std::size_t from, std::
 }
 
 TEST(EventBlockTest, HasTheFieldsInTheirPlaces) {
-  events::EventFeed::Shown shown{.newest = 0x12345, .oldest = 0x10002, .lost = 0x30004};
+  events::EventFeed::Page shown{.newest = 0x12345, .oldest = 0x10002, .lost = 0x30004};
   auto& event = shown.events.emplace_back();
   event.seq = 0x10003;
   event.device_time = WallTime(std::chrono::seconds(0x6A2B3C4D) + 678ms + 999us);
@@ -36,7 +36,7 @@ TEST(EventBlockTest, HasTheFieldsInTheirPlaces) {
 }
 
 TEST(EventBlockTest, HasSevenRecordsAndNoMore) {
-  events::EventFeed::Shown shown;
+  events::EventFeed::Page shown;
   for (std::int64_t seq = 1; seq <= 9; ++seq) shown.events.emplace_back().seq = seq;
   const EventBlock block = EventBlockOf(shown, 0);
   EXPECT_EQ(block[8], 7);
@@ -44,7 +44,7 @@ TEST(EventBlockTest, HasSevenRecordsAndNoMore) {
 }
 
 TEST(EventBlockTest, ShowsWhatDoesNotFitAsFarAsItCan) {
-  events::EventFeed::Shown shown{.newest = (std::int64_t{1} << 32) + 5, .lost = ~0ULL};
+  events::EventFeed::Page shown{.newest = (std::int64_t{1} << 32) + 5, .lost = ~0ULL};
   auto& event = shown.events.emplace_back();
   event.seq = shown.newest;
   event.device_time = WallTime(-5s);

@@ -1,5 +1,5 @@
 // All that the status shows of a line: its own account, those of its devices, their states, and how
-// long their fast rounds take. DeviceStates, DeviceAccounts and FastRounds are the parts; Ledger
+// long their fast rounds take. DeviceStates, DeviceAccounts and FastRounds are the parts; Accounts
 // joins them with LineAccount.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,7 +24,7 @@ namespace baudgate {
 
 // The public state of each device, and the quality that it gives to all its points: published in
 // the point store, and reported to the listener and the tap when it changes. Driven by
-// gateway/bus/poller/device_side.cpp and gateway/bus/jobs/upkeep.cpp.
+// gateway/bus/poller/device_side.cpp and gateway/bus/jobs/device_tracker.cpp.
 class DeviceStates {
  public:
   /// All references outlive it.
@@ -50,7 +50,7 @@ class DeviceStates {
   void ShowTimes(const Device& device);
 
  private:
-  struct State {
+  struct Entry {
     DeviceState shown = DeviceState::never_seen;
     DeviceTrouble trouble;  // or a remark
   };
@@ -63,15 +63,15 @@ class DeviceStates {
   PointStore& store_;
   PollerListener& listener_;
   Tap* tap_ = nullptr;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   Now now_{};
   bool open_ = false;
   Override closed_as_ = Quality::bad_not_connected;
 };
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
-// much line time they took. Shown in the point store. Driven by Upkeep, EffectApplier and the
-// phases of a job.
+// much line time they took. Shown in the point store. Driven by DeviceTracker, EffectApplier and
+// the phases of a job.
 class DeviceAccounts {
  public:
   /// All references outlive it.
@@ -127,7 +127,7 @@ class DeviceAccounts {
   void OnLostEvents(const Member& member, std::size_t events);
 
  private:
-  struct State {
+  struct Entry {
     Duration busy{};                   // line time that it has taken
     Duration counted{};                // of that, in the status
     Duration drained{};                // line time of the silence after its last exchange
@@ -149,12 +149,12 @@ class DeviceAccounts {
   const Schedule& schedule_;
   PointStore& store_;
   PollerListener& listener_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   Now now_{};
 };
 
 // How long one fast round of all polled devices of a line takes: the point store derives the age
-// limits of fast values from it. Driven by gateway/bus/jobs/upkeep.cpp and
+// limits of fast values from it. Driven by gateway/bus/jobs/device_tracker.cpp and
 // gateway/bus/jobs/job_end.cpp.
 class FastRounds {
  public:
@@ -170,7 +170,7 @@ class FastRounds {
   void Measure(Instant now) const;
 
  private:
-  struct State {
+  struct Entry {
     bool clean = true;  // nothing has failed in the round under way
     Duration wire{};    // its line time so far
     Duration last{};    // line time of the last whole round
@@ -178,13 +178,13 @@ class FastRounds {
 
   const Roster& roster_;
   PointStore& store_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
 };
 
-struct Ledger {
+struct Accounts {
   /// `line_index`: in the store. All references outlive it.
-  Ledger(const Roster& roster, const Schedule& schedule, PointStore& store,
-         std::uint32_t line_index, PollerListener& listener)
+  Accounts(const Roster& roster, const Schedule& schedule, PointStore& store,
+           std::uint32_t line_index, PollerListener& listener)
       : line(store, line_index, listener),
         devices(roster, schedule, store, listener),
         states(roster, store, listener),

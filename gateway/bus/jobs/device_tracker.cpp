@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/jobs/upkeep.h"
+#include "gateway/bus/jobs/device_tracker.h"
 
 #include <algorithm>
 #include <numeric>
@@ -34,18 +34,19 @@ Duration SlowOf(const Device& device) { return std::min<Duration>(device.config-
 
 }  // namespace
 
-Upkeep::Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda, Ledger& ledger)
-    : roster_(roster), store_(store), owed_(owed), agenda_(agenda), ledger_(ledger) {
+DeviceTracker::DeviceTracker(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda,
+                             Accounts& accounts)
+    : roster_(roster), store_(store), owed_(owed), agenda_(agenda), accounts_(accounts) {
   for (const auto& device : roster_.devices()) {
     const config::Device& config = *device->config;
     agenda_.schedule.AddDevice(config.poll, config.slow, config.daily, config.intervals);
     Plan(*device);
-    ledger_.states.ShowOverride(*device);
+    accounts_.states.ShowOverride(*device);
   }
 }
 
-void Upkeep::OnOpened(Instant now) {
-  ledger_.OnOpened();
+void DeviceTracker::OnOpened(Instant now) {
+  accounts_.OnOpened();
   agenda_.probes.OnOpened();
   for (const auto& device : roster_.devices()) {
     if (!device->in_use) continue;
@@ -53,13 +54,13 @@ void Upkeep::OnOpened(Instant now) {
     owed_.whose.OnOpened(*device, now);
     if (!device->health.absent()) agenda_.schedule.Restart(device->place, now);
     // A reply to an earlier request may still come: this device waits for it, the others do not.
-    if (!owed_.late.IsClear(*device, now))
-      agenda_.schedule.Hold(device->place, owed_.late.LateUntil(*device));
-    ledger_.states.ShowOverride(*device);
+    if (!owed_.late_replies.IsClear(*device, now))
+      agenda_.schedule.Hold(device->place, owed_.late_replies.LateUntil(*device));
+    accounts_.states.ShowOverride(*device);
   }
 }
 
-void Upkeep::OnClosed(Instant now) {
+void DeviceTracker::OnClosed(Instant now) {
   for (const auto& device : roster_.devices()) {
     agenda_.parked.Drop(*device);
     agenda_.schedule.Suspend(device->place);
@@ -68,15 +69,16 @@ void Upkeep::OnClosed(Instant now) {
   ShowLine(now);
 }
 
-void Upkeep::OnUnansweredTelegram(Instant now) {
+void DeviceTracker::OnUnansweredTelegram(Instant now) {
   for (const auto& device : roster_.devices()) {
     owed_.whose.OnOpened(*device, now);
-    owed_.late.OnUnknownRequest(*device, now);
+    owed_.late_replies.OnUnknownRequest(*device, now);
   }
 }
 
-Upkeep::Touched Upkeep::TouchedBy(View request, const Device* by,
-                                  std::span<const PointWrite> writes, const Device& device) {
+DeviceTracker::Touched DeviceTracker::TouchedBy(View request, const Device* by,
+                                                std::span<const PointWrite> writes,
+                                                const Device& device) {
   if (device.protocol->changes) return device.protocol->changes(request, *device.config);
   if (by == nullptr) return std::nullopt;
   std::vector<std::size_t> touched;
@@ -88,8 +90,8 @@ Upkeep::Touched Upkeep::TouchedBy(View request, const Device* by,
   return touched;
 }
 
-void Upkeep::OnWritten(const Protocol& protocol, View request, const Device* by,
-                       std::span<const PointWrite> writes, bool answered, Instant now) {
+void DeviceTracker::OnWritten(const Protocol& protocol, View request, const Device* by,
+                              std::span<const PointWrite> writes, bool answered, Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->protocol != &protocol || !device->in_use) continue;
     if (const Touched touched = TouchedBy(request, by, writes, *device)) {
@@ -104,7 +106,7 @@ void Upkeep::OnWritten(const Protocol& protocol, View request, const Device* by,
   }
 }
 
-void Upkeep::OnTelegram(const Protocol& protocol, View telegram, Instant now) {
+void DeviceTracker::OnTelegram(const Protocol& protocol, View telegram, Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->protocol != &protocol || !device->in_use) continue;
     if (const Touched touched = TouchedBy(telegram, nullptr, {}, *device)) {
@@ -117,14 +119,15 @@ void Upkeep::OnTelegram(const Protocol& protocol, View telegram, Instant now) {
 }
 
 /// A device that is offline is read again when it comes back.
-void Upkeep::Outdate(const Device& device, const std::vector<std::size_t>& points, Instant now) {
+void DeviceTracker::Outdate(const Device& device, const std::vector<std::size_t>& points,
+                            Instant now) {
   if (points.empty()) return;
   Doubt(device, points, now);
   if (!device.health.absent()) ReadBack(device, points);
 }
 
-void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,
-                        Instant now) {
+void DeviceTracker::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,
+                               Instant now) {
   Member& member = *job.member;
   const Asked asked = job.asked();
   const bool answered = ProvesLife(end.outcome);
@@ -132,29 +135,29 @@ void Upkeep::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& f
   const bool broadcast = job.is_broadcast();
   if (!broadcast) member.health.OnExchange(end.outcome);
   if (cut_off) {
-    owed_.late.OnClosed(member, now);
+    owed_.late_replies.OnClosed(member, now);
   } else {
-    owed_.late.SetWait(asked, end, owed_.whose.IsSettled(member), now);
+    owed_.late_replies.SetWait(asked, end, owed_.whose.IsSettled(member), now);
   }
-  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
-  ledger_.devices.OnLags(member, owed_.whose.Lags(member));
-  if (answered && !owed_.late.IsClear(member, now)) HoldBack(member);
-  owed_.whose.OnEnd(asked, end.outcome, !cut_off && !broadcast, now);
+  accounts_.devices.OnPatience(member, owed_.late_replies.PatienceFor(member));
+  accounts_.devices.OnLags(member, owed_.whose.Lags(member));
+  if (answered && !owed_.late_replies.IsClear(member, now)) HoldBack(member);
+  owed_.whose.NoteOutcome(asked, end.outcome, !cut_off && !broadcast, now);
   if (!broadcast && !cut_off) Charge(job, answered, now);
   if (job.attempt.verdict.shifted) DoubtLatest(now);
   const bool routed = job.As<Job::Routed>() != nullptr;
-  ledger_.devices.OnExchange(member, end, finding,
-                             {.broadcast = broadcast,
-                              .probe = job.is_probe() && member.health.absent(),
-                              .routed = routed});
-  ledger_.line.OnExchange(member, end, broadcast, UseOf(job));
+  accounts_.devices.OnExchange(member, end, finding,
+                               {.broadcast = broadcast,
+                                .probe = job.is_probe() && member.health.absent(),
+                                .routed = routed});
+  accounts_.line.OnExchange(member, end, broadcast, UseOf(job));
   ShowLine(now);
   if (answered && routed) agenda_.routes.OnAnswered(now);
 }
 
 /// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
 /// charges what follows.
-void Upkeep::Charge(const Job& job, bool answered, Instant now) {
+void DeviceTracker::Charge(const Job& job, bool answered, Instant now) {
   const Member& member = *job.member;
   if (member.device == nullptr) return;
   const bool in_vain = !answered || member.health.refuses();
@@ -166,17 +169,18 @@ void Upkeep::Charge(const Job& job, bool answered, Instant now) {
     agenda_.schedule.OnUsed(member.place, now - job.attempt.began);
 }
 
-void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now) {
+void DeviceTracker::OnTask(Member& member, Outcome outcome, const std::string& reason,
+                           Instant now) {
   Device* const device = member.device;
   const bool was_offline = member.health.absent();
   member.health.OnTask(outcome, now);
-  ledger_.devices.OnTask(member, ProvesLife(outcome));
+  accounts_.devices.OnTask(member, ProvesLife(outcome));
   const bool offline = member.health.absent();
   if (offline && !was_offline) {
-    ledger_.devices.OnOffline(member);
+    accounts_.devices.OnOffline(member);
     agenda_.parked.Drop(member);
     agenda_.probes.OnOffline(member, now);
-    owed_.late.OnOffline(member);
+    owed_.late_replies.OnOffline(member);
     if (device != nullptr) {
       agenda_.schedule.Suspend(device->place);
       Reconnect(*device, now);
@@ -187,37 +191,37 @@ void Upkeep::OnTask(Member& member, Outcome outcome, const std::string& reason, 
     DoubtSeldom(*device, now);
   }
   if (offline != was_offline) {
-    ledger_.rounds.Measure(now);
+    accounts_.rounds.Measure(now);
     ShowLine(now);
   }
   const bool degraded = member.health.state() == DeviceState::degraded;
   const std::string_view good = degraded ? "some of its exchanges fail" : "it answers";
   const std::string_view why = outcome == Outcome::ok ? good : Name(outcome);
-  ledger_.states.OnState(member, reason.empty() ? std::string(why) : reason);
+  accounts_.states.OnState(member, reason.empty() ? std::string(why) : reason);
 }
 
-void Upkeep::CountLate(const Member& member, Duration lateness, Instant now) {
+void DeviceTracker::CountLate(const Member& member, Duration lateness, Instant now) {
   if (member.device != nullptr) member.device->heard.OnLate(now);
   agenda_.probes.OnLate(member);
-  ledger_.line.OnLate();
-  ledger_.devices.OnLate(member, lateness);
-  ledger_.devices.OnPatience(member, owed_.late.PatienceFor(member));
+  accounts_.line.OnLate();
+  accounts_.devices.OnLate(member, lateness);
+  accounts_.devices.OnPatience(member, owed_.late_replies.PatienceFor(member));
   ShowLine(now);
 }
 
-void Upkeep::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
-                       const Finding& finding, Instant now) {
+void DeviceTracker::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
+                              const Finding& finding, Instant now) {
   device.health.OnExchange(outcome);
-  ledger_.line.OnUnasked(outcome);
-  ledger_.devices.OnUnasked(device, outcome, reason, finding);
+  accounts_.line.OnUnasked(outcome);
+  accounts_.devices.OnUnasked(device, outcome, reason, finding);
   if (ProvesLife(outcome)) {
     OnTask(device, Outcome::ok, {}, now);
   } else {
-    ledger_.states.OnState(device, reason);
+    accounts_.states.OnState(device, reason);
   }
 }
 
-void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
+void DeviceTracker::SetInUse(Device& device, bool in_use, bool open, Instant now) {
   device.in_use = in_use;
   agenda_.parked.Drop(device);
   agenda_.schedule.Suspend(device.place);
@@ -225,22 +229,22 @@ void Upkeep::SetInUse(Device& device, bool in_use, bool open, Instant now) {
     Reconnect(device, now);
     if (open && !device.health.absent()) agenda_.schedule.Restart(device.place, now);
   }
-  ledger_.rounds.Measure(now);
-  ledger_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
+  accounts_.rounds.Measure(now);
+  accounts_.states.OnState(device, in_use ? "taken into use" : "taken out of use");
 }
 
-void Upkeep::OnEnabled(Device& device, bool open, Instant now) {
+void DeviceTracker::OnEnabled(Device& device, bool open, Instant now) {
   device.conversation->OnEnabled();
-  ledger_.states.OnMemory(device);
+  accounts_.states.OnMemory(device);
   agenda_.schedule.Release(device.place);
   if (!device.in_use || !open || device.health.absent()) return;
   agenda_.parked.Drop(device);
   agenda_.schedule.Restart(device.place, now);
 }
 
-void Upkeep::OnReplaced(Device& device, Now now) {
+void DeviceTracker::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
-  if (device.LearnTimes()) ledger_.states.ShowTimes(device);
+  if (device.LearnTimes()) accounts_.states.ShowTimes(device);
   Plan(device);
   // A point that no query reads, as a command, would stay so for ever.
   std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
@@ -255,41 +259,41 @@ void Upkeep::OnReplaced(Device& device, Now now) {
   }
   store_.Update(device.index, unknown, now, {});
   if (device.in_use) agenda_.schedule.Restart(device.place, now.instant);
-  ledger_.states.OnReplaced(device);
+  accounts_.states.OnReplaced(device);
 }
 
-void Upkeep::OnRecalled(Device& device) {
+void DeviceTracker::OnRecalled(Device& device) {
   Plan(device);
-  ledger_.states.OnTrouble(device);
+  accounts_.states.OnTrouble(device);
 }
 
-void Upkeep::OnHeard(Device& device, Instant now) {
-  ledger_.states.OnMemory(device);
+void DeviceTracker::OnHeard(Device& device, Instant now) {
+  accounts_.states.OnMemory(device);
   device.LearnTimes();
-  if (!ledger_.states.OnTrouble(device)) return;
+  if (!accounts_.states.OnTrouble(device)) return;
   // The values so far are those of another device.
   DoubtAll(device, now);
   if (device.in_use) agenda_.schedule.Restart(device.place, now);
 }
 
-LateAnswers::Stray Upkeep::OnStray(const StrayBytes& stray, Instant now) {
-  LateAnswers::Stray told = owed_.late.OnStray(stray, now);
-  ledger_.line.OnStray(stray.count, told.counts);
-  if (told.late != nullptr) CountLate(*told.late, told.lateness, now);
-  return told;
+LateReplies::StrayEffects DeviceTracker::ApplyStray(const StrayBytes& stray, Instant now) {
+  LateReplies::StrayEffects effects = owed_.late_replies.OnStray(stray, now);
+  accounts_.line.CountStray(stray.count, effects.counts);
+  if (effects.late_member != nullptr) CountLate(*effects.late_member, effects.lateness, now);
+  return effects;
 }
 
-void Upkeep::OnSecondReply(Instant now) {
-  const Member* const last = owed_.late.last();
+void DeviceTracker::OnSecondReply(Instant now) {
+  const Member* const last = owed_.late_replies.last();
   if (last == nullptr) return;
-  ledger_.devices.OnSecondReply(*last);
+  accounts_.devices.OnSecondReply(*last);
   owed_.whose.OnSecondReply(*last);
-  owed_.late.OnSecondReply(*last);
+  owed_.late_replies.OnSecondReply(*last);
   DoubtLatest(now);
 }
 
 /// One of the latest replies belonged to another request; it is not known which.
-void Upkeep::DoubtLatest(Instant now) {
+void DeviceTracker::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
     GoOnWithPlan(*device, now);
@@ -302,12 +306,13 @@ void Upkeep::DoubtLatest(Instant now) {
   }
 }
 
-void Upkeep::Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now) {
+void DeviceTracker::Doubt(const Device& device, const std::vector<std::size_t>& points,
+                          Instant now) {
   store_.Doubt(device.index, points, now);
 }
 
 /// The device was silent. If another one is there now, values that are read seldom would be wrong.
-void Upkeep::DoubtSeldom(Device& device, Instant now) {
+void DeviceTracker::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
     if (IsSeldom(device.config->points[point].group)) points.push_back(point);
@@ -318,7 +323,7 @@ void Upkeep::DoubtSeldom(Device& device, Instant now) {
   agenda_.schedule.Repeat(device.place, config::Group::daily, now + SlowOf(device));
 }
 
-void Upkeep::Repeat(const Device& device, config::Group group, bool soon, Instant now) {
+void DeviceTracker::Repeat(const Device& device, config::Group group, bool soon, Instant now) {
   const Duration least = group == config::Group::daily ? kDailyAgain : Duration::zero();
   const Duration most = IsSeldom(group) ? std::max(SlowOf(device), least) : kLongest;
   if (soon) return agenda_.schedule.RepeatSoon(device.place, group, now, most);
@@ -327,7 +332,7 @@ void Upkeep::Repeat(const Device& device, config::Group group, bool soon, Instan
 
 /// It may be another device: what was learned of it no longer holds, and its values are uncertain
 /// until they are read again.
-void Upkeep::Reconnect(Device& device, Instant now) {
+void DeviceTracker::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   device.heard.Clear();
   device.LearnTimes();
@@ -336,24 +341,24 @@ void Upkeep::Reconnect(Device& device, Instant now) {
   DoubtAll(device, now);
 }
 
-void Upkeep::DoubtAll(const Device& device, Instant now) {
+void DeviceTracker::DoubtAll(const Device& device, Instant now) {
   std::vector<std::size_t> points(device.config->points.size());
   std::iota(points.begin(), points.end(), 0U);
   store_.Doubt(device.index, points, now);
 }
 
-void Upkeep::GoOnWithPlan(Device& device, Instant now) {
+void DeviceTracker::GoOnWithPlan(Device& device, Instant now) {
   Replan(device, now);
   agenda_.schedule.GoOn(device.place, now);
 }
 
-void Upkeep::RestartWithPlan(Device& device, Instant now) {
+void DeviceTracker::RestartWithPlan(Device& device, Instant now) {
   Replan(device, now);
   if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
 }
 
 /// Parked jobs are due again, as far as they would not come again by themselves.
-void Upkeep::Replan(Device& device, Instant now) {
+void DeviceTracker::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {
     const auto* const poll = job->As<Job::Poll>();
@@ -367,7 +372,7 @@ void Upkeep::Replan(Device& device, Instant now) {
 }
 
 /// The queries of the new plan have other numbers: read-backs that wait go by their points.
-void Upkeep::Plan(Device& device) {
+void DeviceTracker::Plan(Device& device) {
   const auto queries = device.conversation->Queries();
   const auto to_read = agenda_.write_queue.TakeReadBacks(device.place, device.planned_queries);
   device.planned_queries.assign(queries.begin(), queries.end());
@@ -376,15 +381,15 @@ void Upkeep::Plan(Device& device) {
   agenda_.schedule.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   agenda_.parked.Drop(device);  // its query may be another one now
   ReadBack(device, to_read);
-  ledger_.devices.OnPlan(device);
-  ledger_.rounds.OnPlan(device);
+  accounts_.devices.OnPlan(device);
+  accounts_.rounds.OnPlan(device);
 }
 
-void Upkeep::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
+void DeviceTracker::ReadBack(const Device& device, const std::vector<std::size_t>& points) {
   agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
 }
 
-void Upkeep::PlanBackground(const Device& device) {
+void DeviceTracker::PlanBackground(const Device& device) {
   constexpr int kCharacters = 100;  // of an exchange, until it is known how long one takes
   const LineTimes& times = device.times;
   agenda_.background.Set(device.place, device.conversation->BackgroundDue(),
@@ -393,8 +398,8 @@ void Upkeep::PlanBackground(const Device& device) {
                               owed_.whose.ProofEnds(device));
 }
 
-void Upkeep::HoldBack(const Member& member) {
-  const Instant until = owed_.late.LateUntil(member);
+void DeviceTracker::HoldBack(const Member& member) {
+  const Instant until = owed_.late_replies.LateUntil(member);
   for (const auto& device : roster_.devices()) {
     if (device->IsSame(member)) agenda_.schedule.Hold(device->place, until);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 
 #include <algorithm>
 #include <utility>
@@ -23,33 +23,33 @@ Duration RoomOf(const Member& member) {
 
 }  // namespace
 
-void Patience::Lengthen(State& state, Duration lateness) {
-  state.more = std::max(state.more, lateness + lateness / 4);
+void Patience::Lengthen(Entry& entry, Duration lateness) {
+  entry.more = std::max(entry.more, lateness + lateness / 4);
 }
 
 void Patience::OnLate(const Member& member, Duration lateness) {
   if (lateness <= Duration::zero() || lateness > RoomOf(member)) return;
-  State& state = states_[member];
-  state.in_time = 0;
-  state.most = std::max(state.most, lateness);
-  if (++state.late >= kAgain) Lengthen(state, state.most);
+  Entry& entry = entries_[member];
+  entry.in_time = 0;
+  entry.most = std::max(entry.most, lateness);
+  if (++entry.late_count >= kAgain) Lengthen(entry, entry.most);
 }
 
 void Patience::OnAnswered(const Member& member, Duration lateness) {
-  State& state = states_[member];
+  Entry& entry = entries_[member];
   if (lateness > Duration::zero()) {
-    state.in_time = 0;
-    return Lengthen(state, lateness);
+    entry.in_time = 0;
+    return Lengthen(entry, lateness);
   }
-  state.more -= state.more / kPartTakenOff;
-  if (state.more < kLeastPatience) state.more = {};
-  if (++state.in_time < kRepliesToForget) return;
-  state.late = 0;
-  state.most = {};
+  entry.more -= entry.more / kPartTakenOff;
+  if (entry.more < kLeastPatience) entry.more = {};
+  if (++entry.in_time < kRepliesToForget) return;
+  entry.late_count = 0;
+  entry.most = {};
 }
 
 Duration Patience::More(const Member& member) const {
-  return std::min(states_[member].more, RoomOf(member));
+  return std::min(entries_[member].more, RoomOf(member));
 }
 
 namespace {
@@ -77,90 +77,90 @@ std::size_t ShortestReply(const Asked& asked) {
 
 }  // namespace
 
-Instant LateAnswers::LateUntil(const Member& member) const { return states_[member].late_until; }
+Instant LateReplies::LateUntil(const Member& member) const { return entries_[member].late_until; }
 
-void LateAnswers::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
+void LateReplies::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
   last_ = asked.member;
-  State& state = states_[*asked.member];
-  state.late_from.reset();
-  state.end = End::silent;
-  state.absent = asked.lone_probe;
-  state.after = 0;
-  state.least = ShortestReply(asked);
-  state.retried = {};
-  if (!asked.retry) state.due.reset();
+  Entry& entry = entries_[*asked.member];
+  entry.late_from.reset();
+  entry.end = End::silent;
+  entry.absent = asked.lone_probe;
+  entry.after = 0;
+  entry.least = ShortestReply(asked);
+  entry.retried = {};
+  if (!asked.retry) entry.due.reset();
   const Instant due = asked.sent_out() + asked.reply_time();
   if (outcome == Outcome::no_reply) {
-    state.late_from = now;
-    if (!state.due) state.due = due;
+    entry.late_from = now;
+    if (!entry.due) entry.due = due;
   }
-  if (outcome == Outcome::corrupt) state.end = End::corrupt;
-  if (outcome == Outcome::partial) state.end = End::cut_short;
+  if (outcome == Outcome::corrupt) entry.end = End::corrupt;
+  if (outcome == Outcome::partial) entry.end = End::cut_short;
   if (!ProvesLife(outcome)) return;
   // The late reply to an earlier try was taken for that to the retry, whose own is still to come.
-  if (asked.retry && state.due) {
-    state.retried = now - *state.due;
-    state.late_from = state.due = due;
+  if (asked.retry && entry.due) {
+    entry.retried = now - *entry.due;
+    entry.late_from = entry.due = due;
   }
-  if (!state.unanswered_since) state.end = End::answered;
+  if (!entry.unanswered_since) entry.end = End::answered;
 }
 
-LateAnswers::Stray LateAnswers::OnStray(const StrayBytes& stray, Instant now) {
-  Stray told;
+LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
+  StrayEffects effects;
   // Too late for any answer: noise.
-  if (last_ == nullptr || stray.since_end > last_->times.ceiling) return told;
+  if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
-  State& state = states_[member];
-  told.counts = state.end != End::corrupt && state.end != End::cut_short;
-  if (state.end == End::corrupt) return told;
+  Entry& entry = entries_[member];
+  effects.counts = entry.end != End::corrupt && entry.end != End::cut_short;
+  if (entry.end == End::corrupt) return effects;
   // The reply of another device is due, and this one has answered, or is absent. The examiner says
   // whose it is.
-  const bool owes_none = state.end == End::answered || state.absent;
-  if (owes_none && OthersMayAnswer(member, now)) return told;
-  state.after += stray.count;
+  const bool owes_none = entry.end == End::answered || entry.absent;
+  if (owes_none && OthersMayAnswer(member, now)) return effects;
+  entry.after += stray.count;
   // A driver that leaves the bus makes a byte, or a device ends its line twice.
-  const bool harmless = state.end == End::answered && state.after == 1 && !member.protocol->tcp;
-  if (harmless) told.counts = false;
-  const bool may_be_reply = state.after >= state.least;
+  const bool harmless = entry.end == End::answered && entry.after == 1 && !member.protocol->tcp;
+  if (harmless) effects.counts = false;
+  const bool may_be_reply = entry.after >= entry.least;
   // The repetition is answered as well: what came before was the late answer to its first try.
-  if (may_be_reply) patience_.OnLate(member, std::exchange(state.retried, {}));
-  if (may_be_reply && state.late_from && state.due && *state.late_from <= now) {
-    told.late = &member;
-    state.late_from.reset();
-    told.lateness = now - *state.due;
-    patience_.OnLate(member, told.lateness);
+  if (may_be_reply) patience_.OnLate(member, std::exchange(entry.retried, {}));
+  if (may_be_reply && entry.late_from && entry.due && *entry.late_from <= now) {
+    effects.late_member = &member;
+    entry.late_from.reset();
+    effects.lateness = now - *entry.due;
+    patience_.OnLate(member, effects.lateness);
   }
-  LearnSilence(state, member, stray, told);
-  return told;
+  LearnSilence(entry, member, stray, effects);
+  return effects;
 }
 
 /// How long the silence after its exchanges has to be, so that such bytes meet no other request.
-void LateAnswers::LearnSilence(State& state, const Member& member, const StrayBytes& stray,
-                               Stray& told) {
+void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
+                               StrayEffects& effects) {
   const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
-  if (state.end == End::answered) {
-    if (state.after <= kNoise) return;
+  if (entry.end == End::answered) {
+    if (entry.after <= kNoise) return;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
-    if (stray.since_end <= longest) state.trail = std::max(state.trail, std::min(needed, longest));
+    if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
     return;
   }
-  if (needed <= times.drain + state.more_drain) return;
-  state.more_drain = needed - times.drain;
-  if (std::exchange(state.told_late, true)) return;
-  told.warned = &member;
+  if (needed <= times.drain + entry.more_drain) return;
+  entry.more_drain = needed - times.drain;
+  if (std::exchange(entry.told_late, true)) return;
+  effects.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
-  told.warning =
-      state.end == End::cut_short
+  effects.warning =
+      entry.end == End::cut_short
           ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
           : "bytes came " + after +
                 " after its exchange had ended; if this goes on, raise timing.reply";
 }
 
-bool LateAnswers::OthersMayAnswer(const Member& member, Instant at) const {
+bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
   return std::ranges::any_of(roster_.everyone(), [&](const Member* other) {
-    return !other->IsSame(member) && states_[*other].late_until > at;
+    return !other->IsSame(member) && entries_[*other].late_until > at;
   });
 }
 
@@ -168,7 +168,7 @@ bool LateAnswers::OthersMayAnswer(const Member& member, Instant at) const {
 /// perhaps another device's late reply. After a damaged reply a device is checked by its probe, so
 /// nothing is owed. A routed slave may still answer, unless the damaged bytes were as long as its
 /// reply and no other reply was due.
-bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
+bool LateReplies::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
@@ -178,16 +178,16 @@ bool LateAnswers::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
          });
 }
 
-void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for,
+void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for,
                           Instant now) {
   const Member& member = *asked.member;
   const LineTimes& times = member.times;
-  State& state = states_[member];
+  Entry& entry = entries_[member];
   if (MayStillAnswer(asked, end)) {
     // A reply under a wrong address is still this device's reply: the request is closed. It stays
     // open only after silence, or where replies carry no address.
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
-    if (open && !state.unanswered_since) state.unanswered_since = asked.sent;
+    if (open && !entry.unanswered_since) entry.unanswered_since = asked.sent;
     // Probes of a device that is offline would cost the others this time again and again.
     if (asked.lone_probe && asked.named()) return;
     // A connection that was closed ends the exchange long before its reply time.
@@ -200,73 +200,73 @@ void LateAnswers::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
       ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
-  const bool owed = state.unanswered_since && !nothing_to_wait_for && !asked.named();
+  const bool owed = entry.unanswered_since && !nothing_to_wait_for && !asked.named();
   SetLate(member, owed ? asked.sent_out() + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
-  state.unanswered_since.reset();
-  Decay(state.more_drain);
-  Decay(state.trail);
+  entry.unanswered_since.reset();
+  Decay(entry.more_drain);
+  Decay(entry.trail);
 }
 
-Duration LateAnswers::Lateness(const Asked& asked, const ExchangeEnd& end) {
+Duration LateReplies::Lateness(const Asked& asked, const ExchangeEnd& end) {
   const Duration character = asked.member->times.character;
   const Duration received = static_cast<std::int64_t>(end.received) * character;
   return end.round_trip - received - TransmissionTime(*asked.request, character) -
          asked.reply_time();
 }
 
-void LateAnswers::OnClosed(const Member& member, Instant now) {
+void LateReplies::OnClosed(const Member& member, Instant now) {
   const LineTimes& times = member.times;
   SetLate(member, now + (roster_.is_network() ? times.ceiling : times.reply + times.drain));
 }
 
-Instant LateAnswers::AllClearAt() const {
+Instant LateReplies::AllClearAt() const {
   Instant clear{};
   for (const Member* member : roster_.everyone()) {
-    clear = std::max(clear, states_[*member].late_until);
+    clear = std::max(clear, entries_[*member].late_until);
   }
   return clear;
 }
 
-Instant LateAnswers::ClearAt(const Asked& asked) const {
+Instant LateReplies::ClearAt(const Asked& asked) const {
   Instant clear{};
   for (const Member* other : roster_.everyone()) {
     if (other->IsSame(*asked.member) || !asked.named()) {
-      clear = std::max(clear, states_[*other].late_until);
+      clear = std::max(clear, entries_[*other].late_until);
     }
   }
   return clear;
 }
 
-Duration LateAnswers::ExtraDrain(const Member& member) const { return states_[member].more_drain; }
+Duration LateReplies::ExtraDrain(const Member& member) const { return entries_[member].more_drain; }
 
 /// The request was sent n times, and one reply has come. It may be the reply to the first try; the
 /// other n - 1 may still follow, the last within (now - first try) plus the lateness of the device.
 /// Wait that long, at most the ceiling.
-Duration LateAnswers::Aftermath(const Asked& asked, Instant now) const {
-  const State& state = states_[*asked.member];
+Duration LateReplies::Aftermath(const Asked& asked, Instant now) const {
+  const Entry& entry = entries_[*asked.member];
   if (asked.request->any_order || asked.request->numbered) return {};  // they do no harm
-  if (!asked.retry || !state.unanswered_since) return state.trail;
+  if (!asked.retry || !entry.unanswered_since) return entry.trail;
   const LineTimes& times = asked.member->times;
-  const Duration since = now - *state.unanswered_since + times.gap + state.more_drain;
-  return std::min(std::max(since, state.trail), times.ceiling);
+  const Duration since = now - *entry.unanswered_since + times.gap + entry.more_drain;
+  return std::min(std::max(since, entry.trail), times.ceiling);
 }
 
-Duration LateAnswers::LongestReply() const {
+Duration LateReplies::LongestReply() const {
   Duration longest{};
   for (const Member* one : roster_.everyone()) longest = std::max(longest, one->times.reply);
   return longest;
 }
 
-Duration LateAnswers::WorstCase(const Member& member) const {
+Duration LateReplies::WorstCase(const Member& member) const {
   const LineTimes& times = member.times;
   return times.quiet + 32 * times.character + times.reply + times.drain +
-         states_[member].more_drain;
+         entries_[member].more_drain;
 }
 
-void LateAnswers::SetLate(const Member& member, Instant until) {
+void LateReplies::SetLate(const Member& member, Instant until) {
   for (const Member* one : roster_.everyone()) {
-    if (one->IsSame(member)) states_[*one].late_until = until;
+    if (one->IsSame(member)) entries_[*one].late_until = until;
   }
 }
 

@@ -4,8 +4,8 @@
 // come. For each exchange, in this order:
 //
 //   OnEnd      at once, by gateway/bus/jobs/job_phases.h
-//   OnStray    for whatever comes after it, by gateway/bus/jobs/upkeep.cpp
-//   SetWait    when the input that ended it is done, by gateway/bus/jobs/upkeep.cpp
+//   OnStray    for whatever comes after it, by gateway/bus/jobs/device_tracker.cpp
+//   SetWait    when the input that ended it is done, by gateway/bus/jobs/device_tracker.cpp
 //
 // OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to
 // it (LineNews::stray_before): they are counted for the exchange before.
@@ -75,39 +75,39 @@ class Patience {
   void OnLate(const Member& member, Duration lateness);
   /// A reply was taken, `lateness` after it was due; not above zero: in time.
   void OnAnswered(const Member& member, Duration lateness);
-  void OnOffline(const Member& member) { states_[member] = {}; }
+  void OnOffline(const Member& member) { entries_[member] = {}; }
 
   /// Beyond the reply time of its configuration.
   Duration More(const Member& member) const;
 
  private:
-  struct State {
-    int late = 0;     // late replies since `in_time` was last high enough to forget them
-    int in_time = 0;  // replies in time, in a row
-    Duration most{};  // the lateness of the latest of these
+  struct Entry {
+    int late_count = 0;  // late replies since `in_time` was last high enough to forget them
+    int in_time = 0;     // replies in time, in a row
+    Duration most{};     // the lateness of the latest of these
     Duration more{};
   };
 
-  static void Lengthen(State& state, Duration lateness);
+  static void Lengthen(Entry& entry, Duration lateness);
 
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
 };
 
-class LateAnswers {
+class LateReplies {
  public:
-  explicit LateAnswers(const Roster& roster) : roster_(roster) {}
+  explicit LateReplies(const Roster& roster) : roster_(roster) {}
 
   /// The exchange has ended. Before OnStray for what came after its end.
   void OnEnd(const Asked& asked, Outcome outcome, Instant now);
 
-  struct Stray {
-    bool counts = true;              ///< among the line's stray bytes
-    const Member* late = nullptr;    ///< whose late reply it is, once for each exchange
-    Duration lateness{};             ///< of that reply, since it was due
-    const Member* warned = nullptr;  ///< the device that `warning` is about
+  struct StrayEffects {
+    bool counts = true;                   ///< among the line's stray bytes
+    const Member* late_member = nullptr;  ///< whose late reply it is, once for each exchange
+    Duration lateness{};                  ///< of that reply, since it was due
+    const Member* warned = nullptr;       ///< the device that `warning` is about
     std::string warning;
   };
-  Stray OnStray(const StrayBytes& stray, Instant now);
+  StrayEffects OnStray(const StrayBytes& stray, Instant now);
 
   /// Decides how long the next requests wait. `nothing_to_wait_for`: waiting is useless, because
   /// the device owes no reply, or always lags by a number of replies.
@@ -123,15 +123,15 @@ class LateAnswers {
   /// A second, different reply of it came, and not for the first time: two devices may have its
   /// address. Its good replies are followed by a silence of its drain time for a while.
   void OnSecondReply(const Member& member) {
-    State& state = states_[member];
-    if (!std::exchange(state.had_second, true)) return;
-    state.trail = std::max(state.trail, member.times.drain);
+    Entry& entry = entries_[member];
+    if (!std::exchange(entry.had_second, true)) return;
+    entry.trail = std::max(entry.trail, member.times.drain);
   }
   /// How much later than its reply time the first byte of its reply came; not above zero: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
   /// It is offline: silent, not late. If it is late after all, its bytes will show it again.
   void OnOffline(const Member& member) {
-    states_[member].more_drain = {};
+    entries_[member].more_drain = {};
     patience_.OnOffline(member);
   }
 
@@ -167,7 +167,7 @@ class LateAnswers {
     corrupt,    // bytes after it are the rest of the damaged reply
     cut_short,  // bytes after it are the rest of a reply that was cut short
   };
-  struct State {
+  struct Entry {
     Instant late_until{};                     // until then a reply to a failed request may come
     std::optional<Instant> unanswered_since;  // start of the first exchange since its last reply
     std::optional<Instant> late_from;  // bytes from here on are the late reply to its last request
@@ -188,15 +188,15 @@ class LateAnswers {
     bool had_second = false;  // a second, different reply came
   };
 
-  static void LearnSilence(State& state, const Member& member, const StrayBytes& stray,
-                           Stray& told);
+  static void LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
+                           StrayEffects& effects);
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;
   bool OthersMayAnswer(const Member& member, Instant at) const;
   void SetLate(const Member& member, Instant until);
 
   const Roster& roster_;
   Patience patience_;
-  ByMember<State> states_;
+  ByMember<Entry> entries_;
   const Member* last_ = nullptr;
 };
 

@@ -1,6 +1,6 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt.
-// LineKnowledge groups all that a line knows, Upkeep included.
+// LineContext groups all that a line knows, DeviceTracker included.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@
 
 #include "config/model/line.h"
 #include "gateway/base/outcome.h"
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/jobs/chooser.h"
@@ -22,10 +22,11 @@
 
 namespace baudgate {
 
-class Upkeep {
+class DeviceTracker {
  public:
   /// All references outlive it.
-  Upkeep(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda, Ledger& ledger);
+  DeviceTracker(Roster& roster, PointStore& store, OwedReplies& owed, Agenda& agenda,
+                Accounts& accounts);
 
   /// The port has opened.
   void OnOpened(Instant now);
@@ -62,7 +63,7 @@ class Upkeep {
   /// Its conversation has its memory from before a restart.
   void OnRecalled(Device& device);
   /// Bytes have come that belong to no exchange. May return a warning for the user.
-  LateAnswers::Stray OnStray(const StrayBytes& stray, Instant now);
+  LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   /// A second, different reply has come after the one that was taken.
   void OnSecondReply(Instant now);
   /// These points are uncertain until they are read again.
@@ -78,7 +79,7 @@ class Upkeep {
   void RestartWithPlan(Device& device, Instant now);
   /// A late reply may still come: polls of the member, and of entries with the same address, wait.
   void HoldBack(const Member& member);
-  void ShowLine(Instant now) { ledger_.line.Show(agenda_.probes.NoticeBound(now)); }
+  void ShowLine(Instant now) { accounts_.line.Show(agenda_.probes.NoticeBound(now)); }
 
   /// What could not be read once is tried again after the slow period, at least every hour; of the
   /// daily group the whole round, at most every 5 min. `soon`: after 8 s, 16 s … until then.
@@ -102,27 +103,27 @@ class Upkeep {
   PointStore& store_;
   OwedReplies& owed_;
   Agenda& agenda_;
-  Ledger& ledger_;
+  Accounts& accounts_;
 };
 
 // Groups all that a line knows: its members, the replies that they owe, all that waits to be asked,
 // the accounts for the status, and the part that keeps these in step when a device comes or goes.
 // For gateway/bus/poller/poller.h.
-struct LineKnowledge {
+struct LineContext {
   /// See Poller.
-  LineKnowledge(const config::Line& line, std::uint32_t first_device,
-                const Roster::FindProtocol& find, PointStore& store, PollerListener& listener)
+  LineContext(const config::Line& line, std::uint32_t first_device,
+              const Roster::FindProtocol& find, PointStore& store, PollerListener& listener)
       : roster(line, first_device, find),
         owed(roster),
-        agenda(roster, owed.late),
-        ledger(roster, agenda.schedule, store, store.LineIndex(line), listener),
-        upkeep(roster, store, owed, agenda, ledger) {}
+        agenda(roster, owed.late_replies),
+        accounts(roster, agenda.schedule, store, store.LineIndex(line), listener),
+        tracker(roster, store, owed, agenda, accounts) {}
 
   Roster roster;
   OwedReplies owed;
   Agenda agenda;
-  Ledger ledger;
-  Upkeep upkeep;
+  Accounts accounts;
+  DeviceTracker tracker;
 };
 
 }  // namespace baudgate

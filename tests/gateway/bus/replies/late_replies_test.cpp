@@ -1,6 +1,6 @@
 // Until when answers may be late, and whom that keeps waiting: one exchange after the other.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/replies/late_answers.h"
+#include "gateway/bus/replies/late_replies.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-class LateAnswersTest : public ::testing::Test, protected ToyMembers {
+class LateRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
   /// An exchange of `member` that began at `began` and ended so at `ended`.
   void Exchange(const Member& member, Duration began, Duration ended, Outcome outcome,
@@ -30,12 +30,12 @@ class LateAnswersTest : public ::testing::Test, protected ToyMembers {
     return {.member = &member, .request = &request_};
   }
 
-  LateAnswers late_{roster};
+  LateReplies late_{roster};
   Request request_ = AskFor("?A1\r");
   Asked asked_;
 };
 
-TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
+TEST_F(LateRepliesTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(LateUntil(a), 1000ms) << "its reply time is over already";
   EXPECT_TRUE(late_.IsClear(b, kStart + 200ms));
@@ -45,19 +45,19 @@ TEST_F(LateAnswersTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
 }
 
 // A serial server gives it to the next connection.
-TEST_F(LateAnswersTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
+TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
   EXPECT_GE(LateUntil(a), 1000ms);
   EXPECT_LT(LateUntil(a), 1010ms);
 }
 
-TEST_F(LateAnswersTest, AnAnswerEndsTheWaiting) {
+TEST_F(LateRepliesTest, AnAnswerEndsTheWaiting) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 320ms, Outcome::ok);
   EXPECT_TRUE(late_.IsClear(a, kStart + 320ms));
 }
 
-TEST_F(LateAnswersTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
+TEST_F(LateRepliesTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 20ms), Duration());
   late_.OnSecondReply(a);
@@ -68,26 +68,26 @@ TEST_F(LateAnswersTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 120ms), Duration()) << "it is trusted again";
 }
 
-TEST_F(LateAnswersTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
+TEST_F(LateRepliesTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
   Exchange(a, 0ms, 50ms, Outcome::corrupt);
   EXPECT_TRUE(late_.IsClear(a, kStart + 50ms));
 }
 
-TEST_F(LateAnswersTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
+TEST_F(LateRepliesTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
   late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
 }
 
-TEST_F(LateAnswersTest, EntriesOfOneAddressWaitTogether) {
+TEST_F(LateRepliesTest, EntriesOfOneAddressWaitTogether) {
   a.sender = b.sender = ToBytes("A");
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(LateUntil(b), 1000ms);
 }
 
 /// Tare of a scale, which may take seconds.
-TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
+TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   request_.reply = 3s;
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
   for (int i = 0; i < 3; ++i) {
@@ -101,7 +101,7 @@ TEST_F(LateAnswersTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
 
 /// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
 /// come for another 650 ms.
-TEST_F(LateAnswersTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
+TEST_F(LateRepliesTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
@@ -111,7 +111,7 @@ TEST_F(LateAnswersTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequest
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
 }
 
-TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
+TEST_F(LateRepliesTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   request_ = AskFor("UA1\r", false);
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.sent = kStart + 250ms;
@@ -120,51 +120,52 @@ TEST_F(LateAnswersTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   EXPECT_LT(LateUntil(a), 1260ms);
 }
 
-TEST_F(LateAnswersTest, WhoseOrderIsProvenOwesNothing) {
+TEST_F(LateRepliesTest, WhoseOrderIsProvenOwesNothing) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 250ms));
 }
 
-TEST_F(LateAnswersTest, BytesAfterSilenceAreTheLateAnswer) {
+TEST_F(LateRepliesTest, BytesAfterSilenceAreTheLateAnswer) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  LateAnswers::Stray told = late_.OnStray({9, 120ms}, kStart + 320ms);
-  EXPECT_TRUE(told.counts);
-  EXPECT_EQ(told.late, &a);
-  EXPECT_GT(told.lateness, 110ms) << "320 ms after its request was given to the line, less 200";
-  EXPECT_LT(told.lateness, 120ms);
-  EXPECT_EQ(told.warned, &a);
+  LateReplies::StrayEffects effects = late_.OnStray({9, 120ms}, kStart + 320ms);
+  EXPECT_TRUE(effects.counts);
+  EXPECT_EQ(effects.late_member, &a);
+  EXPECT_GT(effects.lateness, 110ms) << "320 ms after its request was given to the line, less 200";
+  EXPECT_LT(effects.lateness, 120ms);
+  EXPECT_EQ(effects.warned, &a);
   EXPECT_EQ(late_.ExtraDrain(a), 90ms) << "120 ms and a gap, less the drain";
-  told = late_.OnStray({3, 160ms}, kStart + 360ms);
-  EXPECT_EQ(told.late, nullptr) << "once for each exchange";
-  EXPECT_EQ(told.warned, nullptr) << "once for ever";
+  effects = late_.OnStray({3, 160ms}, kStart + 360ms);
+  EXPECT_EQ(effects.late_member, nullptr) << "once for each exchange";
+  EXPECT_EQ(effects.warned, nullptr) << "once for ever";
   EXPECT_EQ(late_.ExtraDrain(a), 130ms);
 }
 
-TEST_F(LateAnswersTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
+TEST_F(LateRepliesTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   late_.OnStray({9, 120ms}, kStart + 320ms);
   for (int i = 1; i < 1000; ++i) Exchange(a, i * 1s, i * 1s + 20ms, Outcome::ok);
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateAnswersTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
+TEST_F(LateRepliesTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
-  const LateAnswers::Stray told = late_.OnStray({9, 260ms}, kStart + 560ms);
-  EXPECT_EQ(told.late, &a);
-  EXPECT_GT(told.lateness, 100ms);
-  EXPECT_LT(told.lateness, 110ms) << "310 ms after its request was given to the line, less 200 ms";
+  const LateReplies::StrayEffects effects = late_.OnStray({9, 260ms}, kStart + 560ms);
+  EXPECT_EQ(effects.late_member, &a);
+  EXPECT_GT(effects.lateness, 100ms);
+  EXPECT_LT(effects.lateness, 110ms)
+      << "310 ms after its request was given to the line, less 200 ms";
 }
 
-TEST_F(LateAnswersTest, LatenessIsThatOfTheFirstTry) {
+TEST_F(LateRepliesTest, LatenessIsThatOfTheFirstTry) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
   Exchange(a, 600ms, 800ms, Outcome::no_reply, true);
   EXPECT_GT(late_.OnStray({9, 400ms}, kStart + 1200ms).lateness, 990ms) << "due at 200 ms";
 }
 
-TEST_F(LateAnswersTest, LatenessCountsFromTheFirstTryThatMetSilence) {
+TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
   struct Try {
     Duration began;
     Outcome outcome;
@@ -190,29 +191,29 @@ TEST_F(LateAnswersTest, LatenessCountsFromTheFirstTryThatMetSilence) {
       Exchange(a, began + each.began, ended, each.outcome, each.began > 0ms);
     }
     const Duration came = began + 980ms;
-    const LateAnswers::Stray told = late_.OnStray({9, came - ended}, kStart + came);
-    EXPECT_EQ(told.late != nullptr, one.late > 0ms);
-    EXPECT_GE(told.lateness, one.late);
-    EXPECT_LT(told.lateness, one.late + 20ms);
+    const LateReplies::StrayEffects effects = late_.OnStray({9, came - ended}, kStart + came);
+    EXPECT_EQ(effects.late_member != nullptr, one.late > 0ms);
+    EXPECT_GE(effects.lateness, one.late);
+    EXPECT_LT(effects.lateness, one.late + 20ms);
     began += 10s;
   }
 }
 
-TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
+TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
   for (const Duration began : {100s, 200s}) {
     Exchange(a, began, began + 20ms, Outcome::corrupt);
     Exchange(a, began + 100ms, began + 120ms, Outcome::ok, true);
-    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 125ms).late, nullptr);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 125ms).late_member, nullptr);
   }
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
 /// The request was lost, its repetition was answered in time, and then the bus was released.
-TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
+TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
-    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 205ms).late, nullptr);
+    EXPECT_EQ(late_.OnStray({1, 5ms}, kStart + began + 205ms).late_member, nullptr);
     Exchange(a, began + 300ms, began + 320ms, Outcome::ok, true);
     late_.OnStray({bytes, 5ms}, kStart + began + 325ms);
   };
@@ -223,14 +224,14 @@ TEST_F(LateAnswersTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
 }
 
 /// The reply of a is due when that of b has come.
-TEST_F(LateAnswersTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
+TEST_F(LateRepliesTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(b, 250ms, 270ms, Outcome::ok);
   EXPECT_TRUE(late_.OnStray({9, 150ms}, kStart + 420ms).counts);
   EXPECT_EQ(late_.Aftermath(Next(b, true), kStart + 500ms), 0ms);
 }
 
-TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
+TEST_F(LateRepliesTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_ = {.member = &b,
             .request = &request_,
@@ -239,21 +240,21 @@ TEST_F(LateAnswersTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
             .lone_probe = true};
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
   late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
-  const LateAnswers::Stray told = late_.OnStray({9, 30ms}, kStart + 480ms);
-  EXPECT_EQ(told.late, nullptr);
-  EXPECT_EQ(told.warned, nullptr);
+  const LateReplies::StrayEffects effects = late_.OnStray({9, 30ms}, kStart + 480ms);
+  EXPECT_EQ(effects.late_member, nullptr);
+  EXPECT_EQ(effects.warned, nullptr);
 }
 
-TEST_F(LateAnswersTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
+TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
-  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
-  EXPECT_TRUE(told.counts);
-  EXPECT_EQ(told.late, nullptr);
+  const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_TRUE(effects.counts);
+  EXPECT_EQ(effects.late_member, nullptr);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 50ms);
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateAnswersTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
+TEST_F(LateRepliesTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
   request_.any_order = true;
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
@@ -263,7 +264,7 @@ TEST_F(LateAnswersTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
 }
 
-TEST_F(LateAnswersTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
+TEST_F(LateRepliesTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_FALSE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
   late_.OnStray({2, 30ms}, kStart + 50ms);
@@ -272,29 +273,29 @@ TEST_F(LateAnswersTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 51ms) << "four of them may be";
 }
 
-TEST_F(LateAnswersTest, WhatFollowsADamagedReplyBelongsToIt) {
+TEST_F(LateRepliesTest, WhatFollowsADamagedReplyBelongsToIt) {
   Exchange(a, 0ms, 20ms, Outcome::corrupt);
-  const LateAnswers::Stray told = late_.OnStray({4, 30ms}, kStart + 50ms);
-  EXPECT_FALSE(told.counts);
-  EXPECT_EQ(told.warned, nullptr);
+  const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
+  EXPECT_FALSE(effects.counts);
+  EXPECT_EQ(effects.warned, nullptr);
 }
 
-TEST_F(LateAnswersTest, WhatComesBehindTheCeilingIsNoise) {
+TEST_F(LateRepliesTest, WhatComesBehindTheCeilingIsNoise) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  const LateAnswers::Stray told = late_.OnStray({4, 1001ms}, kStart + 1201ms);
-  EXPECT_TRUE(told.counts);
-  EXPECT_EQ(told.late, nullptr);
+  const LateReplies::StrayEffects effects = late_.OnStray({4, 1001ms}, kStart + 1201ms);
+  EXPECT_TRUE(effects.counts);
+  EXPECT_EQ(effects.late_member, nullptr);
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateAnswersTest, WhatAServerStillOwesMayReachTheNextConnectionUpToTheCeiling) {
+TEST_F(LateRepliesTest, WhatAServerStillOwesMayReachTheNextConnectionUpToTheCeiling) {
   late_.OnClosed(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
 TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
   const ToyMembers members("/dev/ttyS1");
-  LateAnswers late(members.roster);
+  LateReplies late(members.roster);
   late.OnClosed(members.a, kStart);
   EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
 }

@@ -11,18 +11,18 @@ namespace {
 const Bytes kRequest = {1, 2, 3};
 
 /// The server ends each connection behind its first answer: a second request would be lost.
-TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
-  Rest rest(false);
+TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
+  RestingConnection rest(false);
   std::uint64_t answers = 0;
   rest.OnOpened(answers, kStart - 1s);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
   for (const int wanted : {32, 128, 512, 1024, 1024}) {
-    rest.OnBytes(kStart);
+    rest.NoteBytes(kStart);
     EXPECT_FALSE(rest.Holds(kRequest, kStart));
     EXPECT_TRUE(rest.OnEnded(++answers, false, kStart)) << "in place of the second answer";
     int alone = 0;
     while (rest.Holds(kRequest, kStart)) {
-      if (alone++ > 0) rest.OnBytes(kStart);
+      if (alone++ > 0) rest.NoteBytes(kStart);
       EXPECT_TRUE(rest.OnOpened(answers, kStart - 1s));
       EXPECT_EQ(rest.TakeHeld(), kRequest);
       ASSERT_LE(alone, 1024);
@@ -32,8 +32,8 @@ TEST(Rest, AConnectionForEachRequestIsGivenUpAgain) {
 }
 
 /// It ends each connection 20 ms behind the first answer. Others have come meanwhile.
-TEST(Rest, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
-  Rest rest(false);
+TEST(RestingConnection, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
+  RestingConnection rest(false);
   rest.OnOpened(0, kStart);
   rest.Holds(kRequest, kStart);
   EXPECT_FALSE(rest.IsDrop(3, kStart + 30ms));
@@ -41,26 +41,26 @@ TEST(Rest, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
   EXPECT_TRUE(rest.Holds(kRequest, kStart + 40ms));
   EXPECT_TRUE(rest.OnOpened(3, kStart + 41ms));
   EXPECT_EQ(rest.TakeHeld(), kRequest);
-  rest.OnBytes(kStart + 45ms);
+  rest.NoteBytes(kStart + 45ms);
   EXPECT_TRUE(rest.Holds(kRequest, kStart + 46ms)) << "each gets its own connection";
 }
 
 /// One end in place of an answer says nothing about the next.
-TEST(Rest, AConnectionThatHasServedIsSharedAgain) {
-  Rest rest(false);
+TEST(RestingConnection, AConnectionThatHasServedIsSharedAgain) {
+  RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
   EXPECT_TRUE(rest.OnEnded(100, false, kStart));
   EXPECT_TRUE(rest.Holds(kRequest, kStart)) << "it waits for the next connection";
   EXPECT_TRUE(rest.OnOpened(100, kStart - 1s));
   EXPECT_EQ(rest.TakeHeld(), kRequest);
-  rest.OnBytes(kStart);
+  rest.NoteBytes(kStart);
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
 }
 
-TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
+TEST(RestingConnection, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
   for (const bool several : {false, true}) {
-    Rest rest(false);
+    RestingConnection rest(false);
     int rested = 0;
     for (;;) {
       rest.OnOpened(0, kStart - 1s);
@@ -73,8 +73,8 @@ TEST(Rest, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
 }
 
 /// It serves the others. Only the number of the request differs.
-TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
-  Rest rest(false, 2);
+TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
+  RestingConnection rest(false, 2);
   rest.OnOpened(0, kStart - 1s);
   rest.Holds(kRequest, kStart);
   EXPECT_TRUE(rest.IsDrop(8, kStart));
@@ -91,27 +91,27 @@ TEST(Rest, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
 }
 
 /// A server that ends each connection after some seconds, whatever is asked.
-TEST(Rest, AnEndAtARequestThatIsAnsweredElseIsADrop) {
-  Rest rest(false);
+TEST(RestingConnection, AnEndAtARequestThatIsAnsweredElseIsADrop) {
+  RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
   rest.Holds(kRequest, kStart);
   EXPECT_TRUE(rest.OnEnded(8, false, kStart));
   rest.OnOpened(8, kStart - 1s);
   rest.Holds(kRequest, kStart);
-  rest.OnBytes(kStart);
+  rest.NoteBytes(kStart);
   rest.Holds(kRequest, kStart);
   EXPECT_TRUE(rest.IsDrop(16, kStart));
 }
 
-TEST(Rest, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
-  Rest rest(true);
+TEST(RestingConnection, TheEndOfAConnectionThatIsAlwaysWantedIsAnOutage) {
+  RestingConnection rest(true);
   rest.OnOpened(0, kStart - 1s);
-  rest.OnBytes(kStart);
+  rest.NoteBytes(kStart);
   EXPECT_FALSE(rest.OnEnded(1, true, kStart));
   EXPECT_FALSE(rest.rests());
 }
 
-TEST(Rest, AnEndInUseIsADrop) {
+TEST(RestingConnection, AnEndInUseIsADrop) {
   const struct {
     std::uint64_t answers;
     bool asks;
@@ -127,12 +127,12 @@ TEST(Rest, AnEndInUseIsADrop) {
       {8, true, 2ms, true},     {0, true, 300ms, false},  // it never answers
   };
   for (const auto& row : rows) {
-    Rest rest(false);
+    RestingConnection rest(false);
     rest.OnOpened(100, kStart - 1s);
     rest.Holds(kRequest, kStart - 500ms);
-    rest.OnBytes(kStart - 450ms);
+    rest.NoteBytes(kStart - 450ms);
     rest.Holds(kRequest, kStart);
-    if (!row.asks) rest.OnBytes(kStart);
+    if (!row.asks) rest.NoteBytes(kStart);
     EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;
   }
 }

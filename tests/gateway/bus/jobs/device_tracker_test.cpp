@@ -1,6 +1,6 @@
 // What follows when a device comes, goes, or may be another one.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/jobs/upkeep.h"
+#include "gateway/bus/jobs/device_tracker.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace baudgate {
 namespace {
 
-class UpkeepTest : public ::testing::Test, protected ToyMembers, protected PollerListener {
+class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protected PollerListener {
  protected:
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&, Now) override {
     state_ = to;
@@ -18,11 +18,11 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
   void OnWarning(std::uint32_t, const std::string&) override {}
 
   void Open() {
-    ledger_.OnTime({kStart, WallTime(1'790'000'000s)}, false, nullptr);
-    upkeep_.OnOpened(kStart);
+    accounts_.OnTime({kStart, WallTime(1'790'000'000s)}, false, nullptr);
+    tracker_.OnOpened(kStart);
   }
-  void Fail(Duration at) { upkeep_.OnTask(a, Outcome::no_reply, "silence", kStart + at); }
-  void Answer(Duration at) { upkeep_.OnTask(a, Outcome::ok, {}, kStart + at); }
+  void Fail(Duration at) { tracker_.OnTask(a, Outcome::no_reply, "silence", kStart + at); }
+  void Answer(Duration at) { tracker_.OnTask(a, Outcome::ok, {}, kStart + at); }
   void GoOffline() {
     Answer(0s);
     Fail(1s);
@@ -52,34 +52,34 @@ class UpkeepTest : public ::testing::Test, protected ToyMembers, protected Polle
   config::Config config_ = ToyConfig();
   PointStore store_{config_};
   OwedReplies owed_{roster};
-  Agenda agenda_{roster, owed_.late};
+  Agenda agenda_{roster, owed_.late_replies};
   Schedule& schedule_ = agenda_.schedule;
-  Ledger ledger_{roster, schedule_, store_, 0, *this};
-  Upkeep upkeep_{roster, store_, owed_, agenda_, ledger_};
+  Accounts accounts_{roster, schedule_, store_, 0, *this};
+  DeviceTracker tracker_{roster, store_, owed_, agenda_, accounts_};
   DeviceState state_ = DeviceState::never_seen;
 };
 
-TEST_F(UpkeepTest, NothingIsPolledBeforeThePortOpens) {
+TEST_F(DeviceTrackerTest, NothingIsPolledBeforeThePortOpens) {
   EXPECT_EQ(Due(0s), "");
   Open();
   EXPECT_EQ(Due(0s), "aba") << "two queries of a, one of b";
 }
 
-TEST_F(UpkeepTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
-  upkeep_.SetInUse(a, false, false, kStart);
+TEST_F(DeviceTrackerTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
+  tracker_.SetInUse(a, false, false, kStart);
   Open();
   EXPECT_EQ(Due(0s), "b");
 }
 
 /// The reply to what it was asked before the port closed may still come.
-TEST_F(UpkeepTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
-  owed_.late.OnClosed(a, kStart - 100ms);
+TEST_F(DeviceTrackerTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
+  owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();
   EXPECT_EQ(Due(0s), "b");
   EXPECT_EQ(Due(900ms).substr(0, 1), "a") << "the ceiling is 1 s";
 }
 
-TEST_F(UpkeepTest, AnOfflineDeviceIsNotPolledAndItsValuesAreDoubted) {
+TEST_F(DeviceTrackerTest, AnOfflineDeviceIsNotPolledAndItsValuesAreDoubted) {
   Open();
   Read(a);
   Read(b);
@@ -91,7 +91,7 @@ TEST_F(UpkeepTest, AnOfflineDeviceIsNotPolledAndItsValuesAreDoubted) {
   EXPECT_EQ(QualityOf(b), Quality::good);
 }
 
-TEST_F(UpkeepTest, WhoIsBackIsPolledAtOnce) {
+TEST_F(DeviceTrackerTest, WhoIsBackIsPolledAtOnce) {
   Open();
   GoOffline();
   Due(3s);
@@ -100,38 +100,38 @@ TEST_F(UpkeepTest, WhoIsBackIsPolledAtOnce) {
   EXPECT_EQ(Due(3100ms), "aa");
 }
 
-TEST_F(UpkeepTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
+TEST_F(DeviceTrackerTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
   Open();
   Read(a);
   Due(0s);
-  upkeep_.SetInUse(a, false, true, kStart);
+  tracker_.SetInUse(a, false, true, kStart);
   EXPECT_EQ(Due(1s), "b");
-  upkeep_.SetInUse(a, true, true, kStart + 1s);
+  tracker_.SetInUse(a, true, true, kStart + 1s);
   EXPECT_EQ(Due(1s), "aa");
   EXPECT_NE(QualityOf(a), Quality::good);
 }
 
 /// The exchange under way was sent before.
-TEST_F(UpkeepTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
+TEST_F(DeviceTrackerTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
   const Task poll;
   const Request request = AskFor("?A1\r");
   Open();
   a.conversation->OnFrame(poll, request, ToyReply("A1~foreign"), kStart);
-  upkeep_.OnHeard(a, kStart);
+  tracker_.OnHeard(a, kStart);
   Due(0s);
-  upkeep_.SetInUse(a, false, true, kStart);
+  tracker_.SetInUse(a, false, true, kStart);
   a.conversation->OnFrame(poll, request, ToyReply("A1=5"), kStart);
-  upkeep_.OnHeard(a, kStart);
+  tracker_.OnHeard(a, kStart);
   EXPECT_EQ(Due(1s), "b") << "it is the right one again";
-  upkeep_.OnReplaced(a, {kStart, kWall});
+  tracker_.OnReplaced(a, {kStart, kWall});
   EXPECT_EQ(Due(2s), "b") << "it tells another name";
 }
 
-TEST_F(UpkeepTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
+TEST_F(DeviceTrackerTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
   Open();
   a.sender = b.sender = ToBytes("A");
-  owed_.late.OnClosed(a, kStart);
-  upkeep_.HoldBack(a);
+  owed_.late_replies.OnClosed(a, kStart);
+  tracker_.HoldBack(a);
   EXPECT_EQ(Due(900ms), "");
   EXPECT_NE(Due(1s), "");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 
 #include <algorithm>
 #include <utility>
@@ -25,7 +25,7 @@ DeviceStates::DeviceStates(const Roster& roster, PointStore& store, PollerListen
     : roster_(roster), store_(store), listener_(listener) {
   for (const auto& device : roster.devices()) {
     ShowTimes(*device);
-    if (!device->in_use) states_[*device].shown = DeviceState::disabled;
+    if (!device->in_use) entries_[*device].shown = DeviceState::disabled;
   }
 }
 
@@ -38,7 +38,7 @@ void DeviceStates::OnClosed(Override why) {
     if (!device->in_use) continue;
     // Behind a closed port nothing is online. The log has one line for the port, not one a device;
     // the first answer after it opens is news again.
-    DeviceState& shown = states_[*device].shown;
+    DeviceState& shown = entries_[*device].shown;
     if (shown != DeviceState::never_seen) shown = DeviceState::offline;
     store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
       status.state = shown;
@@ -55,7 +55,7 @@ std::string DeviceStates::WhyClosed() const {
 
 void DeviceStates::OnState(const Member& member, const std::string& reason) {
   const DeviceState state = StateOf(member);
-  const DeviceState from = std::exchange(states_[member].shown, state);
+  const DeviceState from = std::exchange(entries_[member].shown, state);
   ShowOverride(member);
   if (state == from) return;
   if (member.device != nullptr) {
@@ -83,7 +83,7 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
 /// A remark is shown, and goes to the log. Its values are good, so it is no news.
 bool DeviceStates::OnTrouble(const Device& device) {
   const DeviceTrouble& is = device.conversation->trouble();
-  DeviceTrouble& known = states_[device].trouble;
+  DeviceTrouble& known = entries_[device].trouble;
   if (is.reason == known.reason && is.text == known.text) return false;
   const DeviceTrouble was = std::exchange(known, is);
   ShowOverride(device);
@@ -137,13 +137,13 @@ void DeviceAccounts::Change(const Member& member,
 void DeviceAccounts::OnTime(Now now, const Member* member, Duration took, bool drains) {
   now_ = now;
   if (member == nullptr) return;
-  State& state = states_[*member];
-  state.busy += took;
-  if (drains) state.drained += took;
+  Entry& entry = entries_[*member];
+  entry.busy += took;
+  if (drains) entry.drained += took;
 }
 
 void DeviceAccounts::OnOpened() {
-  for (State& state : states_) state.heard = now_.instant;
+  for (Entry& entry : entries_) entry.heard = now_.instant;
 }
 
 // ---------------------------------------------------------------- exchanges
@@ -154,15 +154,15 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
   const bool answered = life && !about.broadcast;
   const bool cut_off = end.outcome == Outcome::line_down;
   const Outcome outcome = about.routed && life ? Outcome::ok : end.outcome;
-  states_[member].symptom = finding.symptom;
-  states_[member].asked = finding.asked;
+  entries_[member].symptom = finding.symptom;
+  entries_[member].asked = finding.asked;
   CountMissed();
   Change(member, [&](DeviceStatus& status) {
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
     if (!about.probe && !cut_off) status.recent.Add(outcome);
-    status.busy = states_[member].busy;
+    status.busy = entries_[member].busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = member.device->conversation->WhatIsLearned();
     status.lacks_time = member.device->conversation->LacksTime();
@@ -181,7 +181,7 @@ void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
 void DeviceAccounts::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
-    const std::uint32_t before = std::exchange(states_[*device].missed, missed);
+    const std::uint32_t before = std::exchange(entries_[*device].missed, missed);
     if (before == missed) continue;
     Change(*device, [&](DeviceStatus& status) {
       status.missed = missed;
@@ -192,12 +192,12 @@ void DeviceAccounts::CountMissed() {
 
 /// What its exchange adds to the minute under way.
 void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& status) {
-  State& state = states_[member];
+  Entry& entry = entries_[member];
   MinuteCounts& tally = status.hour.At(now_.instant);
-  const Duration drained = std::exchange(state.drained, {});
-  const Duration took = state.busy - std::exchange(state.counted, state.busy) - drained;
-  if (state.heard == Instant{}) state.heard = now_.instant;
-  const Duration since = now_.instant - std::exchange(state.heard, now_.instant);
+  const Duration drained = std::exchange(entry.drained, {});
+  const Duration took = entry.busy - std::exchange(entry.counted, entry.busy) - drained;
+  if (entry.heard == Instant{}) entry.heard = now_.instant;
+  const Duration since = now_.instant - std::exchange(entry.heard, now_.instant);
   ++(answered ? tally.answered : tally.failed);
   if (answered || status.last_outcome == Outcome::no_reply) {
     status.failures.Add(answered, now_.instant);
@@ -206,11 +206,11 @@ void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& st
   (answered ? tally.up : tally.down) += since;
   (answered ? tally.served : tally.wasted) += took;
   tally.wasted += drained;
-  if (answered) state.out = false;
+  if (answered) entry.out = false;
 }
 
 void DeviceAccounts::OnMore(const Member& member, const Finding& finding, std::size_t back) {
-  if (back == 0) states_[member].symptom = finding.symptom;
+  if (back == 0) entries_[member].symptom = finding.symptom;
   Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding, back); });
 }
 
@@ -245,13 +245,13 @@ void DeviceAccounts::OnLate(const Member& member, Duration lateness) {
 
 void DeviceAccounts::OnPatience(const Member& member, Duration more) {
   more = std::chrono::floor<std::chrono::milliseconds>(more);
-  Duration& known = states_[member].patience;
+  Duration& known = entries_[member].patience;
   if (std::exchange(known, more) == more) return;
   Change(member, [more](DeviceStatus& status) { status.patience = more; });
 }
 
 void DeviceAccounts::OnLags(const Member& member, bool lags) {
-  std::uint32_t& known = states_[member].behind;
+  std::uint32_t& known = entries_[member].behind;
   if (!lags && known == 0) return;
   known = lags ? known + 1 : 0;
   Change(member, [behind = known](DeviceStatus& status) { status.behind = behind; });
@@ -262,7 +262,7 @@ void DeviceAccounts::OnSecondReply(const Member& member) {
     ++status.doubled;
     status.last_doubled = now_.instant;
   });
-  if (std::exchange(states_[member].told_second, true)) return;
+  if (std::exchange(entries_[member].told_second, true)) return;
   listener_.OnWarning(member.index,
                       "a second, different reply came behind the first: replies come twice, or one "
                       "request late; the values read just before are read again");
@@ -271,7 +271,7 @@ void DeviceAccounts::OnSecondReply(const Member& member) {
 // ---------------------------------------------------------------- tasks
 
 void DeviceAccounts::OnTask(const Member& member, bool answered) {
-  const bool begins = !answered && !std::exchange(states_[member].out, true);
+  const bool begins = !answered && !std::exchange(entries_[member].out, true);
   if (!begins) return;
   Change(member, [this](DeviceStatus& status) { ++status.hour.At(now_.instant).outages; });
 }
@@ -279,8 +279,8 @@ void DeviceAccounts::OnTask(const Member& member, bool answered) {
 void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answered, bool missed) {
   const auto queries = device.conversation->Queries();
   if (query >= queries.size()) return;
-  const Symptom symptom = states_[device].symptom;
-  const std::uint8_t asked = states_[device].asked;
+  const Symptom symptom = entries_[device].symptom;
+  const std::uint8_t asked = entries_[device].asked;
   Change(device, [&](DeviceStatus& status) {
     status.queries.resize(queries.size());
     QueryCount& count = status.queries[query];
@@ -360,26 +360,26 @@ void DeviceAccounts::OnLostEvents(const Member& member, std::size_t events) {
 }
 
 void FastRounds::OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now) {
-  State& state = states_[member];
-  state.wire += poll.wire;
-  state.clean = state.clean && poll.answered;
+  Entry& entry = entries_[member];
+  entry.wire += poll.wire;
+  entry.clean = entry.clean && poll.answered;
   if (!poll.last_of_round) return;
-  const Duration took = std::exchange(state.wire, {});
-  if (!std::exchange(state.clean, true)) return;
-  state.last = took;
+  const Duration took = std::exchange(entry.wire, {});
+  if (!std::exchange(entry.clean, true)) return;
+  entry.last = took;
   Measure(now);
 }
 
 void FastRounds::OnPlan(const Device& device) {
-  State& state = states_[device];
-  state.wire = {};
-  state.clean = true;
+  Entry& entry = entries_[device];
+  entry.wire = {};
+  entry.clean = true;
 }
 
 void FastRounds::Measure(Instant now) const {
   Duration cycle{};
   for (const auto& device : roster_.devices()) {
-    if (device->in_use && !device->health.absent()) cycle += states_[*device].last;
+    if (device->in_use && !device->health.absent()) cycle += entries_[*device].last;
   }
   for (const auto& device : roster_.devices()) store_.SetLineCycle(device->index, cycle, now);
 }

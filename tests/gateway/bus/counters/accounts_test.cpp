@@ -1,6 +1,6 @@
 // What a line makes known of itself: what is told, and what the point store then shows.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/bus/counters/ledger.h"
+#include "gateway/bus/counters/accounts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,14 +13,14 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-class LedgerTest : public ::testing::Test, protected PollerListener {
+class AccountsTest : public ::testing::Test, protected PollerListener {
  protected:
-  LedgerTest() {
+  AccountsTest() {
     for (const auto& device : members_.roster.devices()) {
       schedule_.AddDevice(device->config->poll, device->config->slow);
     }
-    ledger_.OnTime(At(0s), false, nullptr);
-    ledger_.OnOpened();
+    accounts_.OnTime(At(0s), false, nullptr);
+    accounts_.OnOpened();
   }
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState to, const std::string&, Now) override {
     states_.push_back(to);
@@ -30,8 +30,8 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
 
   static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
   void OnExchange(const ExchangeEnd& end, LineUse use = LineUse::polls) {
-    ledger_.devices.OnExchange(a_, end, {}, {.routed = use == LineUse::routes});
-    ledger_.line.OnExchange(a_, end, false, use);
+    accounts_.devices.OnExchange(a_, end, {}, {.routed = use == LineUse::routes});
+    accounts_.line.OnExchange(a_, end, false, use);
   }
   DeviceStatus StatusOf(const Member& member) const {
     DeviceStatus status;
@@ -44,79 +44,79 @@ class LedgerTest : public ::testing::Test, protected PollerListener {
   ToyMembers members_;
   Device& a_ = members_.a;
   Schedule schedule_;
-  Ledger ledger_{members_.roster, schedule_, store_, 0, *this};
+  Accounts accounts_{members_.roster, schedule_, store_, 0, *this};
   std::vector<DeviceState> states_;
   int warnings_ = 0;
   std::vector<std::pair<News::What, bool>> news_;
 };
 
 /// One echo that differs may be noise.
-TEST_F(LedgerTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
+TEST_F(AccountsTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};
   EchoWatch::Received collision;
   collision.collision = true;
   for (const Duration at : {0s, 70s, 100s}) {
-    ledger_.OnTime(At(at), false, nullptr);
-    ledger_.line.OnHeard(collision, nullptr);
+    accounts_.OnTime(At(at), false, nullptr);
+    accounts_.line.OnHeard(collision, nullptr);
   }
   EXPECT_THAT(news_, IsEmpty());
-  ledger_.OnTime(At(120s), false, nullptr);
-  ledger_.line.OnHeard(collision, nullptr);
-  ledger_.line.OnHeard(collision, nullptr);
+  accounts_.OnTime(At(120s), false, nullptr);
+  accounts_.line.OnHeard(collision, nullptr);
+  accounts_.line.OnHeard(collision, nullptr);
   EXPECT_THAT(news_, ElementsAre(began));
-  ledger_.OnTime(At(179s), false, nullptr);
+  accounts_.OnTime(At(179s), false, nullptr);
   EXPECT_THAT(news_, ElementsAre(began));
-  ledger_.OnTime(At(180s), false, nullptr);
-  ledger_.OnTime(At(300s), false, nullptr);
+  accounts_.OnTime(At(180s), false, nullptr);
+  accounts_.OnTime(At(300s), false, nullptr);
   EXPECT_THAT(news_, ElementsAre(began, ended));
 }
 
-TEST_F(LedgerTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
-  ledger_.OnTime(At(3s), true, &a_);
-  ledger_.OnTime(At(9s), false, &a_);
-  ledger_.OnTime(At(10s), true, nullptr);
-  EXPECT_EQ(ledger_.line.counters().busy, 4s);
+TEST_F(AccountsTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
+  accounts_.OnTime(At(3s), true, &a_);
+  accounts_.OnTime(At(9s), false, &a_);
+  accounts_.OnTime(At(10s), true, nullptr);
+  EXPECT_EQ(accounts_.line.counters().busy, 4s);
   OnExchange({Outcome::ok, {}, 20ms, 9});
   EXPECT_EQ(StatusOf(a_).busy, 3s);
 }
 
-TEST_F(LedgerTest, UseIsThatOfTheLastFullMinute) {
+TEST_F(AccountsTest, UseIsThatOfTheLastFullMinute) {
   const auto use = [this] {
-    ledger_.line.Show({});
+    accounts_.line.Show({});
     return store_.ReadLine(0).use;
   };
-  ledger_.OnTime(At(6s), true, &a_);
+  accounts_.OnTime(At(6s), true, &a_);
   EXPECT_EQ(use(), 0) << "not worth a word yet";
-  ledger_.OnTime(At(12s), false, nullptr);
+  accounts_.OnTime(At(12s), false, nullptr);
   EXPECT_DOUBLE_EQ(use(), 0.5);
-  ledger_.OnTime(At(60s), false, nullptr);
+  accounts_.OnTime(At(60s), false, nullptr);
   EXPECT_DOUBLE_EQ(use(), 0.1);
-  ledger_.OnTime(At(90s), true, nullptr);
+  accounts_.OnTime(At(90s), true, nullptr);
   EXPECT_DOUBLE_EQ(use(), 0.1);
-  ledger_.line.OnClosed();
+  accounts_.line.OnClosed();
   EXPECT_EQ(use(), 0);
 }
 
-TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
+TEST_F(AccountsTest, AMinuteIsSplitByWhatItsTimeWentTo) {
   const ExchangeEnd good{Outcome::ok, {}, 20ms, 9};
-  ledger_.OnTime(At(6s), true, &a_);
+  accounts_.OnTime(At(6s), true, &a_);
   OnExchange(good);
-  ledger_.OnTime(At(9s), true, &a_);
+  accounts_.OnTime(At(9s), true, &a_);
   OnExchange({Outcome::no_reply, "nothing", {}, 0});
-  ledger_.OnTime(At(12s), true, &a_, true);
-  ledger_.OnTime(At(18s), true, &a_);
+  accounts_.OnTime(At(12s), true, &a_, true);
+  accounts_.OnTime(At(18s), true, &a_);
   OnExchange(good, LineUse::routes);
-  ledger_.OnTime(At(60s), false, nullptr);
-  ledger_.line.Show({});
+  accounts_.OnTime(At(60s), false, nullptr);
+  accounts_.line.Show({});
   const LineShares expected = {0.1, 0, 0.1, 0, 0.05, 0.05};
   const LineShares minute = store_.ReadLine(0).minute;
   for (std::size_t i = 0; i < kLineUses; ++i) {
     EXPECT_DOUBLE_EQ(minute[i], expected[i]) << Name(static_cast<LineUse>(i));
   }
-  ledger_.OnTime(At(66s), true, &a_);
+  accounts_.OnTime(At(66s), true, &a_);
   OnExchange(good);
-  ledger_.line.Show({});
+  accounts_.line.Show({});
   EXPECT_EQ(store_.ReadLine(0).spent, (TimeByUse{12s, 0s, 6s, 0s, 3s, 3s})) << "since the start";
   const MinuteCounts counts = StatusOf(a_).hour.Sum(At(18s).instant);
   EXPECT_EQ(counts.answered, 2U);
@@ -125,7 +125,7 @@ TEST_F(LedgerTest, AMinuteIsSplitByWhatItsTimeWentTo) {
   EXPECT_EQ(counts.wasted, 6s);
 }
 
-TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
+TEST_F(AccountsTest, ExchangesAreCountedForDeviceAndLine) {
   OnExchange({Outcome::ok, {}, 20ms, 9});
   OnExchange({Outcome::no_reply, "nothing", {}, 0});
   const DeviceStatus status = StatusOf(a_);
@@ -133,47 +133,47 @@ TEST_F(LedgerTest, ExchangesAreCountedForDeviceAndLine) {
   EXPECT_EQ(status.Count(Outcome::no_reply), 1U);
   EXPECT_EQ(status.last_reason, "nothing");
   EXPECT_EQ(status.round_trips.count(), 1U);
-  EXPECT_EQ(ledger_.line.counters().exchanges, 2U);
+  EXPECT_EQ(accounts_.line.counters().exchanges, 2U);
 }
 
-TEST_F(LedgerTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
+TEST_F(AccountsTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
   const Instant now = At(0s).instant;
-  EXPECT_FALSE(ledger_.line.SilentSince(now));
+  EXPECT_FALSE(accounts_.line.SilentSince(now));
   OnExchange({Outcome::no_reply, {}, {}, 0});
-  ledger_.OnTime(At(5s), false, nullptr);
+  accounts_.OnTime(At(5s), false, nullptr);
   OnExchange({Outcome::no_reply, {}, {}, 0});
-  EXPECT_TRUE(ledger_.line.SilentSince(now + 1s));
-  EXPECT_FALSE(ledger_.line.SilentSince(now + 6s)) << "nothing was asked since";
+  EXPECT_TRUE(accounts_.line.SilentSince(now + 1s));
+  EXPECT_FALSE(accounts_.line.SilentSince(now + 6s)) << "nothing was asked since";
   OnExchange({Outcome::ok, {}, 20ms, 9});
-  EXPECT_FALSE(ledger_.line.SilentSince(now + 1s));
+  EXPECT_FALSE(accounts_.line.SilentSince(now + 1s));
 }
 
-TEST_F(LedgerTest, ALineWhoseDeviceSendsUnaskedIsNotSilent) {
+TEST_F(AccountsTest, ALineWhoseDeviceSendsUnaskedIsNotSilent) {
   const Instant now = At(0s).instant;
   OnExchange({Outcome::no_reply, {}, {}, 0});
-  ledger_.line.OnUnasked(Outcome::ok);
-  ledger_.OnTime(At(5s), false, nullptr);
+  accounts_.line.OnUnasked(Outcome::ok);
+  accounts_.OnTime(At(5s), false, nullptr);
   OnExchange({Outcome::no_reply, {}, {}, 0});
-  EXPECT_FALSE(ledger_.line.SilentSince(now + 1s));
-  ledger_.OnTime(At(9s), false, nullptr);
-  ledger_.line.OnUnasked(Outcome::corrupt);
+  EXPECT_FALSE(accounts_.line.SilentSince(now + 1s));
+  accounts_.OnTime(At(9s), false, nullptr);
+  accounts_.line.OnUnasked(Outcome::corrupt);
   OnExchange({Outcome::no_reply, {}, {}, 0});
-  EXPECT_TRUE(ledger_.line.SilentSince(now + 6s)) << "noise is no answer";
+  EXPECT_TRUE(accounts_.line.SilentSince(now + 6s)) << "noise is no answer";
 }
 
-TEST_F(LedgerTest, StatesAreToldOnce) {
+TEST_F(AccountsTest, StatesAreToldOnce) {
   a_.health.OnTask(Outcome::ok, At(0s).instant);
-  ledger_.states.OnState(a_, "ok");
-  ledger_.states.OnState(a_, "ok");
+  accounts_.states.OnState(a_, "ok");
+  accounts_.states.OnState(a_, "ok");
   EXPECT_THAT(states_, ElementsAre(DeviceState::online));
-  ledger_.states.OnClosed(Quality::bad_not_connected);
+  accounts_.states.OnClosed(Quality::bad_not_connected);
   EXPECT_THAT(states_, ElementsAre(DeviceState::online)) << "the port has a line in the log";
   EXPECT_EQ(StatusOf(a_).state, DeviceState::offline);
 }
 
-TEST_F(LedgerTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
-  ledger_.devices.OnSecondReply(a_);
-  ledger_.devices.OnSecondReply(a_);
+TEST_F(AccountsTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
+  accounts_.devices.OnSecondReply(a_);
+  accounts_.devices.OnSecondReply(a_);
   EXPECT_EQ(StatusOf(a_).doubled, 2U);
   EXPECT_EQ(warnings_, 1);
 }
