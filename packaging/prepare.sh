@@ -4,7 +4,7 @@
 # The product. ccache is used where it is installed: a first build is faster without it.
 packages=(
   ca-certificates g++ cmake ninja-build pkg-config python3
-  libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libspdlog-dev libfmt-dev
+  libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libfmt-dev
   libcli11-dev nlohmann-json3-dev libsystemd-dev libssl-dev libsqlite3-dev zlib1g-dev
   libmicrohttpd-dev libjs-dygraphs
 )

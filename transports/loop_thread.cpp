@@ -4,7 +4,6 @@
 #include <pthread.h>
 #include <sys/prctl.h>
 
-#include <asio/post.hpp>
 #include <utility>
 
 namespace baudgate {

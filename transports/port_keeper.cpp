@@ -4,13 +4,10 @@
 #include <sys/inotify.h>
 #include <sys/vfs.h>
 
-#include <algorithm>
 #include <asio/buffer.hpp>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <system_error>
-#include <utility>
 
 namespace baudgate {
 

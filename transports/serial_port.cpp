@@ -18,7 +18,6 @@
 #include <cstring>
 #include <deque>
 #include <fstream>
-#include <memory>
 #include <vector>
 
 #include "gateway/base/system_trouble.h"

@@ -19,16 +19,16 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <tuple>
 
 namespace baudgate {
-
 namespace {
 
+constexpr int kHighestBaud = 921600;
+constexpr int kLowestBaud = 300;
 constexpr unsigned kFirstPtyMajor =
     136;  // UNIX98 pty slaves, Documentation/admin-guide/devices.txt
 constexpr unsigned kLastPtyMajor = 143;

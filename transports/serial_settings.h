@@ -15,9 +15,6 @@
 
 namespace baudgate {
 
-inline constexpr int kLowestBaud = 300;
-inline constexpr int kHighestBaud = 921600;
-
 /// A pty has no bit rate, parity or hang-up delay, and forgets such settings without saying so.
 bool IsPty(int fd);
 

@@ -15,8 +15,6 @@
 #include <cstring>
 #include <deque>
 #include <map>
-#include <utility>
-#include <vector>
 
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"

@@ -4,7 +4,6 @@
 #include <array>
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::array<std::uint16_t, 256> MakeCrcTable() {

@@ -5,9 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <utility>
 
 #include "gateway/base/text.h"
 

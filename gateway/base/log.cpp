@@ -2,16 +2,15 @@
 #include "gateway/base/log.h"
 
 #include <fmt/chrono.h>
-#include <spdlog/sinks/base_sink.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <memory>
-#include <mutex>
+#include <string_view>
 #include <system_error>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/log_outlet.h"
@@ -31,19 +30,7 @@ Folder& TheFolder() BAUDGATE_REQUIRES(g_mutex) {
   return folder;
 }
 
-spdlog::level::level_enum LevelOf(Level level) {
-  switch (level) {
-    case Level::debug:
-      return spdlog::level::debug;
-    case Level::info:
-      return spdlog::level::info;
-    case Level::warning:
-      return spdlog::level::warn;
-    case Level::error:
-      return spdlog::level::err;
-  }
-  return spdlog::level::info;
-}
+std::atomic<Level> g_least = Level::info;
 
 /// Empty: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
@@ -51,23 +38,26 @@ std::unique_ptr<Journal> g_journal;
 /// Made by Begin, and never destroyed: whoever logs last still finds it.
 Outlet* g_outlet = nullptr;
 
-/// The form of a line is spdlog's, the way out is the outlet's.
-class OutletSink : public spdlog::sinks::base_sink<std::mutex> {
- protected:
-  void sink_it_(const spdlog::details::log_msg& message) override {
-    spdlog::memory_buf_t line;
-    formatter_->format(message, line);
-    g_outlet->Put(fmt::to_string(line));
-  }
-  void flush_() override {}
-};
+/// "2024-05-06 12:01:05.042 warning line bay: device relay: offline", in local time.
+std::string LineOf(Level level, const std::string& text) {
+  constexpr std::string_view kLevels[] = {"debug", "info", "warning", "error"};
+  const auto now =
+      std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}.{:03} {:<7} {}\n", fmt::localtime(seconds),
+                     now.time_since_epoch().count() % 1000,
+                     kLevels[static_cast<std::size_t>(level)], text);
+}
 
-/// A journal that takes nothing just now gets the line as any program's standard error does.
+/// A journal that takes nothing just now gets the line as any program's standard error does, with
+/// its priority. Before Begin, which only tests leave out, lines go to standard output.
 void Print(Level level, const About& about, const std::string& text) {
-  const auto weight = LevelOf(level);
-  if (!g_journal) return spdlog::log(weight, "{}", text);
-  if (!spdlog::should_log(weight) || g_journal->Send(level, about, text)) return;
-  spdlog::log(weight, "<{}>{}", Priority(level), text);
+  if (level < g_least || (g_journal && g_journal->Send(level, about, text))) return;
+  std::string line =
+      g_journal ? fmt::format("<{}>{}\n", Priority(level), text) : LineOf(level, text);
+  if (g_outlet != nullptr) return g_outlet->Put(std::move(line));
+  std::fputs(line.c_str(), stdout);
+  std::fflush(stdout);
 }
 
 using Repeats = std::vector<Folder::Repeat>;
@@ -147,13 +137,10 @@ void Begin(Level least, const std::string& socket) {
     g_outlet = new Outlet(STDERR_FILENO);
     std::atexit(Flush);
   }
-  auto logger = std::make_shared<spdlog::logger>("baudgate", std::make_shared<OutletSink>());
-  logger->set_pattern(g_journal ? "%v" : "%Y-%m-%d %H:%M:%S.%e %-7l %v");
-  logger->set_level(LevelOf(least));
-  spdlog::set_default_logger(std::move(logger));
+  g_least = least;
 }
 
-void SetLeast(Level least) { spdlog::default_logger()->set_level(LevelOf(least)); }
+void SetLeast(Level least) { g_least = least; }
 
 void Plain(const std::string& text) {
   if (g_outlet != nullptr) g_outlet->Put(text);

@@ -17,7 +17,6 @@
 #include <utility>
 
 namespace baudgate::log {
-
 namespace {
 
 /// A value of several lines has its length, eight bytes, least first, in place of '='.

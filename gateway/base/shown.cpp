@@ -2,14 +2,12 @@
 #include "gateway/base/shown.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 std::string WithUnit(double amount, std::string_view unit) {

@@ -9,15 +9,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <cstddef>
 #include <fstream>
 #include <future>
-#include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <system_error>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/shown.h"

@@ -5,7 +5,6 @@
 #include <cmath>
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::string_view kHexDigits = "0123456789ABCDEF";
@@ -170,7 +169,6 @@ std::vector<std::string_view> Split(std::string_view text, char separator) {
 }  // namespace baudgate
 
 namespace baudgate::config {
-
 namespace {
 
 constexpr std::size_t kLongestWord = 64;

@@ -5,14 +5,12 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <string>
 #include <utility>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 struct Unit {

@@ -7,10 +7,14 @@
 
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <utility>
 
 namespace baudgate {
 namespace {
+
+/// The largest file that is read whole.
+constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
 /// Which names are in it is on the disk then.
 void SyncFolderOf(const std::filesystem::path& file) {

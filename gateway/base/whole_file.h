@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -22,9 +21,6 @@ int RemoveFile(const std::filesystem::path& file);
 
 /// `any`: pipes as well, which wait for a writer.
 enum class Kind : std::uint8_t { regular, any };
-
-/// The largest file that is read whole.
-inline constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
 /// Empty: it is not there, cannot be read, is larger, or is of another kind; errno says which.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind = Kind::regular);

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "gateway/daemon/clocks/clock_corrector.h"
-#include "gateway/daemon/clocks/host_clock.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/descriptors.h"
 #include "gateway/daemon/outputs.h"

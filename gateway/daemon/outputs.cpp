@@ -9,7 +9,7 @@
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/lines/lines.h"
-#include "gateway/outputs/control/control_output.h"
+#include "gateway/outputs/control/control_server.h"
 #include "gateway/outputs/dds/output/dds_output.h"
 #include "gateway/outputs/modbus/server/modbus_output.h"
 #include "gateway/outputs/web/web_output.h"

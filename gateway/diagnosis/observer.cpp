@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "gateway/diagnosis/damage/changed_bytes.h"
-#include "gateway/diagnosis/damage/other_messages.h"
 
 namespace baudgate {
 

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "config/model/line.h"
-#include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/records/trace/trace_text.h"
 

@@ -3,15 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "gateway/base/log.h"
-#include "gateway/base/time.h"
 #include "gateway/lines/line_control.h"
 #include "transports/serial_settings.h"
 
 namespace baudgate {
-
 namespace {
 
 /// Each look is a call into the driver.

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "gateway/base/log.h"
 #include "gateway/base/outcome.h"
 #include "gateway/bus/exchange/line.h"

@@ -2,7 +2,6 @@
 #include "gateway/lines/line_runner.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/time.h"
@@ -10,7 +9,6 @@
 #include "protocols/protocol.h"
 
 namespace baudgate {
-
 namespace {
 
 Duration ReplyTime(const config::Line& line, const Poller::FindProtocol& find) {

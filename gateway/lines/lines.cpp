@@ -6,12 +6,10 @@
 #include <algorithm>
 #include <asio/post.hpp>
 #include <future>
-#include <memory>
 #include <system_error>
 #include <utility>
 
 #include "gateway/base/log.h"
-#include "gateway/lines/line_control.h"
 
 namespace baudgate {
 

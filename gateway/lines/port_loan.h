@@ -13,7 +13,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "config/model/line.h"
 #include "gateway/bus/devices/poller_listener.h"

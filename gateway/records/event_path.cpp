@@ -221,21 +221,21 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
                      [this](events::Source source) { kept_(source, queue().said(source), true); })),
       alarms_(std::shared_ptr<const config::Config>(std::shared_ptr<void>(), &config),
               [this](events::EventRecord record) { queue().Tell(std::move(record)); }) {
-  for (const config::Line& line : config.lines) AddPlaces(line);
+  for (const config::Line& line : config.lines) AddEntries(line);
 }
 
-void EventPath::AddPlaces(const config::Line& line) {
+void EventPath::AddEntries(const config::Line& line) {
   for (const config::Device& device : line.devices) {
-    Place& its = places_.Append();
+    DeviceEntry& its = entries_.Append();
     its.line = &line;
     its.device = &device;
     if (!device.enabled) alarms_.OnUnused(line.name, device.name, ReadClocks());
-    const auto number = static_cast<std::uint32_t>(places_.size() - 1);
+    const auto number = static_cast<std::uint32_t>(entries_.size() - 1);
     const auto [present, is_new] = present_.try_emplace({line.name, device.name}, number);
     const std::uint32_t before = std::exchange(present->second, number);
     if (!device.point_events) continue;
     its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
-    Place& was = places_[before];
+    DeviceEntry& was = entries_[before];
     if (is_new || was.watch == nullptr) continue;
     const MutexLock lock(was.mutex);
     its.watch->GoOn(*was.watch);
@@ -257,7 +257,7 @@ void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
   const events::SourceNames sources = SourcesOf(*config);
   const std::set<events::SourceName> all(sources.begin(), sources.end());
   std::erase_if(present_, [&all](const auto& one) { return !all.contains(one.first); });
-  for (const auto& line : begun) AddPlaces(*line);
+  for (const auto& line : begun) AddEntries(*line);
 }
 
 std::vector<events::Fact> EventPath::EndedBy(const config::Config& config,
@@ -273,14 +273,14 @@ void EventPath::Begun(std::uint32_t first_device, std::size_t devices) {
 
 void EventPath::Start() {
   records_.Start();
-  queue().WhenOpened([this] { Tell(0, places_.size()); });
+  queue().WhenOpened([this] { Tell(0, entries_.size()); });
 }
 
 void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
   if (!queue().opened()) return;  // Start sees to it then
-  const std::size_t end = std::min(first_device + devices, places_.size());
+  const std::size_t end = std::min(first_device + devices, entries_.size());
   for (std::uint32_t device = first_device; device < end; ++device) {
-    if (places_[device].device->events) kept_(device, queue().said(device), false);
+    if (entries_[device].device->events) kept_(device, queue().said(device), false);
   }
 }
 
@@ -288,22 +288,22 @@ void EventPath::End() { queue().End(kEndTime); }
 
 void EventPath::OnReported(ReportedEvents reported) {
   if (in_memory_) return;  // nobody has asked for them
-  const Place& place = places_[reported.device];
-  auto records = events::RecordsOf(reported.batch, place.line->name, *place.device,
+  const DeviceEntry& entry = entries_[reported.device];
+  auto records = events::RecordsOf(reported.batch, entry.line->name, *entry.device,
                                    reported.received.wall, reported.oldest);
   queue().Add({.source = reported.device,
                .said = std::move(reported.batch.said),
                .again = reported.batch.again,
                .events = std::move(records),
                .past = std::move(reported.batch.past),
-               .line = place.line->name,
-               .device = place.device->name});
+               .line = entry.line->name,
+               .device = entry.device->name});
 }
 
 void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
   events::Fact fact{
       .code = KindOf(news.what).code, .over = news.over, .line = line.name, .why = news.text};
-  if (news.device) fact.device = places_[*news.device].device->name;
+  if (news.device) fact.device = entries_[*news.device].device->name;
   if (tells_own_ && IsNews(fact, news.first)) queue().Tell(events::FactRecord(fact, at.wall));
   alarms_.OnNews(fact.line, fact.device, news, at);
 }
@@ -328,16 +328,16 @@ void EventPath::OnReload(bool taken_back, const std::string& text) {
 void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at) {
   if (!tells_own_) return;
   const auto code = corrected ? events::OwnCode::clock_corrected : events::OwnCode::clock_left;
-  const Place& place = places_[device];
+  const DeviceEntry& entry = entries_[device];
   queue().Tell(events::FactRecord(
-      {.code = code, .line = place.line->name, .device = place.device->name, .why = text},
+      {.code = code, .line = entry.line->name, .device = entry.device->name, .why = text},
       at.wall));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
   records_.OnRead(device, at.instant);
-  Place& place = places_[device];
-  events::DeviceWatch* const watch = place.watch.get();
+  DeviceEntry& entry = entries_[device];
+  events::DeviceWatch* const watch = entry.watch.get();
   if (watch == nullptr) return;
   struct Seen {
     std::uint32_t point = 0;
@@ -351,7 +351,7 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
       seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
     }
   });
-  const MutexLock lock(place.mutex);
+  const MutexLock lock(entry.mutex);
   for (const Seen& one : seen) {
     for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
       queue().Tell(std::move(record));

@@ -181,7 +181,7 @@ class EventPath final : public EventSink {
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
  private:
-  struct Place {
+  struct DeviceEntry {
     const config::Line* line = nullptr;
     const config::Device* device = nullptr;
     Mutex mutex{};  // a line that a reload has abandoned may still read its points
@@ -192,14 +192,14 @@ class EventPath final : public EventSink {
   bool IsNews(const events::Fact& fact, bool first);
   std::vector<events::Fact> EndedBy(const config::Config& config,
                                     const std::set<std::string>& begun);
-  void AddPlaces(const config::Line& line);
+  void AddEntries(const config::Line& line);
   void Tell(std::uint32_t first_device, std::size_t devices);
 
   const PointStore& store_;
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<Place> places_;                           // by device
+  SteadyVector<DeviceEntry> entries_;                    // by device
   std::map<events::SourceName, std::uint32_t> present_;  // places of devices that are configured
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);

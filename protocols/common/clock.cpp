@@ -7,7 +7,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 using std::chrono::hours;

@@ -17,7 +17,16 @@ constexpr bool IsHarmless(std::uint8_t byte, std::string_view also = {}) {
 
 /// Drops what stands before the next start character: a run of harmless bytes, or one of others.
 /// `held` begins with no start character.
-Cut SkipNoise(View held, std::string_view starts, std::string_view harmless = {});
+inline Cut SkipNoise(View held, std::string_view starts, std::string_view harmless = {}) {
+  const bool calm = IsHarmless(held[0], harmless);
+  const auto same = [&](std::uint8_t byte) {
+    return IsHarmless(byte, harmless) == calm &&
+           starts.find(static_cast<char>(byte)) == std::string_view::npos;
+  };
+  std::size_t size = 1;
+  while (size < held.size() && same(held[size])) ++size;
+  return Cut::Discard(size, calm ? Outcome::none : Outcome::partial, "noise before a frame");
+}
 
 /// Drops one byte that begins no frame.
 inline Cut Slide(View held, std::string_view why) {

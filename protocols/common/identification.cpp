@@ -8,7 +8,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 std::string Listed(const std::vector<std::string>& names) {

@@ -23,7 +23,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <vector>
 
 #include "config/model/options.h"
 #include "gateway/base/bytes.h"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {

@@ -8,7 +8,6 @@
 #include "protocols/dcon/conversation.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 DecodedReply Fail(Outcome outcome, std::string reason) {

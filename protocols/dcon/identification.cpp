@@ -3,17 +3,14 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "protocols/common/identification.h"
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/conversation.h"
-#include "protocols/dcon/points.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 struct Spelling {
@@ -32,8 +29,7 @@ constexpr std::array<Spelling, 10> kSpellings = {{{"v", "V"},
                                                   {"celsius", "degC"},
                                                   {"hz", "Hz"}}};
 
-}  // namespace
-
+/// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
 std::string_view UnitOfType(std::uint8_t type) {
   switch (type) {
     case 0x00:
@@ -59,8 +55,9 @@ std::string_view UnitOfType(std::uint8_t type) {
   }
 }
 
-bool IsAnalogOutput(std::uint8_t type) { return (type >= 0x30 && type <= 0x35) || type == 0x3F; }
-
+/// The unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter, so "volt"
+/// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
+/// is written.
 std::string_view PlainUnit(std::string_view unit) {
   std::string text = config::Lower(unit);
   std::erase(text, ' ');
@@ -68,10 +65,15 @@ std::string_view PlainUnit(std::string_view unit) {
   return found == kSpellings.end() ? unit : found->unit;
 }
 
+/// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
 bool IsUnitOfTypes(std::string_view unit) {
   const std::string_view plain = PlainUnit(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
 }
+
+}  // namespace
+
+bool IsAnalogOutput(std::uint8_t type) { return (type >= 0x30 && type <= 0x35) || type == 0x3F; }
 
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit) {
   const std::string_view own = UnitOfType(type);
@@ -99,6 +101,9 @@ std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   return ParseInteger<std::uint8_t>(std::string_view(text).substr(begin.size()), 16);
 }
 
+/// "$8C2", or its input.
+std::string_view QuestionOfInput(unsigned input) { return kTypeQuestions[input]; }
+
 }  // namespace
 
 std::optional<unsigned> InputOf(const ReadAddress& read) {
@@ -110,8 +115,6 @@ std::optional<unsigned> InputOf(const ReadAddress& read) {
   const auto input = ParseInteger<unsigned>(std::string_view(read.command).substr(1), 16);
   return input && *input < kTypeQuestions.size() ? input : std::nullopt;
 }
-
-std::string_view QuestionOfInput(unsigned input) { return kTypeQuestions[input]; }
 
 std::optional<unsigned> InputOfQuestion(std::string_view command) {
   const auto found = std::ranges::find(kTypeQuestions, command);

@@ -31,14 +31,6 @@ namespace baudgate::protocols::dcon {
 // Source: tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35
 // mean something else on output modules, 40 and above are no analog inputs.
 
-/// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
-std::string_view UnitOfType(std::uint8_t type);
-
-/// The unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter, so "volt"
-/// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
-/// is written.
-std::string_view PlainUnit(std::string_view unit);
-
 /// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
 /// where V is wanted. Empty: such a module cannot measure that. A unit that no type has ("bar")
 /// is the user's own, and takes the number as it is.
@@ -47,9 +39,6 @@ std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 /// Whether it is the type of an analog output. 30, 31 and 33 are thermistors of ADAM-4015, which
 /// takes no samples.
 bool IsAnalogOutput(std::uint8_t type);
-
-/// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
-bool IsUnitOfTypes(std::string_view unit);
 
 // What each input of a module measures, where each has a type code of its own (`$AA8Ci` →
 // `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). Asked with Identification, judges single points.
@@ -61,8 +50,6 @@ bool IsUnitOfTypes(std::string_view unit);
 /// it reads none, or one whose type cannot be asked.
 std::optional<unsigned> InputOf(const ReadAddress& read);
 
-/// "$8C2", or its input.
-std::string_view QuestionOfInput(unsigned input);
 std::optional<unsigned> InputOfQuestion(std::string_view command);
 
 /// Whether a module of this type measures what the point says: a current in mA, a frequency in Hz,

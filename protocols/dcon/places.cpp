@@ -6,7 +6,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 constexpr const char* kReadAll = "#";

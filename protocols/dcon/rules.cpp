@@ -2,10 +2,8 @@
 #include "protocols/dcon/rules.h"
 
 #include <algorithm>
-#include <string>
 #include <string_view>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
@@ -14,10 +12,8 @@
 #include "protocols/dcon/decode.h"
 #include "protocols/dcon/identification.h"
 #include "protocols/dcon/points.h"
-#include "protocols/dcon/settings.h"
 
 namespace baudgate::protocols::dcon {
-
 namespace {
 
 /// Forms of the good reply, and of the refusal that every command may get.

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 
-#include "config/model/options.h"
 #include "gateway/base/bytes.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/frame_rule.h"

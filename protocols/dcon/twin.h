@@ -9,7 +9,6 @@
 #include <string>
 
 #include "protocols/common/twin_points.h"
-#include "protocols/dcon/codec.h"
 #include "protocols/dcon/points.h"
 #include "protocols/dcon/settings.h"
 #include "protocols/twin.h"

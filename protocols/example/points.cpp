@@ -4,7 +4,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::example {
-
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {{"7", "item 7: a decimal number"}};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/codec.h"
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 

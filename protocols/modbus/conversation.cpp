@@ -5,8 +5,6 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/common/identification.h"
-#include "protocols/modbus/codec.h"
 #include "protocols/modbus/points.h"
 #include "protocols/modbus/rules.h"
 

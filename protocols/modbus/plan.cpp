@@ -8,7 +8,6 @@
 #include "protocols/modbus/codec.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 struct FunctionRow {
@@ -66,12 +65,13 @@ bool TakeTable(View bytes, std::size_t count, Data& data) {
   return true;
 }
 
-}  // namespace
-
+/// The function that reads the table.
 std::uint8_t ReadFunction(Table table) {
   const auto* const row = std::ranges::find(kFunctions, table, &FunctionRow::table);
   return row->function;
 }
+
+}  // namespace
 
 std::optional<Table> TableOf(std::uint8_t function) {
   const auto* const row = std::ranges::find(kFunctions, function, &FunctionRow::function);

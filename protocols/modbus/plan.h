@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "config/model/point.h"
@@ -24,8 +23,6 @@ namespace baudgate::protocols::modbus {
 // counters of the line, and what it says of itself. Places come from points.h, requests go to
 // planning, replies to values. Source: MODBUS Application Protocol V1.1b3, 6.
 
-/// The function that reads the table.
-std::uint8_t ReadFunction(Table table);
 /// The table that a reading function reads.
 std::optional<Table> TableOf(std::uint8_t function);
 

@@ -10,7 +10,6 @@
 #include "protocols/modbus/settings.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 using config::Point;

@@ -2,12 +2,9 @@
 #include "protocols/modbus/recognise.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
-#include "protocols/modbus/codec.h"
 
 namespace baudgate::protocols::modbus {
 namespace {

@@ -7,12 +7,10 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
-#include "protocols/modbus/codec.h"
 #include "protocols/modbus/plan.h"
 #include "protocols/modbus/points.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 constexpr std::size_t kExceptionPdu = 2;

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "protocols/modbus/codec.h"
 #include "protocols/modbus/plan.h"
 
 namespace baudgate::protocols::modbus {
-
 namespace {
 
 constexpr std::size_t kMostReadWritten = 121;

@@ -14,6 +14,9 @@ namespace {
 
 using config::WordOrder;
 
+/// n of a scale register: times 10 to the n.
+constexpr int kMostExponent = 10;
+
 constexpr std::uint16_t Swapped(std::uint16_t word) {
   return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
 }

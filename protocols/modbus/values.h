@@ -33,9 +33,6 @@ Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
 Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
-/// n of a scale register: times 10 to the n.
-inline constexpr int kMostExponent = 10;
-
 /// All registers of the place; of Form::bit, Form::bits and Form::text see below. An error when the
 /// value does not fit: nothing is ever cut or wrapped.
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
@@ -11,7 +10,6 @@
 #include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
-
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {

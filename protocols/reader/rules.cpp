@@ -8,12 +8,14 @@
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/reader/codec.h"
-#include "protocols/reader/settings.h"
 
 namespace baudgate::protocols::reader {
-
 namespace {
 
+/// The answer to Command::information.
+constexpr int kInformation = -2;
+/// Tags of a reader that answers commands: what is no tag may be of an answer.
+constexpr int kTagsAndAnswers = -1;
 constexpr int kNone = 0x100;  // no such character
 constexpr int kEnds = 0x200;  // more than any
 constexpr std::size_t kMostInformation = 256;
@@ -25,12 +27,13 @@ std::optional<std::uint8_t> OfCode(int code) {
   return static_cast<std::uint8_t>(code);
 }
 
-}  // namespace
-
+/// The options of a text as the one Shape of an expectation: its ends in `tag`, `length` and `most`
+/// in the lengths. An expectation without a shape: tags, and else there is nothing on the line.
 Shape ShapeOf(const Settings& settings) {
   return {CodeOf(settings.start) + kEnds * CodeOf(settings.end), settings.length, settings.most};
 }
 
+/// The same way back.
 Settings OfShape(const Shape& shape) {
   return {.form = Form::text,
           .start = OfCode(shape.tag % kEnds),
@@ -38,6 +41,8 @@ Settings OfShape(const Shape& shape) {
           .length = shape.min_length,
           .most = shape.max_length};
 }
+
+}  // namespace
 
 /// A text that is too long is kept a little longer, so that its end is not taken for one of its
 /// own.

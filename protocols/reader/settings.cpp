@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/reader/settings.h"
 
+#include <string>
+
 #include "gateway/base/text.h"
 #include "protocols/common/settings.h"
 
 namespace baudgate::protocols::reader {
 namespace {
+
+/// "" none, ":" itself, "0x0D" by its number.
+Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text) {
+  if (text.empty()) return std::optional<std::uint8_t>();
+  if (text.size() == 1) return std::optional(static_cast<std::uint8_t>(text[0]));
+  const auto code =
+      text.starts_with("0x") ? ParseInteger<std::uint8_t>(text.substr(2), 16) : std::nullopt;
+  if (!code)
+    return Error{"'" + text + "' is no character; write it, as ':', or its number, as 0x02"};
+  return std::optional(*code);
+}
 
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::form>(option::Choice(
@@ -57,16 +70,6 @@ Status CheckOptions(const config::Options& options) {
         "another tag"};
   }
   return {};
-}
-
-Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text) {
-  if (text.empty()) return std::optional<std::uint8_t>();
-  if (text.size() == 1) return std::optional(static_cast<std::uint8_t>(text[0]));
-  const auto code =
-      text.starts_with("0x") ? ParseInteger<std::uint8_t>(text.substr(2), 16) : std::nullopt;
-  if (!code)
-    return Error{"'" + text + "' is no character; write it, as ':', or its number, as 0x02"};
-  return std::optional(*code);
 }
 
 }  // namespace baudgate::protocols::reader

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 
 #include "config/model/options.h"
 #include "protocols/protocol.h"
@@ -33,8 +32,5 @@ std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
 /// Whether the options fit together.
 Status CheckOptions(const config::Options& options);
-
-/// "" none, ":" itself, "0x0D" by its number.
-Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text);
 
 }  // namespace baudgate::protocols::reader

@@ -10,7 +10,6 @@
 #include "protocols/set4tm/rules.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};

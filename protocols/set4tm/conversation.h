@@ -1,6 +1,6 @@
 // The conversation with a SET-4TM meter: what is asked, what a reply says
-// (protocols/set4tm/meter/reply.h) and what follows from it, joined. MeterParts holds the parts,
-// MeterRequests decides what is asked, and MeterReplies what follows.
+// (protocols/set4tm/meter/point_reads.h) and what follows from it, joined. MeterParts holds the
+// parts, MeterRequests decides what is asked, and MeterReplies what follows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,6 @@
 #include "protocols/set4tm/meter/identification.h"
 #include "protocols/set4tm/meter/latch.h"
 #include "protocols/set4tm/meter/point_reads.h"
-#include "protocols/set4tm/meter/reply.h"
 #include "protocols/set4tm/meter/settings.h"
 #include "protocols/set4tm/session.h"
 

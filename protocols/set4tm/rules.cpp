@@ -5,15 +5,12 @@
 #include <string>
 #include <string_view>
 
-#include "gateway/base/bytes.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
 #include "protocols/set4tm/meter/codec.h"
-#include "protocols/set4tm/meter/settings.h"
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 /// Both forms: a meter that is asked by its short address may answer with the extended one.

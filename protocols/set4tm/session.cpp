@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 using Seconds = std::chrono::seconds;

@@ -10,7 +10,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 using std::chrono::duration_cast;

@@ -5,11 +5,8 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "protocols/spabus/codec.h"
-#include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 constexpr std::size_t kSecondDigits = 2;

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/spabus/clock.h"
-#include "protocols/spabus/codec.h"
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 constexpr DecoderSpec kDecoders[] = {

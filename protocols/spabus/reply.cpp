@@ -4,14 +4,11 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/spabus/events.h"
-#include "protocols/spabus/points.h"
 #include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 // Arcteq's table of SPA error codes; what to do is ours (README.md).

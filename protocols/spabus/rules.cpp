@@ -5,16 +5,13 @@
 #include <cctype>
 #include <string>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
 #include "protocols/spabus/codec.h"
 #include "protocols/spabus/reply.h"
-#include "protocols/spabus/settings.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 /// Bytes of the longest reply to a read: items of text have up to 131 characters, and a slave

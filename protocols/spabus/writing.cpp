@@ -7,7 +7,6 @@
 #include "protocols/spabus/reply.h"
 
 namespace baudgate::protocols::spabus {
-
 namespace {
 
 /// Whether what its write has set can be told by reading it.

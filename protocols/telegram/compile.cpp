@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
@@ -11,10 +10,9 @@
 #include "protocols/telegram/faults.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/forms.h"
-#include "protocols/telegram/reply.h"
+#include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 using config::Assign;

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "gateway/base/text.h"
-#include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
 

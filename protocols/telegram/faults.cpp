@@ -5,17 +5,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
 #include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 constexpr std::string_view kUnitBehind = "_unit";
@@ -112,22 +110,9 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
          config::Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
 
-}  // namespace
-
-bool IsUnit(std::string_view name) {
-  return name == "unit" || name.ends_with(kUnitBehind) || name.starts_with(kUnitInFront);
-}
-
-bool IsSameUnit(std::string_view text, std::string_view unit) {
-  const std::string said = PlainText(text);
-  const std::string wanted = PlainText(unit);
-  const bool letter = std::ranges::any_of(kLettersOfUnits, [&](const auto& known) {
-    return known.first == said && known.second == wanted;
-  });
-  if (letter) return true;
-  return config::Lower(said) == config::Lower(wanted) && !AreMilliAndMega(said, wanted);
-}
-
+/// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
+/// only with other units than the point's. Empty if the units agree, or if a `scale` or an `offset`
+/// converts the number. `bound`: address and parameters, those of the point included.
 std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
                       const Bound& bound) {
   if (point.unit.empty() || point.scale != 1 || point.offset != 0) return {};
@@ -147,6 +132,22 @@ std::string WrongUnit(const config::Point& point, const Telegram& telegram, cons
     }
   }
   return {};
+}
+
+}  // namespace
+
+bool IsUnit(std::string_view name) {
+  return name == "unit" || name.ends_with(kUnitBehind) || name.starts_with(kUnitInFront);
+}
+
+bool IsSameUnit(std::string_view text, std::string_view unit) {
+  const std::string said = PlainText(text);
+  const std::string wanted = PlainText(unit);
+  const bool letter = std::ranges::any_of(kLettersOfUnits, [&](const auto& known) {
+    return known.first == said && known.second == wanted;
+  });
+  if (letter) return true;
+  return config::Lower(said) == config::Lower(wanted) && !AreMilliAndMega(said, wanted);
 }
 
 namespace {

@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,12 +22,6 @@ bool IsUnit(std::string_view name);
 /// do not matter ("KG", "kg"), except for milli and mega ("mPa" is not "MPa"). "C" and "F" are
 /// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
-
-/// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
-/// only with other units than the point's. Empty if the units agree, or if a `scale` or an `offset`
-/// converts the number. `bound`: address and parameters, those of the point included.
-std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
-                      const Bound& bound);
 
 // What hardly anybody means: values that would be wrong or bad without a word.
 

@@ -7,13 +7,11 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 using Kind = Format::Kind;

@@ -6,7 +6,6 @@
 #include "protocols/common/identification.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 bool IsPolled(const Telegram& telegram, const std::vector<std::optional<ReadPlace>>& reads) {
@@ -43,14 +42,15 @@ bool IsPartOfOthers(const Description& description, std::size_t number) {
   });
 }
 
-}  // namespace
-
+/// The one that tells the device's name; empty: none does.
 std::optional<std::size_t> IdentityTelegram(const Description& description) {
   const auto found = std::ranges::find_if(
       description.telegrams, [](const Telegram& telegram) { return !telegram.identity.empty(); });
   if (found == description.telegrams.end()) return std::nullopt;
   return static_cast<std::size_t>(found - description.telegrams.begin());
 }
+
+}  // namespace
 
 std::optional<std::size_t> OwnProbe(const Description& description,
                                     const std::vector<std::optional<ReadPlace>>& reads,

@@ -13,14 +13,10 @@
 #include "protocols/conversation.h"
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/points.h"
-#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
 
 // Which telegram a silent device is looked for with.
-
-/// The one that tells the device's name; empty: none does.
-std::optional<std::size_t> IdentityTelegram(const Description& description);
 
 /// The same, or else one that no point reads, needs no parameters, and is answered with a length
 /// that no poll's answer has. Empty: there is none, and polls are the probes.

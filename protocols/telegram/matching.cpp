@@ -9,12 +9,10 @@
 #include <array>
 #include <numeric>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 #include "protocols/telegram/field.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 std::uint32_t Ccitt(View bytes, std::uint16_t start) {

@@ -1,18 +1,44 @@
 // What may stand in `read` and `write` of a point: a field of a telegram, "weight.weight",
 // "input(channel=3).value", "status.flags[b3]", "weight.state=S"; a telegram that is sent, "tare".
+// DecodeReply says what an answer means.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "gateway/base/outcome.h"
+#include "protocols/common/decoded.h"
 #include "protocols/protocol.h"
 #include "protocols/telegram/description.h"
-#include "protocols/telegram/reply.h"
 
 namespace baudgate::protocols::telegram {
+
+// What an answer means, field by field.
+
+struct SaidField {
+  Decoded decoded{};
+  std::string text{};      ///< as it stands there, without the blanks around it
+  bool is_status = false;  ///< no number, and has codes: it says how the others are
+};
+
+struct Reply {
+  Outcome outcome = Outcome::ok;
+  /// Of an ok one: what stands where a known code or a number belongs; empty: nothing does.
+  std::string reason{};
+  std::string remedy{};  ///< goes with the reason of an ok one
+  /// What the status fields say of all others.
+  Quality quality = Quality::good;
+  std::map<std::string, SaidField, std::less<>> fields{};
+};
+
+/// `known`: what the answer has to repeat.
+Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known);
+/// Each number of the match is one, and as wide as described.
+bool HasNumbers(const Form& form, const Match& match);
 
 /// A telegram with its parameters.
 struct Call {

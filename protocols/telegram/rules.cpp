@@ -10,12 +10,10 @@
 #include "gateway/base/text.h"
 #include "protocols/common/frame_cuts.h"
 #include "protocols/common/settings.h"
-#include "protocols/telegram/description.h"
 #include "protocols/telegram/field.h"
-#include "protocols/telegram/reply.h"
+#include "protocols/telegram/points.h"
 
 namespace baudgate::protocols::telegram {
-
 namespace {
 
 void AddForm(const Form& form, std::size_t most, Awaited& awaited, Expectation& expect) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/twin.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "protocols/telegram/description.h"

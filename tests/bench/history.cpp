@@ -9,7 +9,7 @@
 #include <random>
 
 #include "gateway/records/history/history_log.h"
-#include "gateway/records/history/history_page.h"
+#include "gateway/records/history/history_view.h"
 #include "gateway/records/history/recorder.h"
 #include "tests/bench/bench.h"
 

@@ -3,7 +3,6 @@
 // any moment.
 // Input: flags, then pieces: what happens (see Play), a length byte and as many bytes.
 // SPDX-License-Identifier: Apache-2.0
-#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "gateway/base/log.h"
 #include "gateway/outputs/modbus/server/client_session.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/fuzz/fuzz.h"
@@ -23,7 +23,7 @@ namespace {
 class Gateway : private modbus::ClientSession::Owner {
  public:
   Gateway() {
-    spdlog::set_level(spdlog::level::off);
+    log::SetLeast(log::Level::error);  // none of them comes from a session
     Require(clients_->Open().ok(), "there is an epoll set");
     clients_->Start();
     shared_.inbox()->Open(io_, ReadClocks);

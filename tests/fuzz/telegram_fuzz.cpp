@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "protocols/assembler.h"
-#include "protocols/telegram/reply.h"
+#include "protocols/telegram/points.h"
 #include "protocols/telegram/rules.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"

@@ -10,7 +10,7 @@
 
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/api.h"
-#include "gateway/outputs/web/assets.h"
+#include "gateway/outputs/web/web_server.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
 #include "tests/gateway/outputs/control/fixture.h"

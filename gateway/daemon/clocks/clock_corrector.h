@@ -9,6 +9,7 @@
 //
 // Whatever becomes of it, also a restart, there is no second try within 25 hours, so that it is
 // another day of the device's clock in October, too. A try that cannot be kept is none.
+// HostClock tells whether the clock of this machine is right.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,11 +24,14 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
+#include "gateway/base/worker.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_gate.h"
 #include "gateway/records/disk/device_memory.h"
 #include "protocols/common/clock.h"
+
+struct sd_bus;
 
 namespace baudgate {
 
@@ -95,6 +99,34 @@ class ClockCorrector {
   std::optional<Instant> looked_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // by device
   std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // by device
+};
+
+// HostClock tells whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
+// tells every change. Devices are told the time only while it is. HostClock looks now and then, on
+// a thread of its own, because the answer may take seconds. AskTimeService asks systemd.
+
+/// Asks systemd's time service (org.freedesktop.timedate1) over the system bus whether this
+/// machine's clock is synchronised: for a service that may not ask the kernel (ProtectClock= of the
+/// unit). The answer is the kernel's own: timedated calls adjtimex.
+/// Empty: there is no bus, no such service, or no answer. May take some seconds.
+std::optional<bool> AskTimeService();
+/// On a bus that is open.
+std::optional<bool> AskTimeService(sd_bus& bus);
+
+class HostClock {
+ public:
+  /// `tell` hears on the own thread of the first time that it is right, and of every change.
+  explicit HostClock(std::function<void(bool right)> tell);
+  /// Ends as soon as no answer is under way; the destructor waits for that.
+  void RequestStop() { worker_.RequestStop(); }
+
+ private:
+  /// Returns until when the answer holds.
+  Duration Look();
+
+  const std::function<void(bool)> tell_;
+  bool told_ = false;
+  Worker worker_;
 };
 
 }  // namespace baudgate

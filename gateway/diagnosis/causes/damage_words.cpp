@@ -11,7 +11,6 @@
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using enum Symptom;

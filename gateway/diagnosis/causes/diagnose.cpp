@@ -4,15 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using Sentences = std::vector<std::string>;

@@ -10,7 +10,6 @@
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using Sentences = std::vector<std::string>;

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/system_trouble.h"
@@ -12,7 +11,6 @@
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using Sentences = std::vector<std::string>;

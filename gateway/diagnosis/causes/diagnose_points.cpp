@@ -19,7 +19,6 @@
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using Sentences = std::vector<std::string>;

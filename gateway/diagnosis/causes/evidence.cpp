@@ -5,26 +5,27 @@
 #include <bit>
 #include <cmath>
 #include <iterator>
-#include <optional>
 #include <set>
 #include <vector>
 
 namespace baudgate::control {
-
 namespace {
 
 /// If single losses are this unlikely to stand so close together, they are outages.
 constexpr double kChance = 0.001;
 /// An outage has at least this many failures on average: the request and its repeat.
 constexpr double kFewest = 2;
+
 /// A single outage that has this many times the failures of all others stands for itself.
 constexpr double kMostly = 4;
 /// This many coincidences are no chance.
 constexpr std::size_t kOften = 2;
+
 /// Devices are asked one after the other.
 constexpr Duration kNextTurn = 1s;
 /// Failures this close together belong to one outage.
 constexpr Duration kSameOutage = 3s;
+
 /// Fewer failures at the same time may be chance.
 constexpr std::size_t kFewTogether = 3;
 /// A period needs this many beginnings, and its longest is at most this many times its shortest.
@@ -35,6 +36,7 @@ constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
 /// Failures with a shorter period are single losses.
 constexpr Duration kShortestPeriod = 4s;
+
 /// A silence of more than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
 
@@ -365,6 +367,12 @@ void AddFailingTogether(Evidence& evidence, std::span<const DeviceRecord> all) {
   }
 }
 
+/// It answers, and nearly always.
+bool IsHealthy(const DeviceStatus& status) {
+  if (!Answers(status.state) || status.findings.size() == 0) return false;
+  return kMostlyGood * FailedOf(status) <= status.findings.size();
+}
+
 }  // namespace
 
 std::size_t Evidence::Count(std::initializer_list<Symptom> symptoms) const {
@@ -423,11 +431,6 @@ bool AbsentTogether(std::span<const DeviceRecord> all) {
     speaking += 4 * mute < failed ? 1 : 0;
   }
   return absent > 1 && (silent == 0 || speaking == 0);
-}
-
-bool IsHealthy(const DeviceStatus& status) {
-  if (!Answers(status.state) || status.findings.size() == 0) return false;
-  return kMostlyGood * FailedOf(status) <= status.findings.size();
 }
 
 bool HasDeadQuery(const DeviceRecord& record, std::uint32_t in_vain) {

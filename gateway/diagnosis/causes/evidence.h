@@ -151,7 +151,5 @@ bool IsAbsent(const DeviceStatus& status);
 bool HasAnsweredLately(const DeviceStatus& status, Instant now);
 /// An adapter gives back each request.
 bool Echoes(const LineStatus& status);
-/// It answers, and nearly always.
-bool IsHealthy(const DeviceStatus& status);
 
 }  // namespace baudgate::control

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/base/system_trouble.h"
@@ -15,7 +14,6 @@
 #include "gateway/diagnosis/causes/words.h"
 
 namespace baudgate::control {
-
 namespace {
 
 using enum Symptom;

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 namespace baudgate::control {
-
 namespace {
 
 constexpr std::size_t kLongestQuoted = 18;

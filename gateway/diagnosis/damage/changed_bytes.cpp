@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cstddef>
 #include <initializer_list>
 #include <iterator>
@@ -14,11 +13,9 @@
 
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/damage/other_messages.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {
-
 namespace {
 
 /// A character that is read twice as fast as it was sent: each bit fills two. The pairs begin

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "gateway/diagnosis/damage/changed_bytes.h"
 #include "protocols/assembler.h"
 
 namespace baudgate {
-
 namespace {
 
 /// Bytes that begin like the broken reply are a new reply, not its rest.

@@ -9,12 +9,15 @@
 //   01 03 02                                          tail_lost
 //   Login:                                            text
 //
+// OtherFrame recognises messages of another protocol, and OtherService other services, such as a
+// web server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "gateway/base/bytes.h"
 #include "gateway/base/finding.h"
@@ -50,5 +53,28 @@ Finding Examine(const Hearing& hearing);
 Finding Plain(const Hearing& hearing);
 /// What came before the first request, if it is another service or words.
 std::optional<Finding> Greeting(const Hearing& hearing, View heard);
+
+// Words for people in what came: a login, a menu, a log. Pure.
+
+/// "'login: '", cut where it is long.
+std::string Quote(View text);
+/// Empty: these are no words for people. `lines`: a whole line of printable characters counts, too.
+std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
+
+// Messages of another protocol: binary ones on a line of a text protocol, as their check value
+// proves, and texts on any line, as their form proves.
+// Pure.
+
+/// Empty: none is recognised.
+std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
+
+// Other services than a line of devices, by what they say over TCP: a web server, SSH, TLS, Telnet,
+// IEC 60870-5-104.
+// Pure.
+
+/// Empty: no known service. `modbus`: a Modbus TCP server is expected there, not a serial server.
+std::optional<Finding> OtherService(View heard, bool modbus);
+/// IAC and WILL, WONT, DO or DONT, at the front.
+bool IsTelnet(View heard);
 
 }  // namespace baudgate

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cctype>
 #include <iterator>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/diagnosis/damage/changed_bytes.h"
-#include "gateway/diagnosis/damage/other_messages.h"
 
 namespace baudgate {
-
 namespace {
 
 /// What the values of a text are made of.

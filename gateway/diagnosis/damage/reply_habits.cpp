@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/reply_habits.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
 namespace baudgate {
-
 namespace {
 
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.

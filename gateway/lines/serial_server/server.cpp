@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <asio/ip/address.hpp>
+#include <system_error>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -13,7 +14,6 @@
 #include "transports/listen_socket.h"
 
 namespace baudgate::serial_server {
-
 namespace {
 
 /// A session with a fast port costs fewer calls so.

@@ -19,7 +19,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 
 #include "config/model/line.h"
 #include "gateway/base/result.h"

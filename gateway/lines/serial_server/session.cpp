@@ -3,9 +3,247 @@
 
 #include <utility>
 
-#include "gateway/base/time.h"
-
 namespace baudgate::serial_server {
+namespace {
+
+using config::Parity;
+
+// Commands of clients; the server's answers are 100 higher.
+constexpr std::uint8_t kSignature = 0;
+constexpr std::uint8_t kSetBaud = 1;
+constexpr std::uint8_t kSetData = 2;
+constexpr std::uint8_t kSetParity = 3;
+constexpr std::uint8_t kSetStop = 4;
+constexpr std::uint8_t kSetControl = 5;
+constexpr std::uint8_t kNotifyLine = 6;
+constexpr std::uint8_t kNotifyModem = 7;
+constexpr std::uint8_t kSuspend = 8;
+constexpr std::uint8_t kResume = 9;
+constexpr std::uint8_t kLineMask = 10;
+constexpr std::uint8_t kModemMask = 11;
+constexpr std::uint8_t kPurge = 12;
+constexpr std::uint8_t kAnswer = 100;
+
+// Values of SET-CONTROL: the first of each kind asks, the others set.
+constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
+constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
+
+// Bits of the modem state; the change of each is four bits below.
+constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
+constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
+constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
+
+/// RFC 2217: 1 none, 2 odd, 3 even, 4 mark, 5 space.
+constexpr Parity kParities[] = {Parity::none, Parity::odd, Parity::even, Parity::mark,
+                                Parity::space};
+
+Bytes Answer(std::uint8_t command, View value) {
+  Bytes bytes = {static_cast<std::uint8_t>(command + kAnswer)};
+  Append(bytes, value);
+  return Subnegotiation(telnet::kComPort, bytes);
+}
+
+Bytes Answer(std::uint8_t command, std::uint8_t value) { return Answer(command, View(&value, 1)); }
+
+}  // namespace
+
+ComPort::ComPort(Transport& port, const config::SerialSettings& serial, std::string signature)
+    : port_(port),
+      serial_(serial),
+      software_(serial.software_parity),
+      signature_(std::move(signature)),
+      counters_(port.Counters()) {}
+
+Bytes ComPort::On(View command) {
+  if (command.empty()) return {};
+  const std::uint8_t what = command.front();
+  const View value = command.subspan(1);
+  Bytes answer;
+  if (what == kSignature) {
+    // One with a text is the client's own.
+    if (value.empty()) {
+      answer = Answer(kSignature, View(reinterpret_cast<const std::uint8_t*>(signature_.data()),
+                                       signature_.size()));
+    }
+  } else if (what == kSetBaud) {
+    answer = SetBaud(value);
+  } else if (what == kNotifyLine) {
+    answer = Answer(kNotifyLine, LineState());
+  } else if (what == kNotifyModem) {
+    answer = NotifyModem(ModemState());
+  } else if (what == kSuspend || what == kResume) {
+    suspended_ = what == kSuspend;
+  } else if (!value.empty()) {
+    answer = SetOne(what, value.front());
+  }
+  if (!std::exchange(greeted_, true)) Append(answer, View(NotifyModem(ModemState())));
+  return answer;
+}
+
+Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
+  config::SerialSettings wanted = serial_;
+  switch (command) {
+    case kSetData:
+      if (value >= 5 && value <= 8) wanted.data_bits = value;
+      Try(wanted);
+      return Answer(command, static_cast<std::uint8_t>(serial_.data_bits));
+    case kSetParity:
+      if (value >= 1 && value <= std::size(kParities)) wanted.parity = kParities[value - 1];
+      Try(wanted);
+      return Answer(command, ParityCode());
+    case kSetStop:
+      // The same switch of a UART makes two stop bits, or one and a half of five data bits.
+      if (value == 1 || value == 2 || (value == 3 && wanted.data_bits == 5)) {
+        wanted.stop_bits = value == 1 ? 1 : 2;
+      }
+      Try(wanted);
+      return Answer(command, StopCode());
+    case kSetControl:
+      return SetControl(value);
+    case kLineMask:
+      line_mask_ = value;
+      return Answer(command, value);
+    case kModemMask:
+      modem_mask_ = value;
+      return Answer(command, value);
+    case kPurge:
+      return Purge(value);
+    default:
+      return {};
+  }
+}
+
+// ---------------------------------------------------------------- settings
+
+Bytes ComPort::SetBaud(View value) {
+  const auto baud = ByteReader(value).U32Be(0);
+  if (!baud) return {};
+  config::SerialSettings wanted = serial_;
+  constexpr std::uint32_t kMost = 100'000'000;  // no port does more; the driver's word counts below
+  if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
+  Try(wanted);
+  const auto now = static_cast<std::uint32_t>(serial_.baud);
+  const Bytes bytes = {static_cast<std::uint8_t>(now >> 24), static_cast<std::uint8_t>(now >> 16),
+                       static_cast<std::uint8_t>(now >> 8), static_cast<std::uint8_t>(now)};
+  return Answer(kSetBaud, bytes);
+}
+
+void ComPort::Try(const config::SerialSettings& wanted) {
+  config::SerialSettings next = wanted;
+  const bool even_or_odd = next.parity == Parity::even || next.parity == Parity::odd;
+  next.software_parity = software_ && next.data_bits == 7 && even_or_odd;
+  if (config::Same(next, serial_)) return;
+  if (port_.Apply(next)) {
+    serial_ = next;
+  } else {
+    (void)port_.Apply(serial_);  // a driver may have taken a part of it
+  }
+}
+
+std::uint8_t ComPort::ParityCode() const {
+  std::uint8_t code = 1;
+  for (const Parity parity : kParities) {
+    if (parity == serial_.parity) break;
+    ++code;
+  }
+  return code;
+}
+
+std::uint8_t ComPort::StopCode() const {
+  if (serial_.stop_bits == 1) return 1;
+  return serial_.data_bits == 5 ? 3 : 2;
+}
+
+// ---------------------------------------------------------------- flow and lines
+
+/// Behind the question for it, `ask`, stand the values none, XON/XOFF and hardware. A port has one
+/// flow control for both directions.
+std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
+  if (value != ask) {
+    config::SerialSettings wanted = serial_;
+    wanted.xonxoff = value == ask + 2;
+    wanted.rtscts = value == ask + 3;
+    Try(wanted);
+  }
+  return static_cast<std::uint8_t>(ask + (serial_.rtscts ? 3 : serial_.xonxoff ? 2 : 1));
+}
+
+/// Behind the question for it, `ask`, stand the values on and off.
+std::uint8_t ComPort::Switch(PortSwitch which, bool& state, std::uint8_t ask, std::uint8_t value) {
+  const bool on = value == ask + 1;
+  if (value != ask && port_.Set(which, on)) state = on;
+  return static_cast<std::uint8_t>(ask + (state ? 1 : 2));
+}
+
+bool ComPort::Break(bool on) { return port_.Set(PortSwitch::break_signal, on || break_).ok(); }
+
+Bytes ComPort::SetControl(std::uint8_t value) {
+  std::uint8_t answer = 0;
+  if (value < kAskBreak) {
+    answer = Flow(kAskFlow, value);
+  } else if (value < kAskDtr) {
+    answer = Switch(PortSwitch::break_signal, break_, kAskBreak, value);
+  } else if (value < kAskRts) {
+    answer = Switch(PortSwitch::dtr, dtr_, kAskDtr, value);
+  } else if (value < kAskInbound) {
+    answer = Switch(PortSwitch::rts, rts_, kAskRts, value);
+  } else if (value < kDcdFlow) {
+    answer = Flow(kAskInbound, value);
+  } else if (value <= kDsrFlow) {
+    answer = Flow(kAskFlow, kAskFlow);  // there is no such flow control
+  } else {
+    return {};
+  }
+  return Answer(kSetControl, answer);
+}
+
+Bytes ComPort::Purge(std::uint8_t what) {
+  if (what < 1 || what > 3) return {};
+  port_.Purge((what & 1) != 0, (what & 2) != 0);
+  return Answer(kPurge, what);
+}
+
+// ---------------------------------------------------------------- states
+
+Bytes ComPort::NotifyModem(std::uint8_t state) const { return Answer(kNotifyModem, state); }
+
+/// The levels above, and below what has changed since the last time.
+std::uint8_t ComPort::ModemState() {
+  const ModemLines lines = port_.ReadModemLines().value_or(ModemLines{});
+  const unsigned now = (lines.cts ? kCts : 0U) | (lines.dsr ? kDsr : 0U) |
+                       (lines.ring ? kRing : 0U) | (lines.dcd ? kDcd : 0U);
+  const unsigned changed = now ^ std::exchange(modem_, static_cast<std::uint8_t>(now));
+  // Only the end of a ring counts as a change.
+  const unsigned deltas = (changed & ~(now & kRing)) >> 4U;
+  return static_cast<std::uint8_t>(now | deltas);
+}
+
+std::uint8_t ComPort::LineState() {
+  const PortCounters now = port_.Counters();
+  const PortCounters before = std::exchange(counters_, now);
+  unsigned state = port_.IsDrained() ? kHoldingEmpty | kShiftEmpty : 0U;
+  if (now.overrun != before.overrun) state |= kOverrun;
+  if (now.parity != before.parity) state |= kParityError;
+  if (now.framing != before.framing) state |= kFramingError;
+  if (now.breaks != before.breaks) state |= kBreak;
+  return static_cast<std::uint8_t>(state);
+}
+
+Bytes ComPort::Poll() {
+  Bytes news;
+  if (!greeted_) return news;
+  const unsigned before = modem_;
+  const std::uint8_t modem = ModemState();
+  const unsigned changed = (before ^ modem_) | (modem & 0x0FU);
+  if ((changed & modem_mask_) != 0) news = NotifyModem(modem);
+  if (line_mask_ == 0) return news;
+  constexpr unsigned kErrors = kOverrun | kParityError | kFramingError | kBreak;
+  const std::uint8_t line = LineState();
+  if ((line & line_mask_ & kErrors) != 0) {
+    Append(news, View(Answer(kNotifyLine, static_cast<std::uint8_t>(line & line_mask_))));
+  }
+  return news;
+}
 
 Session::Session(Visit visit, Duration idle, std::string signature, Connection& connection)
     : visit_(std::move(visit)),

@@ -9,15 +9,12 @@
 
 #include <asio/post.hpp>
 #include <asio/write.hpp>
-#include <atomic>
 #include <cerrno>
 #include <filesystem>
-#include <utility>
 
 #include "gateway/base/log.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/control/line_requests.h"
 #include "gateway/outputs/control/socket_path.h"
 
 namespace baudgate::control {
@@ -410,3 +407,35 @@ void ControlServer::Welcome(ControlSession::Socket socket) {
 }
 
 }  // namespace baudgate::control
+
+namespace baudgate {
+
+ControlOutput::ControlOutput(const config::Config& config, const Links& links)
+    : server_(config, links.store, links.lines, links.commands, links.info, loop_.io()) {
+  if (links.reload != nullptr) server_.SetReload(*links.reload);
+}
+
+Status ControlOutput::Begin(const Configuration& /*config*/) {
+  if (const Status status = server_.Listen(); !status) {
+    log::Warn(
+        "no control socket, so 'baudgate status' and the like will not work: {}; choose a "
+        "place with gateway.socket",
+        status.error());
+    return {};
+  }
+  log::Info("control socket {}", server_.path());
+  listens_ = true;
+  loop_.Start();
+  return {};
+}
+
+void ControlOutput::SetHistory(const Configuration& config,
+                               const std::shared_ptr<const history::HistorySource>& history) {
+  if (listens_) RunOn(loop_.io(), [&] { server_.Apply(config, history); });
+}
+
+void ControlOutput::StopRequests() {
+  loop_.Stop([this] { server_.Stop(); });
+}
+
+}  // namespace baudgate

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/control/point_requests.h"
 
-#include <utility>
-#include <vector>
-
-#include "gateway/bus/writes/write_gate.h"
 #include "gateway/outputs/control/request.h"
 
 namespace baudgate::control {

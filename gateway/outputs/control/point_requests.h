@@ -20,7 +20,6 @@
 
 #include <functional>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,7 +28,6 @@
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_gate.h"
 #include "gateway/outputs/status/status_json.h"
-#include "gateway/outputs/status/target.h"
 
 namespace baudgate::control {
 

@@ -3,19 +3,15 @@
 
 #include <algorithm>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/control/request.h"
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/outputs/status/target.h"
 #include "gateway/outputs/status/value_json.h"
 #include "gateway/records/audit/audit_source.h"
-#include "gateway/records/events/event_source.h"
 
 namespace baudgate::control {
-
 namespace {
 
 /// LINE[.DEVICE[.POINT]]; points have no dot, nor have lines and devices.
@@ -45,8 +41,7 @@ std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
   return query;
 }
 
-}  // namespace
-
+/// One page, by the numbers of the events that have raised them.
 Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   std::vector<events::Alarm> alarms = events.Alarms();
   std::ranges::sort(alarms, {}, &events::Alarm::seq);
@@ -61,6 +56,9 @@ Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   return page;
 }
 
+/// "bay-1" (of the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1" or "412"; or what
+/// events::PlaceOf says. An error where there is no such device
+/// or point; of a device that is not configured any more alarms may still be there.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -85,12 +83,13 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   return named;
 }
 
+/// {"ok":true,"acknowledged":2,"trouble":""}.
 Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-using Json = nlohmann::ordered_json;
-
+/// Four parts: of the past, as points have three. With line, device and name; empty: three or
+/// fewer.
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -98,6 +97,10 @@ std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
                            .device = std::string(parts[1]),
                            .name = std::string(parts[2]) + "." + std::string(parts[3])};
 }
+
+}  // namespace
+
+using Json = nlohmann::ordered_json;
 
 Json PageJson(const events::PastPage& page, const std::string& point) {
   Json records = Json::array();
@@ -121,6 +124,13 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 }
 
 namespace {
+
+/// Where values are kept; null: nowhere.
+struct KeptValues {
+  const config::Config& config;
+  const history::HistorySource* history = nullptr;
+  const events::EventSource* events = nullptr;
+};
 
 constexpr std::string_view kNoHistory =
     "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into its "
@@ -204,8 +214,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-}  // namespace
-
+/// One page of a point, or of what a meter has measured itself; or {"error":…}. A point that is not
+/// configured any more still has its values; of one that has none it is said why.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -233,6 +243,8 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   return json;
 }
 
+/// {"points":["bay-1.feeder-1.current_l1"]}: whose values are kept, of those that a pattern means.
+/// By the configuration: a point that is not in it any more has to be named.
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
@@ -248,8 +260,6 @@ Json KeptPoints(const Json& request, const KeptValues& kept) {
                                  : "no value of a point like " + config::Quoted(pattern) +
                                        " is kept: history.points of the configuration has none");
 }
-
-namespace {
 
 /// On the disk.
 bool KeepsEvents(const Gateway& gateway) {

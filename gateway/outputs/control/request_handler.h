@@ -14,10 +14,17 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
-#include "gateway/outputs/control/line_requests.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_gate.h"
+#include "gateway/lines/line_control.h"
 #include "gateway/outputs/control/request.h"
+#include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::control {
+
+/// {"record":"…"}: a record of a trace as it travels.
+std::string RecordLine(const TraceRecord& record);
+bool Wanted(const TraceWish& wish, const TraceRecord& record);
 
 // The commands of the control socket: one row each, with its fields and the part that answers it.
 // docs/status.md describes them.
@@ -38,14 +45,6 @@ struct Command {
 
 /// In the order in which they are listed for people.
 const std::vector<Command>& Commands();
-
-// Whether a request has the members of its command,
-// with their types. A member that is misspelt or has another type is refused. It is never ignored.
-//
-//   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
-//   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
-
-Status CheckShape(const Command& command, const Json& request);
 
 // Answers requests that read the disk, on a thread of their own: a disk that hangs does not hold up
 // other requests.

@@ -6,9 +6,10 @@
 #include "gateway/base/version.h"
 
 namespace baudgate::dds {
-
 namespace {
 
+/// How many of the newest go to a new reader, and how many before the last that was sent.
+constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
 }  // namespace

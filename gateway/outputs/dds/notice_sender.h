@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "gateway/base/time.h"
@@ -65,9 +64,6 @@ class EventSupply {
 //   a kill and a start                        → 6502 … 7501: some may have been lost on their way
 //
 // What has left the supply before it was taken is skipped, and counted.
-
-/// How many of the newest go to a new reader, and how many before the last that was sent.
-inline constexpr std::uint64_t kEventImage = 1000;
 
 class EventSender {
  public:

@@ -4,9 +4,23 @@
 #include <algorithm>
 #include <functional>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 
 namespace baudgate::dds {
+namespace {
+
+/// By that name.
+std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
+                                                           const PointSlots& slots) {
+  std::unordered_map<std::string, std::uint32_t> by_name;
+  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
+    by_name[NameOf(store, slots.RefOf(slot))] = slot;
+  }
+  return by_name;
+}
+
+}  // namespace
 
 PointSlots::PointSlots(const PointStore& store) : first_{0} {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
@@ -46,15 +60,6 @@ Room RoomFor(const PointStore& store) {
 std::string NameOf(const PointStore& store, PointRef ref) {
   const config::Device& device = store.device(ref.device);
   return device.name + "." + device.points[ref.point].name;
-}
-
-std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
-                                                           const PointSlots& slots) {
-  std::unordered_map<std::string, std::uint32_t> by_name;
-  for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
-    by_name[NameOf(store, slots.RefOf(slot))] = slot;
-  }
-  return by_name;
 }
 
 std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots) {

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <deque>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "config/model/config.h"
@@ -42,9 +41,6 @@ Room RoomFor(const PointStore& store);
 
 /// "device.point"
 std::string NameOf(const PointStore& store, PointRef ref);
-/// By that name.
-std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
-                                                           const PointSlots& slots);
 std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots);
 
 // From the point store into the samples of points and devices: all fields but the gateway's name.

@@ -2,11 +2,8 @@
 #include "gateway/outputs/dds/published_types.h"
 
 #include <bit>
-#include <string_view>
-#include <type_traits>
 
 namespace baudgate::dds {
-
 namespace {
 
 bool Fits(const std::string& text, std::size_t bound) {

@@ -8,10 +8,8 @@
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/point_samples.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr std::size_t kDueBatch = 64;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/sample_writer.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace baudgate::dds {

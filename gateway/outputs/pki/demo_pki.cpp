@@ -20,10 +20,14 @@
 #include "gateway/outputs/pki/openssl.h"
 
 namespace baudgate::pki {
-
 namespace {
 
 constexpr int kSerialBytes = 16;
+
+struct Validity {
+  WallTime from{};
+  WallTime until{};
+};
 
 Error OpenSslError(const std::string& what) {
   std::array<char, 256> text{};
@@ -94,8 +98,7 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
   return Issued{Written(certificate_text), Written(key_text)};
 }
 
-}  // namespace
-
+/// EC prime256v1, as DDS Security 1.1 (9.3.1) wants it. `name` is the CN.
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity) {
   return Make(name, validity, nullptr, nullptr);
 }
@@ -107,6 +110,8 @@ Result<Issued> IssueIdentity(const Issued& authority, const std::string& name,
   if (certificates.empty() || !key) return Error{"certificate or key of the authority is damaged"};
   return Make(name, validity, certificates.front().get(), key.get());
 }
+
+}  // namespace
 
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml) {
   constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED | PKCS7_STREAM;

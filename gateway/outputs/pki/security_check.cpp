@@ -19,6 +19,9 @@ namespace {
 
 using config::DdsSecurity;
 
+/// How long before its end a certificate is warned of.
+constexpr Duration kWarnBefore = 60 * 24h;
+
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 
 /// What stands between <tag> and </tag>, each time.

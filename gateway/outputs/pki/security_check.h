@@ -29,9 +29,6 @@ struct SecurityReport {
   std::string FirstError() const;
 };
 
-/// How long before its end a certificate is warned of.
-inline constexpr Duration kWarnBefore = 60 * 24h;
-
 SecurityReport CheckSecurity(const config::DdsSecurity& security, WallTime now);
 
 }  // namespace baudgate::pki

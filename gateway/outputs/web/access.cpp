@@ -17,8 +17,10 @@
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
-
 namespace {
+
+constexpr std::size_t kLongestToken = 256;
+constexpr std::size_t kShortestToken = 16;
 
 class OpenFile {
  public:
@@ -116,6 +118,13 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
   return false;
 }
 
+/// A proxy that may say so has got the request by TLS.
+bool CameByTls(const config::Web& web, const Request& request) {
+  const bool proxy =
+      IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
+  return proxy && config::Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
+}
+
 }  // namespace
 
 bool IsLoopbackPeer(const std::string& peer) {
@@ -148,12 +157,6 @@ std::optional<Response> Refusal(const config::Web& web, const Request& request) 
     return Problem(403, "another page may not ask this gateway");
   }
   return std::nullopt;
-}
-
-bool CameByTls(const config::Web& web, const Request& request) {
-  const bool proxy =
-      IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
-  return proxy && config::Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
 }
 
 bool MayAcknowledge(const config::Web& web, const Request& request) {

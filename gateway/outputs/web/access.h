@@ -24,9 +24,6 @@ namespace baudgate::web {
 
 // The file with the token that clients must show by HTTP.
 
-inline constexpr std::size_t kShortestToken = 16;
-inline constexpr std::size_t kLongestToken = 256;
-
 /// Its first line. The error says what to do: it cannot be read, others may read it too (it needs
 /// mode 0600), the token is too short, …
 Result<std::string> ReadToken(const std::string& file);
@@ -45,9 +42,6 @@ bool IsAllowed(const config::Web& web, const std::string& peer);
 /// Alarms may be acknowledged: in the configuration, and on a way that cannot be listened to. That
 /// is this machine, or TLS up to a proxy that is named in `allow` or stands here.
 bool MayAcknowledge(const config::Web& web, const Request& request);
-
-/// A proxy that may say so has got the request by TLS.
-bool CameByTls(const config::Web& web, const Request& request);
 
 // Which clients have shown the token: browsers by the random number in their cookie, programs by
 // the token itself with each request. A client that shows a wrong one too often must wait. Any

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/text.h"
@@ -18,7 +17,6 @@
 #include "gateway/records/history/history_view.h"
 
 namespace baudgate::web {
-
 namespace {
 
 using control::Json;
@@ -29,6 +27,17 @@ int StatusOf(const std::string& kind) {
   if (kind == "usage") return 400;
   if (kind == "unknown") return 404;
   return 503;
+}
+
+Response JsonResponse(const Json& json) {
+  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// What the control socket would say, with the status that belongs to it.
+Response ResponseOf(std::string answer) {
+  if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
+  const Json json = Json::parse(answer, nullptr, false);
+  return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
 }
 
 }  // namespace
@@ -55,16 +64,6 @@ Result<Json> AskOf(const Request& request, std::string_view command,
     ask[member] = *number;
   }
   return ask;
-}
-
-Response JsonResponse(const Json& json) {
-  return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-Response ResponseOf(std::string answer) {
-  if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
-  const Json json = Json::parse(answer, nullptr, false);
-  return Problem(StatusOf(json.value("error", "")), json.value("message", ""));
 }
 
 namespace {

@@ -29,11 +29,6 @@ struct Part {
 Result<control::Json> AskOf(const Request& request, std::string_view command,
                             std::initializer_list<Part> parts);
 
-Response JsonResponse(const control::Json& json);
-
-/// What the control socket would say, with the status that belongs to it.
-Response ResponseOf(std::string answer);
-
 /// Nothing can be written through it.
 class NoWrites final : public CommandSink {
  public:

@@ -34,7 +34,7 @@ function(baudgate_web_assets variable)
   string(APPEND assembly "  .section .note.GNU-stack,\"\",%progbits\n")
   file(CONFIGURE OUTPUT ${folder}/assets.S CONTENT "${assembly}" @ONLY)
   file(CONFIGURE OUTPUT ${folder}/asset_table.cpp @ONLY CONTENT "// Made by assets.cmake.
-#include \"gateway/outputs/web/assets.h\"
+#include \"gateway/outputs/web/web_server.h\"
 
 extern \"C\" {
 ${externs}}

@@ -2,15 +2,12 @@
 #include "gateway/outputs/web/exchange.h"
 
 #include <arpa/inet.h>
-#include <microhttpd.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <array>
 #include <cstring>
 #include <map>
-#include <string>
-#include <utility>
 
 #include "gateway/base/text.h"
 

@@ -10,8 +10,6 @@
 #include <algorithm>
 #include <atomic>
 #include <charconv>
-#include <map>
-#include <string>
 #include <utility>
 
 #include "gateway/base/guarded.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/outputs/web/points_json.h"

@@ -18,7 +18,7 @@
 
 #include "gateway/base/guarded.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
+#include "gateway/diagnosis/decode/exchange_decoder.h"
 #include "gateway/outputs/web/request.h"
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/trace/trace_text.h"

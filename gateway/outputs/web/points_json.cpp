@@ -11,7 +11,6 @@
 #include "gateway/outputs/status/status_json.h"
 
 namespace baudgate::web {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -22,6 +21,18 @@ bool Fits(const config::Line& line, const config::Device& device, const config::
   const std::string name = config::Lower(line.name + "." + device.name + "." + point.name);
   return name.find(text) != std::string::npos ||
          config::Lower(*point.description).find(text) != std::string::npos;
+}
+
+/// "read", "write", "read_write".
+std::string_view AccessWord(config::Access access) {
+  switch (access) {
+    case config::Access::read:
+      return "read";
+    case config::Access::write:
+      return "write";
+    default:
+      return "read_write";
+  }
 }
 
 Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
@@ -102,17 +113,6 @@ void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, 
         std::chrono::floor<std::chrono::milliseconds>(its.source_time).time_since_epoch().count());
   } else {
     out += "null],";
-  }
-}
-
-std::string_view AccessWord(config::Access access) {
-  switch (access) {
-    case config::Access::read:
-      return "read";
-    case config::Access::write:
-      return "write";
-    default:
-      return "read_write";
   }
 }
 

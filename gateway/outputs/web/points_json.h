@@ -40,9 +40,6 @@ nlohmann::ordered_json PointsJson(const PointStore& store, const PointFilter& fi
 void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 
-/// "read", "write", "read_write".
-std::string_view AccessWord(config::Access access);
-
 /// The text in quotation marks.
 std::string JsonText(std::string_view text);
 

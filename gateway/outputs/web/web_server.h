@@ -1,19 +1,40 @@
 // The page, the JSON and the metrics of a gateway: clients are checked on the server's thread,
 // what is asked is made on two others, one for the present and one for what lies on the disk.
+// AssetResponse has the files of the page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/steady_timer.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 #include "gateway/outputs/web/access.h"
 #include "gateway/outputs/web/api.h"
 #include "gateway/outputs/web/http_server.h"
+#include "gateway/outputs/web/request.h"
 #include "transports/loop_thread.h"
 
 namespace baudgate::web {
+
+// The files of the page, as they are built into the program: those of gateway/outputs/web/page, and
+// the chart library. Each is packed already.
+
+/// What the build has made of a file.
+struct PackedFile {
+  std::string_view path;  ///< "/index.html"
+  const char* begin;      ///< gzip
+  const char* end;
+};
+std::span<const PackedFile> PackedFiles();
+
+/// Empty: there is no such file.
+std::optional<Response> AssetResponse(const Request& request);
+
+/// "text/css; charset=utf-8" of "/style.css".
+std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
  public:

@@ -3,11 +3,8 @@
 
 #include <algorithm>
 #include <numeric>
-#include <string>
-#include <utility>
 
 namespace baudgate::audit {
-
 namespace {
 
 constexpr const char* kInsert =
@@ -107,9 +104,7 @@ bool WriteTable::SettleOrphans() {
   bool ok = true;
   Statement settle(database_, kSettle);
   for (const std::int64_t seq : orphans) {
-    settle.Bind(1, ++settled_);
-    settle.Bind(2, seq);
-    ok = ok && settle.Run();
+    ok = ok && settle.Run(++settled_, seq);
   }
   return (orphans.empty() || Transaction(ok)) && Count();
 }
@@ -132,16 +127,8 @@ bool WriteTable::Write(std::vector<Draft>& drafts) {
 
 bool WriteTable::Insert(Draft& draft) {
   const WriteRecord& record = draft.record;
-  insert_.Bind(1, Name(record.kind));
-  insert_.Bind(2, record.time);
-  insert_.Bind(3, record.last);
-  insert_.Bind(4, record.client);
-  insert_.Bind(5, record.line);
-  insert_.Bind(6, record.device);
-  insert_.Bind(7, record.point);
-  insert_.Bind(8, record.before);
-  insert_.Bind(9, record.first);
-  insert_.Bind(10, record.value);
+  insert_.BindAll(Name(record.kind), record.time, record.last, record.client, record.line,
+                  record.device, record.point, record.before, record.first, record.value);
   if (record.end) insert_.Bind(11, Name(*record.end));
   insert_.Bind(12, record.reason);
   insert_.Bind(13, record.took / 1us);
@@ -160,9 +147,7 @@ bool WriteTable::Insert(Draft& draft) {
 
 bool WriteTable::Update(const Draft& draft) {
   const WriteRecord& record = draft.record;
-  update_.Bind(1, record.last);
-  update_.Bind(2, record.first);
-  update_.Bind(3, record.value);
+  update_.BindAll(record.last, record.first, record.value);
   if (record.end) update_.Bind(4, Name(*record.end));
   update_.Bind(5, record.reason);
   update_.Bind(6, record.took / 1us);
@@ -221,9 +206,7 @@ bool WriteTable::DropOld(WallTime now) {
   bool ok = true;
   for (std::size_t kind = 0; kind < kKinds && ok; ++kind) {
     Statement old(database_, "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
-    old.Bind(1, Name(static_cast<Kind>(kind)));
-    old.Bind(2, now - rooms_[kind].age);
-    ok = old.Run();
+    ok = old.Run(Name(static_cast<Kind>(kind)), now - rooms_[kind].age);
   }
   return Transaction(ok) && Count();
 }

@@ -6,10 +6,8 @@
 #include <utility>
 
 #include "gateway/base/text.h"
-#include "gateway/records/disk/database.h"
 
 namespace baudgate::audit {
-
 namespace {
 
 constexpr std::string_view kColumns =
@@ -74,8 +72,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   if (query.since) sql += " AND time>=?";
   sql += " ORDER BY " + order + " LIMIT " + std::to_string(kPage + 1);
   Statement rows(database, sql);
-  rows.Bind(1, query.after);
-  if (query.since) rows.Bind(2, *query.since);
+  rows.BindAll(query.after, query.since);
   Page page;
   page.next = query.after;
   for (;;) {

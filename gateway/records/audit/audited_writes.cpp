@@ -4,14 +4,10 @@
 #include <fmt/format.h>
 
 #include <utility>
-#include <vector>
 
-#include "gateway/bus/points/point_store.h"
-#include "gateway/bus/writes/write_command.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
 namespace baudgate::audit {
-
 namespace {
 
 /// In the place of a point's name.

@@ -6,13 +6,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <limits>
-#include <utility>
 
 #include "gateway/base/system_trouble.h"
 #include "gateway/records/disk/database_file.h"
 
 namespace baudgate {
-
 namespace {
 
 /// A reader of this machine, such as the program sqlite3, may hold up a commit so long.
@@ -212,7 +210,7 @@ Statement::Step Statement::Next() {
   return Step::failed;
 }
 
-bool Statement::Run() {
+bool Statement::RunToEnd() {
   Step step = Step::row;
   while (step == Step::row) step = Next();
   Reset();

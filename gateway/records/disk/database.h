@@ -96,9 +96,25 @@ class Statement {
   /// As microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
+  /// Nothing where there is no value.
+  template <typename Some>
+  void Bind(int place, const std::optional<Some>& value) {
+    if (value) Bind(place, *value);
+  }
+  /// From the first place on.
+  template <typename... Values>
+  void BindAll(const Values&... values) {
+    int place = 0;
+    (Bind(++place, values), ...);
+  }
+
   Step Next();
-  /// Runs it to its end, and is ready to be bound again.
-  bool Run();
+  /// Binds from the first place on, runs it to its end, and is ready to be bound again.
+  template <typename... Values>
+  bool Run(const Values&... values) {
+    BindAll(values...);
+    return RunToEnd();
+  }
   void Reset();
 
   /// Columns from 0 on, of any type: text where a number is wanted is 0.
@@ -116,6 +132,7 @@ class Statement {
   struct Closer {
     void operator()(sqlite3_stmt* handle) const;
   };
+  bool RunToEnd();
 
   Database* database_ = nullptr;
   std::unique_ptr<sqlite3_stmt, Closer> handle_;

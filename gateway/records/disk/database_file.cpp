@@ -6,22 +6,19 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdint>
+#include <cstddef>
 #include <cstring>
 #include <fstream>
-#include <optional>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "gateway/base/system_trouble.h"
 
 namespace baudgate {
-
 namespace {
 
+constexpr std::size_t kDatabaseHead = 100;
 namespace fs = std::filesystem;
 
 constexpr std::string_view kFileMagic{"SQLite format 3\0", 16};
@@ -73,6 +70,27 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
+/// What is wrong with the first bytes of a database. SQLite itself calls some of it "readonly" or
+/// "unsupported". Empty: they make sense.
+std::optional<std::string> HeadDamage(View head) {
+  const auto damage = [](const char* what) {
+    return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
+  };
+  if (head.size() < kDatabaseHead) return damage("it ends there");
+  if (AsText(head.first(kFileMagic.size())) != kFileMagic) {
+    return damage("it is no SQLite database");
+  }
+  const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
+  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1: 65536
+  for (const std::size_t at : {18U, 19U}) {
+    if (head[at] != 1 && head[at] != 2) return damage("the version of its format");
+  }
+  if (head[21] != 64 || head[22] != 32 || head[23] != 32) return damage("its payload fractions");
+  if (Big(&head[44]) > 4) return damage("the format of its schema");
+  if (Big(&head[56]) > 3) return damage("its text encoding");
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::string> WhyNoFile(const fs::path& file) {
@@ -116,25 +134,6 @@ std::string WhyReadOnly(const fs::path& file) {
   return fmt::format("it belongs to user {} and cannot be written by user {}: sudo chown {} {}",
                      NameOfUser(found.st_uid), NameOfUser(::geteuid()), NameOfUser(::geteuid()),
                      file.string());
-}
-
-std::optional<std::string> HeadDamage(View head) {
-  const auto damage = [](const char* what) {
-    return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
-  };
-  if (head.size() < kDatabaseHead) return damage("it ends there");
-  if (AsText(head.first(kFileMagic.size())) != kFileMagic) {
-    return damage("it is no SQLite database");
-  }
-  const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
-  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1: 65536
-  for (const std::size_t at : {18U, 19U}) {
-    if (head[at] != 1 && head[at] != 2) return damage("the version of its format");
-  }
-  if (head[21] != 64 || head[22] != 32 || head[23] != 32) return damage("its payload fractions");
-  if (Big(&head[44]) > 4) return damage("the format of its schema");
-  if (Big(&head[56]) > 3) return damage("its text encoding");
-  return std::nullopt;
 }
 
 namespace {

@@ -6,7 +6,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -34,12 +33,6 @@ std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
 /// What keeps this process from writing to a file that is there, and what helps.
 std::string WhyReadOnly(const std::filesystem::path& file);
-
-inline constexpr std::size_t kDatabaseHead = 100;
-
-/// What is wrong with the first bytes of a database. SQLite itself calls some of it "readonly" or
-/// "unsupported". Empty: they make sense.
-std::optional<std::string> HeadDamage(View head);
 
 /// SQLite reads the log up to the first frame that is damaged and says nothing of those behind it.
 /// A last transaction that is torn is no loss: it was never committed. Empty: nothing is lost.

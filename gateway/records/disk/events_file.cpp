@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::array<const char*, kEventsVersion> kMigrations = {R"sql(

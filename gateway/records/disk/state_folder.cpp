@@ -13,10 +13,8 @@
 #include <cstdlib>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "gateway/base/system_trouble.h"
@@ -25,9 +23,9 @@
 #include "gateway/records/disk/events_file.h"
 
 namespace baudgate {
-
 namespace {
 
+constexpr const char* kSystemState = "/var/lib/baudgate";
 namespace fs = std::filesystem;
 
 struct Known {

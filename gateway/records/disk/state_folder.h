@@ -56,8 +56,6 @@ struct StatePlaces {
   static StatePlaces Here(const std::string& configured);
 };
 
-inline constexpr const char* kSystemState = "/var/lib/baudgate";
-
 /// The first place that is given, in the order above, and the gateway's folder in it. Empty: there
 /// is none.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);

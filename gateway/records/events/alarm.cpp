@@ -6,10 +6,11 @@
 #include "gateway/records/events/event_record.h"
 
 namespace baudgate::events {
-
 namespace {
 
 using Step = AlarmMark::Step;
+
+constexpr std::size_t kAlarmStates = 4;
 
 AlarmState After(AlarmState before, Step step) {
   switch (step) {

@@ -31,7 +31,6 @@ enum class AlarmState : std::uint8_t {
   acknowledged = 2,  ///< and active
   returned = 3,      ///< over, and not acknowledged
 };
-inline constexpr std::size_t kAlarmStates = 4;
 std::string_view Name(AlarmState state);  ///< "returned"
 constexpr bool IsActive(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::acknowledged;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/event_book.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {

@@ -7,10 +7,8 @@
 
 #include "gateway/records/events/event_record.h"
 #include "gateway/records/events/event_source.h"
-#include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
-
 namespace {
 
 /// What stands in the file may be anything: an alarm too many is better than one too few.
@@ -62,23 +60,11 @@ bool AlarmTable::Read(std::vector<Alarm>& alarms) {
 
 bool AlarmTable::Write(const Alarm& alarm) {
   if (alarm.state == AlarmState::normal) {
-    remove_.Bind(1, alarm.line);
-    remove_.Bind(2, alarm.device);
-    remove_.Bind(3, alarm.name);
-    return remove_.Run();
+    return remove_.Run(alarm.line, alarm.device, alarm.name);
   }
-  write_.Bind(1, alarm.line);
-  write_.Bind(2, alarm.device);
-  write_.Bind(3, alarm.name);
-  write_.Bind(4, alarm.point);
-  write_.Bind(5, Name(alarm.state));
-  write_.Bind(6, Name(alarm.priority));
-  write_.Bind(7, alarm.seq);
-  write_.Bind(8, alarm.raised);
-  write_.Bind(9, alarm.changed);
-  write_.Bind(10, alarm.text);
-  write_.Bind(11, alarm.by);
-  return write_.Run();
+  return write_.Run(alarm.line, alarm.device, alarm.name, alarm.point, Name(alarm.state),
+                    Name(alarm.priority), alarm.seq, alarm.raised, alarm.changed, alarm.text,
+                    alarm.by);
 }
 
 namespace {
@@ -147,8 +133,7 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
     std::ranges::move(*events, std::back_inserter(image.events));
   }
   Statement rows(database_, kGone);
-  rows.Bind(1, older);
-  rows.Bind(2, gone);
+  rows.BindAll(older, gone);
   Statement::Step step = rows.Next();
   for (; step == Statement::Step::row; step = rows.Next()) {
     image.gone.push_back({rows.Number(0), std::string(rows.Text(1))});
@@ -166,8 +151,7 @@ bool EventTable::ReadRun(Contents& contents) {
   Statement run(database_,
                 "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
                 "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
-  run.Bind(1, std::int64_t{CodeOf(OwnCode::started)});
-  run.Bind(2, std::int64_t{CodeOf(OwnCode::stops)});
+  run.BindAll(std::int64_t{CodeOf(OwnCode::started)}, std::int64_t{CodeOf(OwnCode::stops)});
   const Statement::Step step = run.Next();
   if (step == Statement::Step::row) {
     const bool ended = run.Number(0) == std::int64_t{CodeOf(OwnCode::stops)};
@@ -188,10 +172,7 @@ bool EventTable::ReadCursors(Cursors& cursors) {
 bool EventTable::WriteCursors(const Cursors& cursors) {
   bool ok = database_.Execute("DELETE FROM event_cursors");
   for (const auto& [name, cursor] : cursors) {
-    cursor_.Bind(1, name);
-    cursor_.Bind(2, cursor.seq);
-    cursor_.Bind(3, std::int64_t{cursor.sure ? 1 : 0});
-    ok = ok && cursor_.Run();
+    ok = ok && cursor_.Run(name, cursor.seq, std::int64_t{cursor.sure ? 1 : 0});
   }
   return ok;
 }
@@ -224,24 +205,16 @@ bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
 /// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {
-    insert_.Bind(1, event.seq);
-    insert_.Bind(2, event.received);
-    insert_.Bind(3, event.device_time);
-    insert_.Bind(4, std::int64_t{static_cast<std::uint16_t>(event.clock)});
-    insert_.Bind(5, event.line);
-    insert_.Bind(6, event.device);
-    insert_.Bind(7, std::int64_t{event.channel});
-    insert_.Bind(8, std::int64_t{event.code});
-    insert_.Bind(9, Name(event.state));
-    insert_.Bind(10, event.text);
+    insert_.BindAll(event.seq, event.received, event.device_time,
+                    std::int64_t{static_cast<std::uint16_t>(event.clock)}, event.line, event.device,
+                    std::int64_t{event.channel}, std::int64_t{event.code}, Name(event.state),
+                    event.text);
     if (!insert_.Run() || (event.alarm && !alarms_.Write(*event.alarm))) return false;
     if (!InsertRecord(event)) return false;
   }
   if (batch.events.empty() && batch.past.empty()) return true;
   if (batch.source != kGateway) {
-    said_.Bind(1, batch.line);
-    said_.Bind(2, batch.device);
-    said_.Bind(3, batch.said);
+    said_.BindAll(batch.line, batch.device, batch.said);
     if (!said_.Run() || !past_.Insert(batch.line, batch.device, batch.past)) return false;
   }
   return batch.events.empty() || Drop(batch.events.back().seq);
@@ -262,8 +235,7 @@ bool EventTable::InsertRecord(const EventRecord& event) {
 bool EventTable::Drop(std::int64_t newest) {
   const std::int64_t beyond = newest - most_;
   if (oldest_ > 0 && beyond < oldest_) return true;
-  drop_.Bind(1, beyond);
-  return drop_.Run() && records_.Drop(beyond) && FindOldest();
+  return drop_.Run(beyond) && records_.Drop(beyond) && FindOldest();
 }
 
 bool EventTable::FindOldest() {

@@ -18,7 +18,6 @@
 #include "gateway/records/events/event_book.h"
 #include "gateway/records/events/event_feed.h"
 #include "gateway/records/events/own_records.h"
-#include "gateway/records/events/past_table.h"
 #include "gateway/records/events/record_table.h"
 
 namespace baudgate::events {

@@ -2,15 +2,16 @@
 #include "gateway/records/events/event_queue.h"
 
 #include <string_view>
-#include <utility>
 
 #include "gateway/base/text.h"
 #include "gateway/records/events/own_alarms.h"
-#include "gateway/records/events/own_records.h"
 #include "gateway/records/events/point_watch.h"
 
 namespace baudgate::events {
+namespace {
 
+/// Adds an event to the book for each unacknowledged alarm that the query means. Returns their
+/// number.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -21,6 +22,8 @@ std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, Ev
   }
   return count;
 }
+
+}  // namespace
 
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble) {
   for (const WaitingAck& ack : acks) ack.done({ack.alarms, trouble, ack.at});

@@ -37,10 +37,6 @@ struct WaitingAck {
   std::function<void(const Acknowledged&)> done;
 };
 
-/// Adds an event to the book for each unacknowledged alarm that the query means. Returns their
-/// number.
-std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
-                     WallTime at);
 /// To be called without a lock. `trouble`: why they are not on the disk; empty: they are.
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble);
 

@@ -5,7 +5,6 @@
 #include <array>
 
 namespace baudgate::events {
-
 namespace {
 
 /// The last moment up to `until` of which a clock says `said`.

@@ -5,11 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "gateway/records/disk/database.h"
-#include "gateway/records/events/record_table.h"
-
 namespace baudgate::events {
-
 namespace {
 
 constexpr std::string_view kEventColumns =
@@ -69,8 +65,7 @@ bool AddRecords(Database& database, Page& page) {
   if (page.records.empty()) return true;
   if (!AddKept(database, page)) return false;
   Statement owed(database, "SELECT event, name FROM owed_records WHERE event>=? AND event<=?");
-  owed.Bind(1, page.records.front().seq);
-  owed.Bind(2, page.records.back().seq);
+  owed.BindAll(page.records.front().seq, page.records.back().seq);
   Statement::Step step = owed.Next();
   for (; step == Statement::Step::row; step = owed.Next()) {
     const auto found = std::ranges::find(page.records, owed.Number(0), &EventRecord::seq);
@@ -89,8 +84,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   if (!query.device.empty()) sql += " AND device=?4";
   sql += " ORDER BY seq LIMIT " + std::to_string(kPage + 1);
   Statement rows(database, sql);
-  rows.Bind(1, query.after);
-  if (query.since) rows.Bind(2, *query.since);
+  rows.BindAll(query.after, query.since);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
   Page page;

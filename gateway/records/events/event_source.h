@@ -13,7 +13,7 @@
 #include "gateway/records/disk/database.h"
 #include "gateway/records/disk/disk.h"
 #include "gateway/records/events/event_record.h"
-#include "gateway/records/events/past_table.h"
+#include "gateway/records/events/record_table.h"
 
 namespace baudgate::events {
 

@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "gateway/base/text.h"
 #include "gateway/records/events/own_records.h"
 
 namespace baudgate::events {
-
 namespace {
 
 constexpr std::array<std::string_view, kTroubles> kNames = {

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/own_records.h"
 
-#include <utility>
-
 #include "gateway/base/shown.h"
 
 namespace baudgate::events {
-
 namespace {
 
 EventRecord OwnRecord(OwnCode code, std::string text, WallTime at) {
@@ -74,6 +71,9 @@ Words WordsOf(OwnCode code) {
   }
   return {};
 }
+
+/// Whether a Fact with this code lasts. The others happen at one moment.
+bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace
 
@@ -163,8 +163,6 @@ EventRecord FactRecord(const Fact& fact, WallTime at) {
                              : config::EventState::on;
   return record;
 }
-
-bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 namespace {
 

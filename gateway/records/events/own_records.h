@@ -86,8 +86,6 @@ struct Fact {
   bool unknown = false;  ///< with `over`: nobody watches it any more, so it may not be over
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
-/// Whether a Fact with this code lasts. The others happen at one moment.
-bool HasEnd(OwnCode code);
 
 // The start and the end of the gateway itself as events, once each; the start says how the previous
 // run ended. No clock, and no lock: gateway/records/events/event_queue.h has it.

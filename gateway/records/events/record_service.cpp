@@ -2,7 +2,6 @@
 #include "gateway/records/events/record_service.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace baudgate {
 namespace {

@@ -20,11 +20,9 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "config/model/config.h"
 #include "gateway/base/guarded.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"

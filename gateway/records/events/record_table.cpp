@@ -3,10 +3,7 @@
 
 #include <algorithm>
 
-#include "gateway/records/disk/database.h"
-
 namespace baudgate::events {
-
 namespace {
 
 /// The last number of the kind, and whether this one is there.
@@ -51,71 +48,45 @@ RecordTable::RecordTable(Database& database, std::int64_t most)
       drop_owed_(database, kDropOwed) {}
 
 bool RecordTable::Insert(const KeptRecord& record) {
-  find_.Bind(1, record.kind);
-  find_.Bind(2, record.line);
-  find_.Bind(3, record.device);
-  find_.Bind(4, record.name);
-  find_.Bind(5, record.device_time);
-  find_.Bind(6, record.event);
+  find_.BindAll(record.kind, record.line, record.device, record.name, record.device_time,
+                record.event);
   if (find_.Next() != Statement::Step::row) return false;
   const std::int64_t seq = find_.Number(0) + 1;
   const bool known = find_.Number(1) != 0;
   find_.Reset();
   if (record.event != 0) {
-    settle_.Bind(1, record.event);
-    if (!settle_.Run()) return false;
+    if (!settle_.Run(record.event)) return false;
   }
   if (known) return true;
-  insert_.Bind(1, record.kind);
-  insert_.Bind(2, seq);
-  insert_.Bind(3, record.line);
-  insert_.Bind(4, record.device);
-  insert_.Bind(5, record.name);
-  insert_.Bind(6, record.event);
-  insert_.Bind(7, record.device_time);
-  insert_.Bind(8, NumberOf(record.clock));
-  insert_.Bind(9, record.read);
-  insert_.Bind(10, Name(record.state));
-  insert_.Bind(11, record.text);
-  return insert_.Run() && InsertValues(record, seq);
+  return insert_.Run(record.kind, seq, record.line, record.device, record.name, record.event,
+                     record.device_time, NumberOf(record.clock), record.read, Name(record.state),
+                     record.text) &&
+         InsertValues(record, seq);
 }
 
 /// A few of those beyond the room go with what comes.
 bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
   std::int64_t ordinal = 0;
   for (const RecordValue& value : record.values) {
-    value_.Bind(1, record.kind);
-    value_.Bind(2, seq);
-    value_.Bind(3, ordinal++);
-    value_.Bind(4, value.name);
-    value_.Bind(5, value.value);
-    value_.Bind(6, value.unit);
-    value_.Bind(7, std::int64_t{value.quality.word()});
-    if (!value_.Run()) return false;
+    const bool ok = value_.Run(record.kind, seq, ordinal++, value.name, value.value, value.unit,
+                               std::int64_t{value.quality.word()});
+    if (!ok) return false;
   }
   if (record.kind == kEventRecord) return true;
   for (Statement* drop : {&drop_old_values_, &drop_old_}) {
-    drop->Bind(1, record.kind);
-    drop->Bind(2, seq - most_);
-    if (!drop->Run()) return false;
+    if (!drop->Run(record.kind, seq - most_)) return false;
   }
   return true;
 }
 
 bool RecordTable::Owe(const OwedRecord& owed) {
-  owe_.Bind(1, owed.event);
-  owe_.Bind(2, owed.line);
-  owe_.Bind(3, owed.device);
-  owe_.Bind(4, owed.name);
-  owe_.Bind(5, owed.device_time);
-  owe_.Bind(6, NumberOf(owed.clock));
-  return owe_.Run();
+  return owe_.Run(owed.event, owed.line, owed.device, owed.name, owed.device_time,
+                  NumberOf(owed.clock));
 }
 
 bool RecordTable::Drop(std::int64_t event) {
   for (Statement* drop : {&drop_values_, &drop_, &drop_owed_}) {
-    drop->Bind(1, event);
-    if (!drop->Run()) return false;
+    if (!drop->Run(event)) return false;
   }
   return true;
 }
@@ -169,8 +140,7 @@ class Values {
   explicit Values(Database& database) : rows_(database, kValues) {}
 
   bool Read(KeptRecord& record) {
-    rows_.Bind(1, record.kind);
-    rows_.Bind(2, record.seq);
+    rows_.BindAll(record.kind, record.seq);
     Statement::Step step = rows_.Next();
     for (; step == Statement::Step::row; step = rows_.Next()) {
       const auto word =
@@ -187,8 +157,7 @@ class Values {
 };
 
 void BindAll(Statement& rows, const RecordQuery& query) {
-  rows.Bind(1, query.kind);
-  rows.Bind(2, query.after);
+  rows.BindAll(query.kind, query.after);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
   if (!query.name.empty()) rows.Bind(5, query.name);
@@ -249,8 +218,7 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t f
   Statement rows(database,
                  std::string(kRecordColumns) +
                      "WHERE kind='event' AND event>0 AND event>=? AND event<=? ORDER BY event");
-  rows.Bind(1, first);
-  rows.Bind(2, last);
+  rows.BindAll(first, last);
   Values values(database);
   for (;;) {
     const Statement::Step step = rows.Next();
@@ -260,6 +228,126 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t f
     if (!values.Read(record)) return Error{database.error()};
     records.push_back(std::move(record));
   }
+}
+
+namespace {
+
+/// Rows of one page: about 100 kB of the control socket.
+constexpr std::size_t kPastPage = 1000;
+constexpr const char* kAddPoint =
+    "INSERT OR IGNORE INTO past_points (line, device, name) VALUES (?,?,?)";
+constexpr const char* kFindPoint =
+    "SELECT point FROM past_points WHERE line=? AND device=? AND name=?";
+constexpr const char* kOfSeries =
+    "SELECT point FROM past_points WHERE line=? AND device=? AND substr(name, 1, length(?3))=?3";
+constexpr const char* kInsertPast =
+    "INSERT INTO past (point, time, span, value, quality) VALUES (?,?,?,?,?)";
+constexpr const char* kDropPast = "DELETE FROM past WHERE seq<=(SELECT max(seq) FROM past)-?";
+
+constexpr std::int64_t Micros(Duration time) { return time / std::chrono::microseconds(1); }
+
+}  // namespace
+
+PastTable::PastTable(Database& database, std::int64_t most)
+    : most_(most),
+      add_point_(database, kAddPoint),
+      find_point_(database, kFindPoint),
+      of_series_(database, kOfSeries),
+      insert_(database, kInsertPast),
+      drop_(database, kDropPast) {}
+
+std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const std::string& device,
+                                               const std::string& name) {
+  if (!add_point_.Run(line, device, name)) return std::nullopt;
+  find_point_.BindAll(line, device, name);
+  const bool found = find_point_.Next() == Statement::Step::row;
+  const auto point = found ? std::optional(find_point_.Number(0)) : std::nullopt;
+  find_point_.Reset();
+  return point;
+}
+
+bool PastTable::InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value) {
+  return insert_.Run(point, Micros(record.begin), Micros(record.span),
+                     value == nullptr ? Value() : value->value,
+                     value == nullptr ? Value() : Value(std::int64_t{value->quality.word()}));
+}
+
+bool PastTable::InsertGap(const std::string& line, const std::string& device,
+                          const PastRecord& record) {
+  std::vector<std::int64_t> points;
+  of_series_.BindAll(line, device, record.series + ".");
+  Statement::Step step = of_series_.Next();
+  for (; step == Statement::Step::row; step = of_series_.Next()) {
+    points.push_back(of_series_.Number(0));
+  }
+  of_series_.Reset();
+  bool ok = step == Statement::Step::done;
+  for (const std::int64_t point : points) ok = ok && InsertRow(point, record, nullptr);
+  return ok;
+}
+
+bool PastTable::Insert(const std::string& line, const std::string& device,
+                       const std::vector<PastRecord>& records) {
+  for (const PastRecord& record : records) {
+    if (record.values.empty() && !InsertGap(line, device, record)) return false;
+    for (const PastValue& value : record.values) {
+      const auto point = PointOf(line, device, record.series + "." + value.name);
+      if (!point || !InsertRow(*point, record, &value)) return false;
+    }
+  }
+  if (records.empty()) return true;
+  return drop_.Run(most_);
+}
+
+namespace {
+
+constexpr const char* kFind = "SELECT point FROM past_points WHERE line=? AND device=? AND name=?";
+constexpr const char* kRows =
+    "SELECT seq, time, span, value, quality FROM past WHERE point=?1 AND (time, seq)>(?2, ?3) AND "
+    "time>=?4 AND time<?5 ORDER BY time, seq LIMIT ?6";
+
+std::int64_t Micros(WallTime time) { return time.time_since_epoch() / 1us; }
+
+PastRow RowOf(const Statement& row) {
+  constexpr std::int64_t kLongest = 366LL * 24 * 3600 * 1'000'000;
+  PastRow past;
+  past.time = row.Time(1);
+  past.span = std::clamp<std::int64_t>(row.Number(2), 0, kLongest) * 1us;
+  past.value = row.At(3);
+  if (!row.IsNull(4)) past.quality = Quality::OfWord(static_cast<std::uint16_t>(row.Number(4)));
+  return past;
+}
+
+}  // namespace
+
+Result<PastPage> ReadPast(Database& database, const PastQuery& query) {
+  PastPage page;
+  page.next = query.after;
+  Statement find(database, kFind);
+  find.BindAll(query.line, query.device, query.name);
+  const Statement::Step found = find.Next();
+  if (found == Statement::Step::failed) return Error{database.error()};
+  if (found == Statement::Step::done) return page;
+  page.known = true;
+  Statement rows(database, kRows);
+  rows.BindAll(find.Number(0), query.after.time, query.after.seq,
+               query.since ? Micros(*query.since) : std::numeric_limits<std::int64_t>::min(),
+               query.until ? Micros(*query.until) : std::numeric_limits<std::int64_t>::max(),
+               static_cast<std::int64_t>(kPastPage + 1));
+  while (true) {
+    const Statement::Step step = rows.Next();
+    if (step == Statement::Step::failed) return Error{database.error()};
+    if (step == Statement::Step::done) return page;
+    page.more = page.rows.size() == kPastPage;
+    if (page.more) return page;
+    page.rows.push_back(RowOf(rows));
+    page.next = {rows.Number(0), rows.Number(1)};
+  }
+}
+
+Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
+                          bool* damaged) {
+  return ReadOnce(file, damaged, [&](Database& database) { return ReadPast(database, query); });
 }
 
 }  // namespace baudgate::events

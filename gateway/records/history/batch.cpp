@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/batch.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace baudgate::history {
-
 namespace {
 
 /// Sums are of numbers so small, exactly: the milliseconds of an hour, times twice the largest

@@ -8,7 +8,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace baudgate::history {
 
@@ -144,17 +143,6 @@ bool IsKnown(ValueForm form) {
          form.decimals < kPowers.size();
 }
 
-}  // namespace
-
-ValueForm FormOf(std::span<const Value> values) {
-  if (values.empty()) return {};
-  const ValueCode code = CodeOf(values.front());
-  const bool alike =
-      std::ranges::all_of(values, [&](const Value& value) { return CodeOf(value) == code; });
-  if (!alike) return {ValueCode::mixed, 0};
-  return code == ValueCode::real ? FormOfDoubles(values) : ValueForm{code, 0};
-}
-
 void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to) {
   std::int64_t before = 0;
   for (const Value& value : values) {
@@ -174,6 +162,7 @@ void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to
   }
 }
 
+/// `count` of them, or fewer where `from` fails.
 std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& from) {
   std::vector<Value> values;
   if (count > 0 && !IsKnown(form)) from.Fail();
@@ -193,6 +182,17 @@ std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& f
     }
   }
   return values;
+}
+
+}  // namespace
+
+ValueForm FormOf(std::span<const Value> values) {
+  if (values.empty()) return {};
+  const ValueCode code = CodeOf(values.front());
+  const bool alike =
+      std::ranges::all_of(values, [&](const Value& value) { return CodeOf(value) == code; });
+  if (!alike) return {ValueCode::mixed, 0};
+  return code == ValueCode::real ? FormOfDoubles(values) : ValueForm{code, 0};
 }
 
 namespace {

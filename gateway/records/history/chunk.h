@@ -93,9 +93,6 @@ struct ValueForm {
 
 /// The shortest that brings back exactly these. All of them are values.
 ValueForm FormOf(std::span<const Value> values);
-void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to);
-/// `count` of them, or fewer where `from` fails.
-std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& from);
 
 /// More are never in one.
 inline constexpr std::size_t kMostInChunk = 20'000;

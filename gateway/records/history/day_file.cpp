@@ -13,7 +13,6 @@
 #include "gateway/records/history/chunk.h"
 
 namespace baudgate::history {
-
 namespace {
 
 enum Kind : std::uint8_t { kNothing, kFlag, kWhole, kCounter, kReal, kText };
@@ -185,12 +184,9 @@ Value AsType(Value value, config::Type type) {
   return value;
 }
 
-DayFile::DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
-    : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
-
-DayFile::Opened DayFile::Open(const std::string& damage) {
+PointFile::Opened PointFile::Begin(const DatabaseKind& kind, const std::string& damage) {
   Opened opened;
-  OpenedDatabase file = OpenDatabase(path_, kValues, vfs_, damage);
+  OpenedDatabase file = OpenDatabase(path_, kind, vfs_, damage);
   opened.put_aside = std::move(file.put_aside);
   opened.lost = std::move(file.lost);
   error_ = std::move(file.error);
@@ -198,44 +194,61 @@ DayFile::Opened DayFile::Open(const std::string& damage) {
   damaged_ = false;
   database_ = std::move(file.database);
   open_ = OpenFile(path_, vfs_, *database_);
-  for (std::size_t i = 0; i < kTables.size(); ++i) {
-    insert_[i] =
-        Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
-  }
   run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
-  opened.ok = PackLeftovers(kTables[0]) && PackLeftovers(kTables[1]) && ReadPoints();
-  if (!opened.ok) return opened;
   opened.last_run = Whole(database_->First("SELECT coalesce(max(run), 0) FROM runs"));
+  opened.ok = true;
   return opened;
 }
 
-bool DayFile::Fail() {
+bool PointFile::Fail() {
   error_ = path_.string() + ": " + database_->error();
   damaged_ = database_->damaged();
   database_->Rollback();
   return false;
 }
 
-bool DayFile::ReadPoints() {
+bool PointFile::ReadPoints(const char* rows,
+                           const std::function<void(PointNumber, const Statement&)>& use) {
   std::map<std::string, std::size_t, std::less<>> places;
   for (std::size_t i = 0; i < names_.size(); ++i) places[names_[i].name] = i;
-  std::vector<std::size_t> changed;
-  {
-    Statement rows(*database_, "SELECT point, name, type FROM points");
-    Statement::Step step = rows.Next();
-    for (; step == Statement::Step::row; step = rows.Next()) {
-      const auto found = places.find(rows.Text(1));
-      if (found == places.end()) continue;
-      ids_[found->second] = rows.Number(0);
-      if (rows.Text(2) != Name(names_[found->second].type)) changed.push_back(found->second);
-    }
-    if (step != Statement::Step::done) return Fail();
+  Statement row(*database_, rows);
+  Statement::Step step = row.Next();
+  for (; step == Statement::Step::row; step = row.Next()) {
+    const auto found = places.find(row.Text(1));
+    if (found == places.end()) continue;
+    ids_[found->second] = row.Number(0);
+    use(static_cast<PointNumber>(found->second), row);
   }
+  return step == Statement::Step::done || Fail();
+}
+
+bool PointFile::WriteRuns(const std::vector<Run>& runs) {
+  return std::ranges::all_of(runs, [this](const Run& run) {
+    return run_.Run(run.number, run.began, run.until, Name(run.why));
+  });
+}
+
+DayFile::Opened DayFile::Open(const std::string& damage) {
+  Opened opened = Begin(kValues, damage);
+  if (!opened.ok) return opened;
+  for (std::size_t i = 0; i < kTables.size(); ++i) {
+    insert_[i] =
+        Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
+  }
+  opened.ok = PackLeftovers(kTables[0]) && PackLeftovers(kTables[1]) && UpdateTypes();
+  return opened;
+}
+
+/// Reads the points. Those that have another type by now get it in the file as well.
+bool DayFile::UpdateTypes() {
+  std::vector<PointNumber> changed;
+  const auto note = [&](PointNumber point, const Statement& row) {
+    if (row.Text(2) != Name(names_[point].type)) changed.push_back(point);
+  };
+  if (!ReadPoints("SELECT point, name, type FROM points", note)) return false;
   Statement update(*database_, "UPDATE points SET type=? WHERE point=?");
-  for (const std::size_t place : changed) {
-    update.Bind(1, Name(names_[place].type));
-    update.Bind(2, ids_[place]);
-    if (!update.Run()) return Fail();
+  for (const PointNumber point : changed) {
+    if (!update.Run(Name(names_[point].type), ids_[point])) return Fail();
   }
   return true;
 }
@@ -243,8 +256,7 @@ bool DayFile::ReadPoints() {
 std::int64_t DayFile::IdOf(PointNumber point) {
   if (ids_[point] != 0) return ids_[point];
   Statement insert(*database_, "INSERT INTO points (name, type) VALUES (?,?) RETURNING point");
-  insert.Bind(1, names_[point].name);
-  insert.Bind(2, Name(names_[point].type));
+  insert.BindAll(names_[point].name, Name(names_[point].type));
   if (insert.Next() != Statement::Step::row) return 0;
   const std::int64_t id = insert.Number(0);
   return insert.Next() == Statement::Step::done ? id : 0;
@@ -262,22 +274,11 @@ bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& 
       ids_[sample.point] = id;
       fresh.emplace_back(sample.point, id);
     }
-    insert.Bind(1, ids_[sample.point]);
-    insert.Bind(2, sample.run);
-    insert.Bind(3, sample.entry.time);
-    insert.Bind(4, sample.entry.value);
-    insert.Bind(5, std::int64_t{sample.entry.quality.word()});
-    ok = ok && insert.Run();
+    ok = ok && insert.Run(ids_[sample.point], sample.run, sample.entry.time, sample.entry.value,
+                          std::int64_t{sample.entry.quality.word()});
     if (!ok) break;
   }
-  for (const Run& run : runs) {
-    run_.Bind(1, run.number);
-    run_.Bind(2, run.began);
-    run_.Bind(3, run.until);
-    run_.Bind(4, Name(run.why));
-    ok = ok && run_.Run();
-  }
-  ok = ok && database_->Execute("COMMIT");
+  ok = ok && WriteRuns(runs) && database_->Execute("COMMIT");
   if (!ok) {
     for (const auto& [point, id] : fresh) ids_[point] = 0;
     return Fail();
@@ -311,13 +312,8 @@ bool DayFile::WriteChunks(const char* table) {
   Statement insert(*database_, "INSERT INTO chunks VALUES (?,?,?,?,?,?)");
   bool ok = true;
   for (const Chunk& chunk : chunks_) {
-    insert.Bind(1, ids_[chunk.point]);
-    insert.Bind(2, chunk.run);
-    insert.Bind(3, chunk.first);
-    insert.Bind(4, chunk.last);
-    insert.Bind(5, chunk.count);
-    insert.Bind(6, View(chunk.bytes));
-    ok = ok && insert.Run();
+    ok = ok && insert.Run(ids_[chunk.point], chunk.run, chunk.first, chunk.last, chunk.count,
+                          View(chunk.bytes));
     if (!ok) break;
   }
   ok = ok && database_->Execute(fmt::format("DELETE FROM {}", table));

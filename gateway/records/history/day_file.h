@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -71,18 +72,54 @@ std::string DayFileName(Millis day);
 /// Empty: it is not the name of such a file.
 std::optional<Millis> DayOf(const std::string& file_name);
 
-/// One thread. After a call that failed error() has words, and the file may be closed.
-class DayFile {
+/// What a day's file and trends.db have in common: a database with points, runs and their rows. One
+/// thread. After a call that failed error() has words, and the file may be closed.
+class PointFile {
  public:
-  /// `names` outlives it.
-  DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {});
-
   struct Opened {
     bool ok = false;
     std::string put_aside{};  ///< see OpenedDatabase
     std::optional<std::string> lost{};
     std::int64_t last_run = 0;  ///< that the file knows
   };
+
+  const std::string& error() const { return error_; }
+  bool damaged() const { return damaged_; }
+  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  /// What a reader has found is looked for: all of it is read.
+  std::optional<std::string> Damage() { return database_->Damage(); }
+  const std::filesystem::path& path() const { return path_; }
+
+ protected:
+  /// `names` outlives it.
+  PointFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
+      : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
+
+  /// `database_` is null where it cannot be opened.
+  Opened Begin(const DatabaseKind& kind, const std::string& damage);
+  bool Fail();
+  /// Rows of the points that have numbers here. `rows`: number, name and what else `use` reads.
+  bool ReadPoints(const char* rows,
+                  const std::function<void(PointNumber point, const Statement& row)>& use);
+  bool WriteRuns(const std::vector<Run>& runs);
+
+  const std::filesystem::path path_;
+  const std::vector<PointName>& names_;
+  const std::string vfs_;
+  std::unique_ptr<Database> database_;
+  OpenFile open_;
+  Statement run_;
+  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
+  bool damaged_ = false;
+  std::string error_;
+};
+
+class DayFile final : public PointFile {
+ public:
+  /// `names` outlives it.
+  DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
+      : PointFile(std::move(path), names, std::move(vfs)) {}
+
   /// `damage`: was found while it was in use.
   Opened Open(const std::string& damage = {});
 
@@ -98,35 +135,19 @@ class DayFile {
 
   std::size_t open_rows() const { return active_.size(); }
   Millis oldest_row() const { return active_.oldest(); }
-  const std::string& error() const { return error_; }
-  bool damaged() const { return damaged_; }
-  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// What a reader has found is looked for: all of it is read.
-  std::optional<std::string> Damage() { return database_->Damage(); }
-  const std::filesystem::path& path() const { return path_; }
 
  private:
-  bool Fail();
-  bool ReadPoints();
+  bool UpdateTypes();
   bool PackLeftovers(const char* table);
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
 
-  const std::filesystem::path path_;
-  const std::vector<PointName>& names_;
-  const std::string vfs_;
-  std::unique_ptr<Database> database_;
-  OpenFile open_;
   Statement insert_[2];
-  Statement run_;
-  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
-  std::size_t table_ = 0;          // that takes rows
+  std::size_t table_ = 0;  // that takes rows
   OpenRows active_;
   OpenRows packed_;  // of the other table
   std::vector<Chunk> chunks_;
   bool packing_ = false;
-  bool damaged_ = false;
-  std::string error_;
 };
 
 /// A value as it is kept in a row, in the kind of its point.

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <functional>
 #include <system_error>
 #include <tuple>
@@ -13,7 +12,6 @@
 #include "gateway/records/history/history_files.h"
 
 namespace baudgate::history {
-
 namespace {
 
 namespace fs = std::filesystem;

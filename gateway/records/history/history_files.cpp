@@ -3,13 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <utility>
 
 #include "gateway/records/history/folder_files.h"
 
 namespace baudgate::history {
-
 namespace {
 
 constexpr std::array<const char*, 1> kTrendMigrations = {R"sql(
@@ -56,48 +53,15 @@ constexpr DatabaseKind kTrends = {kTrendsApplication, kTrendMigrations,
 
 }  // namespace
 
-TrendFile::TrendFile(std::filesystem::path path, const std::vector<PointName>& names,
-                     std::string vfs)
-    : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
-
 TrendFile::Opened TrendFile::Open(const std::string& damage) {
-  Opened opened;
-  OpenedDatabase file = OpenDatabase(path_, kTrends, vfs_, damage);
-  opened.put_aside = std::move(file.put_aside);
-  opened.lost = std::move(file.lost);
-  error_ = std::move(file.error);
-  if (!file.database) return opened;
-  damaged_ = false;
-  database_ = std::move(file.database);
-  open_ = OpenFile(path_, vfs_, *database_);
+  Opened opened = Begin(kTrends, damage);
+  if (!opened.ok) return opened;
   minute_ = Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
   hour_ = Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
   drop_minutes_ = Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");
   drop_hours_ = Statement(*database_, "DELETE FROM hours WHERE point=? AND begin<?");
-  run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
-  opened.ok = ReadPoints() && MendHours();
-  const Value last = database_->First("SELECT coalesce(max(run), 0) FROM runs");
-  if (const auto* number = std::get_if<std::int64_t>(&last)) opened.last_run = *number;
+  opened.ok = ReadPoints("SELECT point, name FROM points", [](auto&&...) {}) && MendHours();
   return opened;
-}
-
-bool TrendFile::Fail() {
-  error_ = path_.string() + ": " + database_->error();
-  damaged_ = database_->damaged();
-  database_->Rollback();
-  return false;
-}
-
-bool TrendFile::ReadPoints() {
-  std::map<std::string, std::size_t, std::less<>> places;
-  for (std::size_t i = 0; i < names_.size(); ++i) places[names_[i].name] = i;
-  Statement rows(*database_, "SELECT point, name FROM points");
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
-    const auto found = places.find(rows.Text(1));
-    if (found != places.end()) ids_[found->second] = rows.Number(0);
-  }
-  return step == Statement::Step::done || Fail();
 }
 
 /// A gateway that was killed has left the minutes of an hour, and not the hour.
@@ -131,9 +95,7 @@ bool TrendFile::MendHours(std::int64_t point, const Run& run) {
                    "point=?1 AND begin>=?2 AND run=?3 AND good>0 AND NOT EXISTS (SELECT 1 FROM "
                    "hours WHERE point=?1 AND begin=m.begin-m.begin%3600000 AND run=?3) ORDER BY "
                    "begin");
-    rows.Bind(1, point);
-    rows.Bind(2, FloorTo(std::max(run.began, run.until - kHour), kHour));
-    rows.Bind(3, run.number);
+    rows.BindAll(point, FloorTo(std::max(run.began, run.until - kHour), kHour), run.number);
     Statement::Step step = rows.Next();
     for (; step == Statement::Step::row; step = rows.Next()) {
       const Trend minute{rows.Number(0), rows.Real(1), rows.Real(2),   rows.Real(3),
@@ -151,17 +113,8 @@ bool TrendFile::MendHours(std::int64_t point, const Run& run) {
 
 bool TrendFile::InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
                            const Trend& trend) {
-  insert.Bind(1, point);
-  insert.Bind(2, trend.begin);
-  insert.Bind(3, run);
-  insert.Bind(4, Value(trend.mean));
-  insert.Bind(5, Value(trend.min));
-  insert.Bind(6, Value(trend.max));
-  insert.Bind(7, Value(trend.first));
-  insert.Bind(8, Value(trend.last));
-  insert.Bind(9, trend.count);
-  insert.Bind(10, trend.good);
-  return insert.Run();
+  return insert.Run(point, trend.begin, run, Value(trend.mean), Value(trend.min), Value(trend.max),
+                    Value(trend.first), Value(trend.last), trend.count, trend.good);
 }
 
 std::int64_t TrendFile::IdOf(PointNumber point) {
@@ -178,10 +131,8 @@ bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
   if (!InsertSpan(hour ? hour_ : minute_, id, row.run, row.trend)) return false;
   if (!hour || !sure) return true;
   const Millis now = std::min(row.trend.begin, *sure);
-  drop_minutes_.Bind(1, id);
-  drop_minutes_.Bind(2, now - kKeepMinutes);
-  drop_hours_.Bind(1, id);
-  drop_hours_.Bind(2, now - kKeepHours);
+  drop_minutes_.BindAll(id, now - kKeepMinutes);
+  drop_hours_.BindAll(id, now - kKeepHours);
   return drop_minutes_.Run() && drop_hours_.Run();
 }
 
@@ -199,14 +150,7 @@ bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run
     ok = ok && Insert(row, sure);
     if (!ok) break;
   }
-  for (const Run& run : runs) {
-    run_.Bind(1, run.number);
-    run_.Bind(2, run.began);
-    run_.Bind(3, run.until);
-    run_.Bind(4, Name(run.why));
-    ok = ok && run_.Run();
-  }
-  if (ok && database_->Execute("COMMIT")) return true;
+  if (ok && WriteRuns(runs) && database_->Execute("COMMIT")) return true;
   for (const PointNumber point : fresh) ids_[point] = 0;
   return Fail();
 }

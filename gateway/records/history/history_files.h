@@ -41,18 +41,12 @@ inline constexpr const char* kTrendsFile = "trends.db";
 inline constexpr Millis kKeepMinutes = 14 * kDay;
 inline constexpr Millis kKeepHours = 3660 * kDay;
 
-/// One thread. After a call that failed error() has words.
-class TrendFile {
+class TrendFile final : public PointFile {
  public:
   /// `names` outlives it.
-  TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {});
+  TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
+      : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  struct Opened {
-    bool ok = false;
-    std::string put_aside{};
-    std::optional<std::string> lost{};
-    std::int64_t last_run = 0;
-  };
   /// `damage`: was found while it was in use.
   Opened Open(const std::string& damage = {});
   /// All or none. The same once more changes nothing. `sure`: see SureTime; spans are too old for
@@ -60,16 +54,7 @@ class TrendFile {
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 
-  const std::string& error() const { return error_; }
-  bool damaged() const { return damaged_; }
-  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// What a reader has found is looked for: all of it is read.
-  std::optional<std::string> Damage() { return database_->Damage(); }
-  const std::filesystem::path& path() const { return path_; }
-
  private:
-  bool Fail();
-  bool ReadPoints();
   bool MendHours();
   bool MendHours(std::int64_t point, const Run& run);
   bool Insert(const TrendRow& row, std::optional<Millis> sure);
@@ -77,19 +62,10 @@ class TrendFile {
                          const Trend& trend);
   std::int64_t IdOf(PointNumber point);
 
-  const std::filesystem::path path_;
-  const std::vector<PointName>& names_;
-  const std::string vfs_;
-  std::unique_ptr<Database> database_;
-  OpenFile open_;
   Statement minute_;
   Statement hour_;
   Statement drop_minutes_;
   Statement drop_hours_;
-  Statement run_;
-  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
-  bool damaged_ = false;
-  std::string error_;
 };
 
 /// One line for the log.

@@ -4,11 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <system_error>
-#include <utility>
 
 namespace baudgate::history {
-
 namespace {
 
 /// That the gateway lives is written so often where nothing else is: disks wear.

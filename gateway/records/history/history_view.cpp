@@ -3,13 +3,367 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <system_error>
 #include <utility>
-#include <vector>
 
+#include "gateway/records/disk/database.h"
+#include "gateway/records/history/chunk.h"
 #include "gateway/records/history/day_file.h"
+#include "gateway/records/history/folder_files.h"
 #include "gateway/records/history/history_files.h"
 
 namespace baudgate::history {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Millis kNever = std::numeric_limits<Millis>::max();
+
+RunBegin RunBeginNamed(std::string_view name) {
+  const auto found = std::ranges::find(kRunBegins, name);
+  return found == kRunBegins.end() ? RunBegin::started
+                                   : static_cast<RunBegin>(found - kRunBegins.begin());
+}
+
+/// One day's file, for one point.
+class DayReader {
+ public:
+  DayReader(const fs::path& folder, Millis day, const std::string& point)
+      : day_(day), database_((folder / DayFileName(day)).string(), Database::Mode::read) {
+    if (!database_.is_open()) return;
+    Statement tables(database_, "SELECT count(*) FROM sqlite_master");
+    is_new_ = tables.Next() == Statement::Step::row && tables.Number(0) == 0;
+    if (is_new_) return;
+    Statement row(database_, "SELECT point, type FROM points WHERE name=?");
+    row.Bind(1, point);
+    const Statement::Step step = row.Next();
+    ok_ = step != Statement::Step::failed;
+    if (step != Statement::Step::row) return;
+    point_ = row.Number(0);
+    type_ = row.Text(1) == Name(config::Type::boolean)  ? config::Type::boolean
+            : row.Text(1) == Name(config::Type::uint64) ? config::Type::uint64
+                                                        : config::Type::float64;
+  }
+
+  bool ok() const { return ok_; }
+  /// It is just being made, and holds nothing yet.
+  bool is_new() const { return is_new_; }
+  const std::string& error() const { return database_.error(); }
+  bool damaged() const { return database_.damaged(); }
+  bool damaged_chunk() const { return damaged_chunk_; }
+  bool knows() const { return point_.has_value(); }
+  Millis day() const { return day_; }
+
+  bool ReadRuns(std::map<std::int64_t, Run>& runs) {
+    Statement rows(database_, "SELECT run, began, until, why FROM runs");
+    Statement::Step step = rows.Next();
+    for (; step == Statement::Step::row; step = rows.Next()) {
+      const Run run{rows.Number(0), rows.Number(1), rows.Number(2), RunBeginNamed(rows.Text(3))};
+      const auto [found, is_new] = runs.try_emplace(run.number, run);
+      found->second.until = std::max(found->second.until, run.until);
+    }
+    return step == Statement::Step::done;
+  }
+
+  /// Rows of one run after this time, oldest first; about `most`.
+  bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
+                   std::vector<Entry>& out) {
+    if (!knows()) return true;
+    const auto take = [&](Entry entry) {
+      const Millis last = out.empty() ? after : std::max(after, out.back().time);
+      if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
+    };
+    // One read: what becomes a chunk meanwhile is seen once.
+    if (!database_.Execute("BEGIN")) return false;
+    Statement chunks(database_,
+                     "SELECT bytes FROM chunks WHERE point=? AND run=? AND last>? AND first<? "
+                     "ORDER BY first");
+    Bind(chunks, run, after, until);
+    Statement::Step step = chunks.Next();
+    for (; step == Statement::Step::row && out.size() < most; step = chunks.Next()) {
+      auto entries = DecodeChunk(chunks.Blob(0));
+      if (!entries) {  // the others are as good as they were
+        damaged_chunk_ = true;
+        continue;
+      }
+      for (Entry& entry : *entries) take(std::move(entry));
+    }
+    if (step == Statement::Step::failed) return false;
+    if (out.size() < most) {
+      Statement rows(database_,
+                     "SELECT time, value, quality FROM rows WHERE point=? AND run=? AND time>? AND "
+                     "time<? ORDER BY time");
+      Bind(rows, run, after, until);
+      step = rows.Next();
+      for (; step == Statement::Step::row && out.size() < most; step = rows.Next()) {
+        take({rows.Number(0), AsType(rows.At(1), type_),
+              Quality::OfWord(static_cast<std::uint16_t>(rows.Number(2)))});
+      }
+    }
+    return step != Statement::Step::failed;
+  }
+
+  void End() { database_.Rollback(); }
+
+ private:
+  void Bind(Statement& statement, std::int64_t run, Millis after, Millis until) const {
+    statement.BindAll(*point_, run, after, until);
+  }
+
+  Millis day_;
+  Database database_;
+  bool ok_ = false;
+  bool is_new_ = false;
+  bool damaged_chunk_ = false;
+  std::optional<std::int64_t> point_;
+  config::Type type_ = config::Type::float64;
+};
+
+class PageReader {
+ public:
+  PageReader(fs::path folder, const PageQuery& query) : folder_(std::move(folder)), query_(query) {}
+
+  Page Read() {
+    OpenDays();
+    page_.next = query_.after;
+    for (auto run = runs_.lower_bound(query_.after.run); run != runs_.end(); ++run) {
+      ReadRun(run);
+      if (page_.more) break;
+    }
+    return std::move(page_);
+  }
+
+ private:
+  void OpenDays() {
+    const FolderFiles files = ListFiles(folder_);
+    for (const FolderFiles::Day& day : files.days) {
+      if (day.day >= query_.until || day.day + kDay <= query_.since) continue;
+      auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
+      if (reader->is_new()) {
+        const bool is_latest = day.day == files.days.back().day;
+        if (!is_latest) NoteUnread(*reader, "it is empty: its content is lost");
+        continue;
+      }
+      // One that is damaged hides nothing but itself; one that is being removed is no loss.
+      if (!reader->ok() || !reader->ReadRuns(runs_)) {
+        std::error_code none;
+        if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
+        continue;
+      }
+      page_.known = page_.known || reader->knows();
+      days_.push_back(std::move(reader));
+    }
+  }
+
+  void NoteUnread(const DayReader& day, const std::string& why) {
+    UnreadFile file{day.day(), DayFileName(day.day()) + ": " + why, day.damaged()};
+    if (std::ranges::find(page_.unread, file) == page_.unread.end()) {
+      page_.unread.push_back(std::move(file));
+    }
+  }
+
+  void ReadRun(std::map<std::int64_t, Run>::const_iterator run) {
+    const bool goes_on = run->first == query_.after.run;
+    if (goes_on && query_.after.time == kNever) return;
+    Millis after = std::max(query_.since, std::numeric_limits<Millis>::min() + 1) - 1;
+    if (goes_on) after = std::max(after, query_.after.time);
+    bool knew = false;
+    for (const auto& day : days_) {
+      if (day->day() > run->second.until || day->day() + kDay <= run->second.began) continue;
+      knew = knew || day->knows();
+      std::vector<Entry> entries;
+      const std::size_t room = kPage - page_.records.size();
+      if (!day->ReadEntries(run->first, after, query_.until, room + 1, entries)) {
+        NoteUnread(*day, day->error());
+      } else if (day->damaged_chunk()) {
+        NoteUnread(*day, "some of its values are damaged");
+      }
+      day->End();
+      for (Entry& entry : entries) {
+        if (page_.records.size() == kPage) {
+          page_.more = true;
+          return;
+        }
+        after = entry.time;
+        page_.next = {run->first, after};
+        page_.records.push_back({std::move(entry), {}});
+      }
+    }
+    AddGap(run, knew);
+  }
+
+  void AddGap(std::map<std::int64_t, Run>::const_iterator run, bool knew) {
+    const auto later = std::next(run);
+    const Millis end = run->second.until;
+    if (later == runs_.end() || !knew || end < query_.since || end >= query_.until) return;
+    if (page_.records.size() == kPage) {
+      page_.more = true;
+      return;
+    }
+    page_.records.push_back({{end, {}, {}}, Gap{later->second.began, later->second.why}});
+    page_.next = {run->first, kNever};
+  }
+
+  const fs::path folder_;
+  const PageQuery& query_;
+  Page page_;
+  std::vector<std::unique_ptr<DayReader>> days_;
+  std::map<std::int64_t, Run> runs_;
+};
+
+}  // namespace
+
+Result<Page> ReadPage(const fs::path& folder, const PageQuery& query) {
+  return PageReader(folder, query).Read();
+}
+
+namespace {
+
+struct Part {
+  std::int64_t run = 0;
+  Trend trend{};
+};
+
+constexpr const char* kColumns =
+    "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
+
+/// Empty: it is no span of a point.
+std::optional<Part> PartOf(const Statement& row) {
+  Part part{row.Number(0),
+            {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
+             row.Number(7), row.Number(8)}};
+  const Trend& trend = part.trend;
+  const bool finite = std::isfinite(trend.mean) && std::isfinite(trend.min) &&
+                      std::isfinite(trend.max) && std::isfinite(trend.first) &&
+                      std::isfinite(trend.last);
+  if (!finite || trend.count < 0 || trend.good <= 0 || trend.good > kHour) return std::nullopt;
+  return part;
+}
+
+class TrendReader {
+ public:
+  TrendReader(Database& database, const TrendQuery& query) : database_(database), query_(query) {}
+
+  Result<TrendPage> Read() {
+    page_.next = query_.since;
+    Statement row(database_, "SELECT point FROM points WHERE name=?");
+    row.Bind(1, query_.point);
+    const Statement::Step step = row.Next();
+    if (step == Statement::Step::failed) return Error{database_.error()};
+    if (step == Statement::Step::done) return std::move(page_);
+    page_.known = true;
+    point_ = row.Number(0);
+    bool ok = true;
+    if (query_.every % kHour == 0) {
+      ok = Add("hours", query_.since, "") && AddOpenHour();
+    } else {
+      ok = Add("minutes", query_.since, "");
+    }
+    if (!ok) return Error{database_.error()};
+    Merge();
+    return std::move(page_);
+  }
+
+ private:
+  /// The current run has minutes of an hour that is not over.
+  bool AddOpenHour() {
+    Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
+    const Statement::Step step = run.Next();
+    if (step != Statement::Step::row) return step == Statement::Step::done;
+    const std::int64_t number = run.Number(0);
+    Statement last(database_,
+                   "SELECT begin FROM hours WHERE point=? AND begin>=? AND run=? ORDER BY begin "
+                   "DESC LIMIT 1");
+    last.BindAll(point_, FloorTo(run.Number(1), kHour), number);
+    Millis from = FloorTo(run.Number(1), kMinute);
+    if (last.Next() == Statement::Step::row) from = last.Number(0) + kHour;
+    return Add("minutes", std::max(from, query_.since), " AND run=" + std::to_string(number));
+  }
+
+  bool Add(const char* table, Millis since, const std::string& where) {
+    Statement rows(database_, std::string(kColumns) + table +
+                                  " WHERE point=? AND begin>=? AND begin<?" + where +
+                                  " ORDER BY begin, run");
+    rows.BindAll(point_, since, query_.until);
+    // A page has so many spans. A client that asks for years by minutes asks again for the rest.
+    std::size_t spans = 0;
+    Millis span = std::numeric_limits<Millis>::min();
+    Statement::Step step = rows.Next();
+    for (; step == Statement::Step::row; step = rows.Next()) {
+      const auto part = PartOf(rows);
+      if (!part) continue;
+      const Millis begin = FloorTo(part->trend.begin, query_.every);
+      if (begin != span && ++spans > kPage) {
+        end_ = std::min(end_, begin);
+        return true;
+      }
+      span = begin;
+      parts_.push_back(*part);
+    }
+    return step == Statement::Step::done;
+  }
+
+  void Merge() {
+    std::ranges::stable_sort(parts_, [&](const Part& a, const Part& b) {
+      const Millis begin_a = FloorTo(a.trend.begin, query_.every);
+      const Millis begin_b = FloorTo(b.trend.begin, query_.every);
+      if (begin_a != begin_b) return begin_a < begin_b;
+      return a.run != b.run ? a.run < b.run : a.trend.begin < b.trend.begin;
+    });
+    for (const Part& part : parts_) {
+      const Millis begin = FloorTo(part.trend.begin, query_.every);
+      if (begin >= end_) break;
+      if (page_.spans.empty() || page_.spans.back().begin != begin) {
+        page_.spans.push_back(part.trend);
+        page_.spans.back().begin = begin;
+      } else {
+        history::Merge(page_.spans.back(), part.trend);
+      }
+    }
+    page_.more = end_ != std::numeric_limits<Millis>::max();
+    if (page_.more) page_.next = end_;
+  }
+
+  Database& database_;
+  const TrendQuery& query_;
+  std::int64_t point_ = 0;
+  std::vector<Part> parts_;
+  Millis end_ = std::numeric_limits<Millis>::max();
+  TrendPage page_;
+};
+
+}  // namespace
+
+Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
+                             bool* damaged) {
+  TrendQuery whole = query;  // a span is whole or not there
+  whole.since = FloorTo(query.since, query.every);
+  // An hour that ends meanwhile is counted once.
+  return ReadOnce(folder / kTrendsFile, damaged,
+                  [&](Database& database) { return TrendReader(database, whole).Read(); });
+}
+
+bool UnreadFiles::Note(const UnreadFile& file, const PageQuery& query) {
+  const bool known = std::ranges::find(entries_, file, &Entry::file) != entries_.end();
+  if (known || entries_.size() >= kMost) return false;
+  PageQuery its = query;
+  its.since = std::max(its.since, file.day);
+  its.until = std::min(its.until, file.day + kDay);
+  entries_.push_back({file, std::move(its)});
+  return true;
+}
+
+void UnreadFiles::Forget(const UnreadFile& file) {
+  std::erase_if(entries_, [&](const Entry& entry) { return entry.file == file; });
+}
+
+bool UnreadFiles::CanBeRead(const std::filesystem::path& folder, const Entry& entry) {
+  const auto page = ReadPage(folder, entry.query);
+  return page && std::ranges::find(page->unread, entry.file) == page->unread.end();
+}
 
 HistoryState HistoryView::state() const {
   const MutexLock lock(mutex_);

@@ -7,7 +7,6 @@
 #include "gateway/records/history/chunk.h"
 
 namespace baudgate::history {
-
 namespace {
 
 bool HasMoved(const Decimal& deadband, const Value& from, const Value& to) {

@@ -10,15 +10,11 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
-#include <vector>
 
-#include "config/model/config.h"
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
-#include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kMostText = 256;  // of a reason or note

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace baudgate {
-
 namespace {
 
 /// "04:05:06.123456", UTC.

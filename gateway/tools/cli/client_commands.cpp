@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/client_commands.h"
-
 #include <unistd.h>
 
 #include <iostream>
@@ -13,10 +11,9 @@
 #include "gateway/tools/cli/bundle/support_bundle.h"
 #include "gateway/tools/cli/client/history.h"
 #include "gateway/tools/cli/client/operation.h"
-#include "gateway/tools/cli/client/points.h"
 #include "gateway/tools/cli/client/records.h"
 #include "gateway/tools/cli/client/status.h"
-#include "gateway/tools/cli/device_commands.h"
+#include "gateway/tools/cli/commands.h"
 #include "gateway/tools/cli/ports/ports.h"
 #include "gateway/tools/cli/settings/settings.h"
 #include "gateway/tools/cli/trace.h"

@@ -3,19 +3,14 @@
 
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <map>
-#include <optional>
-#include <string_view>
 #include <vector>
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/client_commands.h"
-#include "gateway/tools/cli/device_commands.h"
 #include "gateway/tools/cli/live/demo.h"
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/certs.h"
@@ -23,12 +18,10 @@
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
-#include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 
 namespace baudgate {
-
 namespace {
 
 bool IsNumber(std::string_view word) {
@@ -107,10 +100,7 @@ void TellMeant(const CLI::App& app, std::ostream& err) {
 
 }  // namespace baudgate
 
-#include "gateway/tools/cli/live/dds_programs.h"
-
 namespace baudgate {
-
 namespace {
 
 void AddConfig(CLI::App& command, std::string& file) {

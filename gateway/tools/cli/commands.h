@@ -30,6 +30,12 @@ using Action = std::function<int(const config::Catalog&)>;
 
 /// Each subcommand sets `action` when it is the one that is parsed; both outlive the parsing.
 void AddCommands(CLI::App& app, Action& action);
+/// Those that talk to a running gateway.
+void AddClientCommands(CLI::App& app, Action& action);
+/// `scan` and `ask`: subcommands about a bus.
+void AddBusCommands(CLI::App& app, Action& action);
+/// Those for devices that no running gateway has: twins, profiles, one look, a bridge.
+void AddDeviceCommands(CLI::App& app, Action& action);
 
 /// Whether the first word looks like a subcommand and is none. Then it is said which there are:
 /// CLI11 itself only says that a subcommand is required.

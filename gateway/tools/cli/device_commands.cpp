@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/cli/device_commands.h"
-
 #include <unistd.h>
 
 #include <iostream>
 #include <map>
 #include <memory>
 
-#include "gateway/tools/cli/client/points.h"
+#include "gateway/tools/cli/client/operation.h"
+#include "gateway/tools/cli/commands.h"
 #include "gateway/tools/cli/live/one_port.h"
 #include "gateway/tools/cli/offline/new_profile.h"
 #include "gateway/tools/cli/offline/profiles.h"
@@ -19,7 +18,6 @@
 #include "gateway/tools/terminal/words.h"
 
 namespace baudgate {
-
 namespace {
 
 void AddScan(CLI::App& app, Action& action) {

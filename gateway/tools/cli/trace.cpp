@@ -2,11 +2,10 @@
 #include "gateway/tools/cli/trace.h"
 
 #include <algorithm>
-#include <optional>
 #include <vector>
 
 #include "gateway/base/shown.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
+#include "gateway/diagnosis/decode/exchange_decoder.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/terminal/command_end.h"

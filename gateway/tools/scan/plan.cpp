@@ -2,7 +2,6 @@
 #include "gateway/tools/scan/plan.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "config/catalog/option_values.h"
 #include "gateway/base/text.h"

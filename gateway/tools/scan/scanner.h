@@ -12,7 +12,6 @@
 
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
-#include "gateway/tools/scan/found.h"
 #include "gateway/tools/scan/judge.h"
 #include "gateway/tools/scan/plan.h"
 

@@ -5,13 +5,10 @@
 #include <cmath>
 #include <numbers>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr double kWaveSeconds = 60;

@@ -9,7 +9,6 @@
 #include "transports/serial_settings.h"
 
 namespace baudgate {
-
 namespace {
 
 /// The one that has connected first makes room.

@@ -8,16 +8,14 @@
 #include <iterator>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
+constexpr std::size_t kFaultKinds = 11;
 /// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 

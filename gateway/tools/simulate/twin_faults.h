@@ -54,7 +54,6 @@ struct Fault {
   bool IsDue(Duration since_start) const;
 };
 
-inline constexpr std::size_t kFaultKinds = 11;
 std::string_view Name(Fault::Kind kind);
 
 /// How characters travel between the twin and the master.

@@ -6,12 +6,10 @@
 #include <bit>
 #include <cstdint>
 #include <cstdlib>
-#include <vector>
 
 #include "transports/serial_settings.h"
 
 namespace baudgate {
-
 namespace {
 
 using config::Parity;

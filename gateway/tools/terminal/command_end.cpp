@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/terminal/command_end.h"
 
-#include <poll.h>
-#include <unistd.h>
-
 #include <iostream>
 
 #include "gateway/base/exit_code.h"

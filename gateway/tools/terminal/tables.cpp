@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/terminal/tables.h"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -9,7 +8,6 @@
 #include "gateway/base/text.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kLeastWidth = 20;  // where an indent would leave nothing
@@ -120,7 +118,6 @@ std::string ColumnLayout::Row(const std::vector<std::string>& cells) const {
 }  // namespace baudgate
 
 namespace baudgate::config {
-
 namespace {
 
 std::string MarkdownCell(const std::string& text) {

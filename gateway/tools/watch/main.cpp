@@ -22,7 +22,6 @@
 #include "gateway/outputs/dds/fast/fast_writer.h"
 #include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/dds/link/process_link.h"
-#include "gateway/outputs/dds/process/confine.h"
 #include "gateway/outputs/dds/process/serve.h"
 #include "gateway/outputs/dds/published_types.h"
 #include "gateway/tools/terminal/command_end.h"

@@ -1,6 +1,6 @@
 // The subscriber of `watch`: points, starts and ends of gateways on their way from the library's
 // threads to the one that shows them. Mailbox holds what comes, and Listening keeps a subscriber
-// that hears.
+// that hears. RunWatchEvents prints events and alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <utility>
 #include <variant>
@@ -24,6 +25,8 @@
 #include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/tools/terminal/command_end.h"
+#include "gateway/tools/watch/watch.h"
 #include "gateway/tools/watch/watch_lines.h"
 
 namespace baudgate {
@@ -159,5 +162,16 @@ class PointFeed {
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
+
+// `baudgate watch --events`, `--alarms`: what happens in the devices of all gateways, one line an
+// event or change of an alarm.
+
+std::string JsonLine(const dds::EventSample& event);
+std::string PlainLine(const dds::EventSample& event);
+std::string JsonLine(const dds::AlarmSample& alarm);
+std::string PlainLine(const dds::AlarmSample& alarm);
+
+/// As RunWatch.
+int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate

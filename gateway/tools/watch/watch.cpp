@@ -6,25 +6,17 @@
 
 #include <algorithm>
 #include <fstream>
-#include <optional>
-#include <utility>
 
-#include "config/model/network.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/tools/terminal/command_end.h"
-#include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
-#include "gateway/tools/watch/line_modes.h"
 #include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/point_image.h"
-#include "gateway/tools/watch/publishers.h"
 #include "gateway/tools/watch/watch_lines.h"
 
 namespace baudgate {
-
 namespace {
 
 /// What is wrong with it, or nothing.

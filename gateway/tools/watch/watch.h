@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "config/model/network.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/fast/participant.h"
 #include "gateway/tools/terminal/live_table.h"
 
 namespace baudgate {

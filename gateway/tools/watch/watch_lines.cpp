@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
-#include <cmath>
-
 #include "gateway/base/shown.h"
 
 namespace baudgate {
-
 namespace {
 
 std::string_view GoneText(dds::Gone gone) {

@@ -13,7 +13,6 @@
 #include "protocols/set4tm/meter/printed.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 using Kind = Journal::Kind;

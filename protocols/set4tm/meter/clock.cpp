@@ -9,7 +9,6 @@
 #include "protocols/set4tm/meter/values.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 std::optional<unsigned> FromBcd(std::uint8_t byte) {
@@ -57,7 +56,7 @@ namespace {
 
 /// What level 1 may correct at once (reference, chapter 10).
 constexpr double kMostSeconds = 120;
-constexpr std::uint8_t kCorrectClock = 0x0B;
+constexpr std::uint8_t kCorrectClockCode = 0x0B;
 
 }  // namespace
 
@@ -115,7 +114,7 @@ Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Insta
                  std::to_string(std::lround(seconds)) + " s: set it by hand"};
   }
   const auto bits = static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(seconds)));
-  return Bytes{kWrite, kCorrectClock, static_cast<std::uint8_t>(bits >> 8U),
+  return Bytes{kWrite, kCorrectClockCode, static_cast<std::uint8_t>(bits >> 8U),
                static_cast<std::uint8_t>(bits & 0xFFU)};
 }
 

@@ -5,7 +5,6 @@
 #include <bit>
 #include <string>
 
-#include "gateway/base/bytes.h"
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::set4tm {

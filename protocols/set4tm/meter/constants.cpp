@@ -3,7 +3,6 @@
 #include "protocols/set4tm/meter/constants.h"
 
 #include <array>
-#include <cstdint>
 
 namespace baudgate::protocols::set4tm {
 namespace {

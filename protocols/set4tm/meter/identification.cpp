@@ -2,14 +2,13 @@
 #include "protocols/set4tm/meter/identification.h"
 
 #include <algorithm>
-#include <array>
+#include <string>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 constexpr StatusWord kUnknown = StatusWord::unknown;
@@ -34,6 +33,13 @@ constexpr MeterType kTypes[] = {
     {0xB, "PSCH-3/4TM.05MK", kUnknown, kPerhaps, kPerhaps},
 };
 
+/// "8 (SET-4TM.02M, .03M)", "C".
+std::string NameOfType(std::uint8_t code) {
+  const std::string digit(1, "0123456789ABCDEF"[code & 0x0FU]);
+  const MeterType* type = FindType(code);
+  return type == nullptr ? digit : digit + " (" + std::string(type->name) + ")";
+}
+
 }  // namespace
 
 const MeterType* FindType(std::uint8_t code) {
@@ -41,12 +47,6 @@ const MeterType* FindType(std::uint8_t code) {
     if (type.code == code) return &type;
   }
   return nullptr;
-}
-
-std::string NameOfType(std::uint8_t code) {
-  const std::string digit(1, "0123456789ABCDEF"[code & 0x0FU]);
-  const MeterType* type = FindType(code);
-  return type == nullptr ? digit : digit + " (" + std::string(type->name) + ")";
 }
 
 std::optional<std::uint8_t> ParseType(std::string_view text) {

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -42,8 +41,6 @@ struct MeterType {
 
 /// The upper four bits of the third byte of 08 12. Null: a later type, of which nothing is known.
 const MeterType* FindType(std::uint8_t code);
-/// "8 (SET-4TM.02M, .03M)", "C".
-std::string NameOfType(std::uint8_t code);
 /// "8", "0xB", "b": 0 to 15.
 std::optional<std::uint8_t> ParseType(std::string_view text);
 

@@ -7,7 +7,6 @@
 #include "protocols/set4tm/meter/status.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 constexpr std::uint8_t kLatch = 0x08;    // of kWrite

@@ -18,7 +18,6 @@
 #include "gateway/base/time.h"
 #include "protocols/protocol.h"
 #include "protocols/set4tm/meter/point_reads.h"
-#include "protocols/set4tm/meter/reply.h"
 
 namespace baudgate::protocols::set4tm {
 

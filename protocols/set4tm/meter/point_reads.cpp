@@ -3,11 +3,137 @@
 
 #include <algorithm>
 
+#include "gateway/base/text.h"
+#include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/latch.h"
-#include "protocols/set4tm/meter/plan.h"
+#include "protocols/set4tm/meter/printed.h"
 #include "protocols/set4tm/meter/status.h"
+#include "protocols/set4tm/meter/values.h"
 
 namespace baudgate::protocols::set4tm {
+namespace {
+
+/// The question of another master to the same meter is as long as the reply to such a question. No
+/// check value tells them apart.
+///
+///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
+bool IsQuestionLike(View pdu, View body) {
+  constexpr std::uint8_t kLastWay = 0x03;  // of reading floats: single, latched, group, both
+  if (pdu.size() < 3 || body.size() != pdu.size()) return false;
+  if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
+  if (body.size() > 3) return body[2] <= kLastWay;
+  // Codes of measures: phase in the low bits. Other integers of three bytes may begin so.
+  return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
+}
+
+}  // namespace
+
+bool ReplyReader::Accepts(View asked, View answering) const {
+  if (std::ranges::equal(asked, answering)) return true;
+  if (asked.size() != 1) return false;
+  if (answering.size() == 1) return asked[0] == kCommonAddress;
+  return settings_.serial_number &&
+         std::ranges::equal(answering, ExtendedAddress(*settings_.serial_number));
+}
+
+Reply ReplyReader::Read(View request, View frame) const {
+  Reply reply;
+  const auto unexpected = [&reply](std::string why) {
+    reply.answer.outcome = Outcome::unexpected;
+    reply.answer.reason = std::move(why);
+    return reply;
+  };
+  const auto asked = SplitFrame(request, settings_.checksum);
+  if (!asked) return unexpected("the request is not a SET-4TM frame with a good checksum");
+  const auto got = SplitFrame(frame, settings_.checksum);
+  if (!got) {
+    reply.answer.outcome = Outcome::corrupt;
+    reply.answer.reason = "the reply is not a SET-4TM frame with a good checksum";
+    return reply;
+  }
+  if (!Accepts(asked->address, got->address)) {
+    const bool extended = got->address.size() > 1 && asked->address.size() == 1;
+    return unexpected("reply of meter " + ToHex(got->address) + ", not " + ToHex(asked->address) +
+                      (extended ? "; if it is the right one, set `serial_number`" : ""));
+  }
+  const View pdu = asked->body;
+  // A float read and its reply are equally long; only the link test is answered by its own bytes.
+  if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
+    return unexpected("the request came back; does the adapter echo? set `echo: strip`");
+  }
+  if (IsQuestionLike(pdu, got->body)) {
+    return unexpected("it is a request, not a reply: another master asks this meter");
+  }
+  if (got->body.size() == 1) {
+    reply.pdu = pdu;
+    reply.status = got->body[0];
+    ReadStatus(reply);
+    return reply;
+  }
+  const bool fits = fields_.Matches(pdu).empty() ? MayAnswer(pdu, got->body.size())
+                                                 : LengthOfData(pdu) == got->body.size();
+  if (AnsweredByStatus(pdu) || !fits) {
+    reply.answer.remedy = "does the profile fit this type of meter?";
+    return unexpected(std::to_string(got->body.size()) + " data bytes do not answer request " +
+                      HexByte(pdu[0]));
+  }
+  if (IsMasked(pdu) && got->body[0] != pdu[2]) {
+    return unexpected("reply to another snapshot: id " + HexByte(got->body[0]));
+  }
+  if (pdu[0] == kMemoryTagged && got->body[0] != pdu[1]) {
+    return unexpected("reply to another read of memory: id " + HexByte(got->body[0]));
+  }
+  reply.pdu = pdu;
+  reply.data = got->body;
+  ReadData(reply);
+  return reply;
+}
+
+void ReplyReader::ReadStatus(Reply& reply) const {
+  const bool awaited = AnsweredByStatus(reply.pdu);
+  StatusMeaning meaning = Explain(*reply.status, reply.pdu[0] == kOpenChannel);
+  reply.answer.wait = meaning.wait;
+  if (meaning.outcome == Outcome::ok && !awaited) {
+    reply.answer.outcome = Outcome::unexpected;
+    reply.answer.reason = "status 00 where data was asked for";
+    return;
+  }
+  reply.answer.outcome = meaning.outcome;
+  reply.answer.reason = std::move(meaning.reason);
+  reply.answer.remedy = meaning.remedy;
+  if (!meaning.quality || awaited) return;
+  const auto matches = fields_.Matches(reply.pdu);
+  for (const Match& match : matches) {
+    reply.answer.readings.push_back({match.point, {}, *meaning.quality, {}});
+  }
+  if (!matches.empty()) return;
+  reply.answer.readings.push_back({kNoPoint, {}, *meaning.quality, ToHex(reply.pdu)});
+}
+
+void ReplyReader::ReadData(Reply& reply) const {
+  const Scale known = identification_.scale();
+  const auto matches = fields_.Matches(reply.pdu);
+  for (const Match& match : matches) {
+    Decoded decoded = DecodeField(match.field, reply.data, known);
+    // By the table of another type a bit would be called what it is not.
+    if (IsFlag(match.field) && !identification_.KnowsStatusWord()) {
+      decoded = {{}, {Quality::bad_configuration, Reason::not_fitted}};
+    }
+    reply.answer.readings.push_back({match.point, std::move(decoded.value), decoded.quality, {}});
+  }
+  if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
+}
+
+/// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
+/// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
+/// either.
+Outcome ReplyReader::Check(View request, View frame) const {
+  const Outcome outcome = Read(request, frame).answer.outcome;
+  if (outcome != Outcome::unexpected) return outcome;
+  Bytes longer(frame.begin(), frame.end());
+  longer.push_back(0);
+  return Read(request, longer).answer.outcome;
+}
 
 PointReads::PointReads(const config::Device& device, const Settings& settings,
                        const Identification& identification)

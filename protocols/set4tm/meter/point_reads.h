@@ -5,9 +5,11 @@
 //   > 05 08 23 01 00 …   in place of > 05 08 1B 00 11
 //   < all values good    from now on by mask       < refused, silent, or a value missing   08 1B
 //
+// ReplyReader says what a frame means for its request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -18,6 +20,40 @@
 #include "protocols/set4tm/meter/settings.h"
 
 namespace baudgate::protocols::set4tm {
+
+// What a frame from a meter means for the request that it answers, whatever the session:
+//
+//   > 05 08 00 66 01   < 05 00 89 A2 61 …     data: the serial number
+//   > 05 08 00 66 01   < 05 05 81 C3          status 05: the channel is closed
+//
+
+struct Reply {
+  Answer answer;
+  View pdu;                            ///< of the request; empty when the frame does not answer it
+  std::optional<std::uint8_t> status;  ///< a one-byte reply
+  View data;                           ///< any other
+};
+
+class ReplyReader {
+ public:
+  /// All outlive it.
+  ReplyReader(const Settings& settings, const PointFields& fields,
+              const Identification& identification)
+      : settings_(settings), fields_(fields), identification_(identification) {}
+
+  Reply Read(View request, View frame) const;
+  /// See Conversation::Check.
+  Outcome Check(View request, View frame) const;
+
+ private:
+  bool Accepts(View asked, View answering) const;
+  void ReadStatus(Reply& reply) const;
+  void ReadData(Reply& reply) const;
+
+  const Settings& settings_;
+  const PointFields& fields_;
+  const Identification& identification_;
+};
 
 class PointReads {
  public:

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 
-#include <array>
-
 #include "gateway/base/decimal.h"
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/codec.h"

@@ -4,9 +4,7 @@
 #include <algorithm>
 
 #include "gateway/base/text.h"
-#include "protocols/common/clock.h"
 #include "protocols/common/settings.h"
-#include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/identification.h"
 
 namespace baudgate::protocols::set4tm {

@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/status.h"
 
-#include <algorithm>
-
 #include "gateway/base/text.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 StatusMeaning ByCode(std::uint8_t code, bool opening) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 #include "gateway/base/text.h"
 #include "protocols/set4tm/meter/clock.h"

@@ -4,20 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "protocols/set4tm/meter/clock.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/identification.h"
 #include "protocols/set4tm/meter/latch.h"
 #include "protocols/set4tm/meter/plan.h"
-#include "protocols/set4tm/meter/settings.h"
 #include "protocols/set4tm/meter/status.h"
 #include "protocols/set4tm/meter/values.h"
-#include "protocols/set4tm/twin/twin_archive.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 constexpr std::uint32_t kDefaultSerial = 9020001;

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "gateway/base/time.h"
 #include "protocols/common/clock.h"
 #include "protocols/common/twin_points.h"
-#include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/meter/points.h"
 #include "protocols/set4tm/meter/settings.h"
 #include "protocols/set4tm/twin/twin_archive.h"

@@ -8,7 +8,6 @@
 #include "protocols/set4tm/meter/codec.h"
 
 namespace baudgate::protocols::set4tm {
-
 namespace {
 
 using std::chrono::local_days;

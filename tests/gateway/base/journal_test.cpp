@@ -1,8 +1,8 @@
 // What journald gets of a text: a datagram with its line, device and outcome as fields.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -15,6 +15,7 @@ namespace baudgate::log {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 using ::testing::StartsWith;
 
@@ -50,7 +51,6 @@ TEST(Journal, AnInheritedVariableIsNotEnough) {
 }
 
 TEST(Log, LinesThatNobodyTakesAreCounted) {
-  spdlog::drop("baudgate");  // of another test
   Begin(Level::info);
   const std::uint64_t before = Dropped();
   const int kept = ::dup(STDERR_FILENO);
@@ -64,7 +64,18 @@ TEST(Log, LinesThatNobodyTakesAreCounted) {
   EXPECT_EQ(Dropped(), before + 1);
   Write(Level::info, "this is read");
   EXPECT_EQ(Dropped(), before + 1);
-  spdlog::drop("baudgate");
+}
+
+TEST(Log, ALineHasItsLocalTimeAndLevel) {
+  ForgetRepeats();
+  Begin(Level::info);
+  testing::internal::CaptureStderr();
+  Warn({.line = "bay"}, "slow");
+  Info("no trouble");
+  Flush();
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              MatchesRegex("....-..-.. ..:..:..\\.... warning line bay: slow\n"
+                           "....-..-.. ..:..:..\\.... info    no trouble\n"));
 }
 
 /// The log as the program uses it.

@@ -1,8 +1,6 @@
 // Billing readings over outages, replies that come to the wrong request, midnights, batches that
 // are not kept and restarts: each day and month once, with what the meter had.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/archive/billing_session.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -11,6 +9,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "protocols/set4tm/archive/archive.h"
 #include "protocols/set4tm/meter/clock.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/twin/twin_archive.h"

@@ -1,8 +1,6 @@
 // Load profiles that are read while they grow and wrap, with outages of the gateway and the meter,
 // batches that are not kept, restarts and other meters: each record once, and what the twin had.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/set4tm/archive/load_session.h"
-
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -11,6 +9,7 @@
 #include <random>
 
 #include "gateway/base/text.h"
+#include "protocols/set4tm/archive/archive.h"
 #include "protocols/set4tm/meter/codec.h"
 #include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"

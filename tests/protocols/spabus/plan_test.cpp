@@ -1,7 +1,6 @@
 // How points are gathered into requests, and how requests are split when a device refuses them.
 // SPDX-License-Identifier: Apache-2.0
-#include "protocols/spabus/plan.h"
-
+#include "protocols/spabus/conversation.h"
 #include "tests/protocols/spabus/support.h"
 #include "tests/support/times.h"
 

@@ -240,7 +240,7 @@ void Apply(const Directives& directives) {
   if (IsOn(directives, "LockPersonality")) some.Add(kEnd, SCMP_SYS(personality));
   if (IsOn(directives, "RestrictRealtime")) some.Add(kEnd, SCMP_SYS(sched_setscheduler));
   Filter all(kEnd);
-  // Whether the clock is right is asked, and "may not be known" is an answer: host_clock.h.
+  // Whether the clock is right is asked, and "may not be known" is an answer: clock_corrector.h.
   if (!calls.contains("clock_adjtime")) {
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(clock_adjtime));
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(adjtimex));

@@ -16,7 +16,6 @@
 #include "gateway/outputs/dds/domain.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 // A datagram may be lost, so the first ones are passed on all.

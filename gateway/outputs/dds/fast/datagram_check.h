@@ -1,6 +1,6 @@
 // Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
 // can use with one datagram, if it reaches the port. Bytes come from
-// gateway/outputs/dds/fast/checked_transport.h. Pure: no socket, no clock, no Fast DDS; memory is
+// gateway/outputs/dds/fast/participant.cpp. Pure: no socket, no clock, no Fast DDS; memory is
 // fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
@@ -23,10 +23,60 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/fast/domain_tables.h"
-#include "gateway/outputs/dds/fast/secured_check.h"
 #include "gateway/outputs/dds/rtps/announcement.h"
+#include "gateway/outputs/dds/rtps/rtps_fields.h"
 
 namespace baudgate::dds {
+
+// What DDS Security puts into datagrams, as far as it can be looked at without keys: the order and
+// lengths of its submessages, and the messages of the handshake, which are in clear text. Pure.
+// Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
+//
+//   52 54 50 53 … | 33 SRTPS_PREFIX | 30 SEC_BODY, encrypted | 34 SRTPS_POSTFIX
+//   52 54 50 53 … | 31 SEC_PREFIX | 30 SEC_BODY, or a submessage that is signed | 32 SEC_POSTFIX
+
+enum class Secured : std::uint8_t {
+  off,       ///< nothing of DDS Security is let in
+  allowed,   ///< let in when it is well formed
+  demanded,  ///< and in clear text only announcements and handshakes
+};
+
+/// Follows the submessages of one datagram.
+class SecuredOrder {
+ public:
+  /// False: `id` cannot stand here. `first`: it is the first of the datagram.
+  bool Next(std::uint8_t id, bool first);
+  /// What was begun has been ended.
+  bool complete() const { return !message_ && step_ == Step::outside; }
+  /// The next submessage is under a signature, unless it ends what is.
+  bool open() const { return message_ || step_ == Step::prefix; }
+  /// The submessage that Next was told of last is.
+  bool inside() const { return inside_; }
+
+ private:
+  enum class Step : std::uint8_t { outside, prefix, body };
+
+  Step step_ = Step::outside;
+  bool message_ = false;  ///< between SRTPS_PREFIX and SRTPS_POSTFIX
+  bool ended_ = false;    ///< behind SRTPS_POSTFIX
+  bool inside_ = false;
+};
+
+/// Each message of a handshake may cost the library a signature: 512 at once and 128 a second after
+/// that, half as many from one address.
+class HandshakeBudget {
+ public:
+  HandshakeBudget();
+  bool Take(std::uint32_t address, Instant now);
+
+ private:
+  struct Source {
+    std::uint32_t address = 0;
+    Instant full_at{};
+  };
+  std::vector<Source> sources_;
+  Instant full_at_{};
+};
 
 using Sender = UdpAddress;
 
@@ -105,7 +155,7 @@ class DatagramCheck {
 };
 
 // Lets datagrams in or not, counts and tells: DatagramCheck for the several threads on which the
-// DDS library receives. Used by gateway/outputs/dds/fast/checked_transport.h.
+// DDS library receives. Used by gateway/outputs/dds/fast/participant.cpp.
 class DatagramGate {
  public:
   /// A line for people, once in 10 s at most: what was refused, from whom, how often before.

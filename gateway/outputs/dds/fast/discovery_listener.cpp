@@ -6,7 +6,6 @@
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <string_view>
 

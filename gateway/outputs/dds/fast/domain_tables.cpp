@@ -4,7 +4,6 @@
 #include <algorithm>
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr std::size_t kSources = 64;

@@ -2,12 +2,16 @@
 #include "gateway/outputs/dds/fast/participant.h"
 
 #include <fastdds/rtps/attributes/PropertyPolicy.h>
+#include <fastdds/rtps/network/SenderResource.h>
+#include <fastdds/rtps/transport/ChainingTransport.h>
+#include <fastdds/rtps/transport/ChainingTransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
@@ -18,16 +22,12 @@
 #include <iterator>
 #include <memory>
 #include <mutex>
-#include <string>
 
-#include "gateway/base/time.h"
-#include "gateway/outputs/dds/fast/checked_transport.h"
 #include "gateway/outputs/dds/fast/own_network.h"
 #include "gateway/outputs/dds/fast/types.h"
 #include "gateway/outputs/pki/security_check.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 using eprosima::fastrtps::rtps::BuiltinAttributes;
@@ -35,6 +35,9 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
+/// A participant takes the lowest port that is free, so of each peer so many are asked: more
+/// participants of one machine than this do not find each other by peers.
+constexpr std::uint32_t kParticipantsOfPeer = 32;
 
 /// Port 0: the domain's ports.
 Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
@@ -53,8 +56,8 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-}  // namespace
-
+/// Whom a participant asks beside the multicast group, or in its place. To Fast DDS a server is a
+/// peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
@@ -69,6 +72,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
+/// Adds what the library needs, and says what to demand of datagrams. The error names the file that
+/// is wrong: without one of them there is no participant.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -92,8 +97,6 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
   add("crypto.plugin", "builtin.AES-GCM-GMAC");
   return report.messages_protected ? Secured::demanded : Secured::allowed;
 }
-
-namespace {
 
 constexpr char kLoopback[] = "127.0.0.1";
 
@@ -131,6 +134,78 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
+using eprosima::fastrtps::rtps::LocatorsIterator;
+using eprosima::fastrtps::rtps::octet;
+using eprosima::fastrtps::rtps::SenderResource;
+
+/// An IPv4 address stands in the last four bytes.
+Sender SenderOf(const Locator_t& remote) {
+  Sender sender;
+  for (std::size_t i = 12; i < 16; ++i) sender.address = sender.address << 8 | remote.address[i];
+  sender.port = static_cast<std::uint16_t>(remote.port);
+  return sender;
+}
+
+struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
+  /// `below` is complete: its limits are taken over here.
+  CheckedTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
+                             std::shared_ptr<DatagramGate> gate_of_all)
+      : ChainingTransportDescriptor(std::move(below)), gate(std::move(gate_of_all)) {}
+
+  rtps::TransportInterface* create_transport() const override;
+
+  std::shared_ptr<DatagramGate> gate;
+};
+
+/// A transport of Fast DDS that hands on only what its gate lets in. What is sent goes through
+/// untouched, one datagram at a time. Decides at which address a participant of this machine is
+/// reached.
+class CheckedTransport : public rtps::ChainingTransport {
+ public:
+  explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
+      : ChainingTransport(descriptor), descriptor_(descriptor) {}
+
+  rtps::TransportDescriptorInterface* get_configuration() override { return &descriptor_; }
+
+  bool send(SenderResource* below, const octet* bytes, std::uint32_t size, LocatorsIterator* to,
+            LocatorsIterator* to_end,
+            const std::chrono::steady_clock::time_point& timeout) override {
+    // The transport below counts datagrams by address, which two threads at once end in an
+    // assertion.
+    const std::lock_guard lock(sending_);
+    return below->send(bytes, size, to, to_end, timeout);
+  }
+
+  void receive(rtps::TransportReceiverInterface* next, const octet* bytes, std::uint32_t size,
+               const Locator_t& local, const Locator_t& remote) override {
+    // The buffer is the receiving thread's own; the library writes into it as well.
+    const std::span datagram(const_cast<octet*>(bytes), size);
+    const auto passed =
+        descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
+    if (passed.empty()) return;
+    next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
+  }
+
+  /// The address at which `announced` is reached. Fast DDS 2.9 itself ignores an address of this
+  /// machine that it does not use, and takes loopback for all others, although there may be no
+  /// listener there. False: it cannot be reached.
+  bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
+    if (!IsLocatorSupported(announced)) return false;
+    reached = announced;
+    if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
+    // We have no socket at this address of this machine, so we have heard its owner on loopback.
+    IPLocator::setIPv4(reached, "127.0.0.1");
+    return is_locator_allowed(reached);
+  }
+
+ private:
+  CheckedTransportDescriptor descriptor_;
+  std::mutex sending_;
+};
+
+rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
+  return new CheckedTransport(*this);
+}
 
 constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
 constexpr Duration kAnnouncements = 1300ms;

@@ -1,11 +1,9 @@
 // A Fast DDS participant with the gateway's settings, for publisher and subscriber alike: which
-// transports, which interfaces, how fast a crash is noticed. AskPeers sets whom a participant asks,
-// AddSecurity adds DDS Security, and UnansweredRemark is the remark about a participant that
-// confirms nothing.
+// transports, which interfaces, how fast a crash is noticed. UnansweredRemark is the
+// remark about a participant that confirms nothing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,39 +12,14 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/domain.h"
 #include "gateway/outputs/dds/fast/datagram_check.h"
-#include "gateway/outputs/dds/fast/secured_check.h"
 #include "gateway/outputs/dds/rtps/announcement.h"
 
-// Whom a participant asks beside the multicast group, or in its place: `dds.peers` and
-// `dds.discovery_servers` as settings of Fast DDS. To it a server is a peer with a port.
-
 namespace eprosima::fastdds::dds {
-class DomainParticipantQos;
+class DomainParticipant;
+class DomainParticipantListener;
 }  // namespace eprosima::fastdds::dds
 
 namespace baudgate::dds {
-
-/// A participant takes the lowest port that is free, so of each peer so many are asked: more
-/// participants of one machine than this do not find each other by peers.
-inline constexpr std::uint32_t kParticipantsOfPeer = 32;
-
-void AskPeers(const ParticipantOptions& options, eprosima::fastdds::dds::DomainParticipantQos& qos);
-
-}  // namespace baudgate::dds
-
-// DDS Security for a participant: Fast DDS's own plugins (PKI-DH, Access-Permissions,
-// AES-GCM-GMAC), given their files as properties.
-
-namespace eprosima::fastrtps::rtps {
-class PropertyPolicy;
-}
-
-namespace baudgate::dds {
-
-/// Adds what the library needs, and says what to demand of datagrams. The error names the file that
-/// is wrong: without one of them there is no participant.
-Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
-                            eprosima::fastrtps::rtps::PropertyPolicy& properties);
 
 // The remark about a participant that announces itself and confirms nothing. Pure; the
 // participants come from gateway/outputs/dds/fast/domain_tables.h.
@@ -56,15 +29,6 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 /// to an address of the machine that it does not use.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
-
-}  // namespace baudgate::dds
-
-namespace eprosima::fastdds::dds {
-class DomainParticipant;
-class DomainParticipantListener;
-}  // namespace eprosima::fastdds::dds
-
-namespace baudgate::dds {
 
 /// The error names what to change. XML profiles are never read. `listener`
 /// hears of what is discovered from the first moment on, and outlives the participant. `role` is

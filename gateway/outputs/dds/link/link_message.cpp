@@ -165,15 +165,6 @@ bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   return security.on();
 }
 
-template <typename Sample>
-std::size_t EncodeAny(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to) {
-  if (to.size() < kMaxLinkMessage) return 0;
-  const std::size_t body = Encode(sample, to.subspan(kLinkHeaderBytes));
-  if (body == 0) return 0;
-  PutHeader(kind, body, to);
-  return kLinkHeaderBytes + body;
-}
-
 bool IsKind(std::uint8_t byte) { return (byte >= 1 && byte <= 8) || (byte >= 64 && byte <= 68); }
 
 }  // namespace
@@ -218,24 +209,20 @@ Bytes EncodeCounts(const LinkCounts& counts) {
 
 Bytes EncodeBare(LinkKind kind) { return Packet(kind, {}); }
 
-std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
+template <typename Sample>
+std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to) {
+  if (to.size() < kMaxLinkMessage) return 0;
+  const std::size_t body = Encode(sample, to.subspan(kLinkHeaderBytes));
+  if (body == 0) return 0;
+  PutHeader(kind, body, to);
+  return kLinkHeaderBytes + body;
 }
-std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
-}
-std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
-}
-std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
-}
-std::size_t EncodeSample(LinkKind kind, const AlarmSample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
-}
-std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to) {
-  return EncodeAny(kind, sample, to);
-}
+template std::size_t EncodeSample(LinkKind, const PointSample&, std::span<std::uint8_t>);
+template std::size_t EncodeSample(LinkKind, const DeviceSample&, std::span<std::uint8_t>);
+template std::size_t EncodeSample(LinkKind, const GatewaySample&, std::span<std::uint8_t>);
+template std::size_t EncodeSample(LinkKind, const EventSample&, std::span<std::uint8_t>);
+template std::size_t EncodeSample(LinkKind, const AlarmSample&, std::span<std::uint8_t>);
+template std::size_t EncodeSample(LinkKind, const ReplySample&, std::span<std::uint8_t>);
 
 Bytes EncodeRequest(const WriteArrival& arrival) {
   Bytes body(arrival.writer.publisher.bytes.begin(), arrival.writer.publisher.bytes.end());

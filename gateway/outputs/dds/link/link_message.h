@@ -73,12 +73,8 @@ Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< end, opened, left
 /// Writes a packet into `to`, without allocating; 0 when the sample is beyond its bounds or `to` is
 /// shorter than kMaxLinkMessage.
-std::size_t EncodeSample(LinkKind kind, const PointSample& sample, std::span<std::uint8_t> to);
-std::size_t EncodeSample(LinkKind kind, const DeviceSample& sample, std::span<std::uint8_t> to);
-std::size_t EncodeSample(LinkKind kind, const GatewaySample& sample, std::span<std::uint8_t> to);
-std::size_t EncodeSample(LinkKind kind, const EventSample& sample, std::span<std::uint8_t> to);
-std::size_t EncodeSample(LinkKind kind, const AlarmSample& sample, std::span<std::uint8_t> to);
-std::size_t EncodeSample(LinkKind kind, const ReplySample& sample, std::span<std::uint8_t> to);
+template <typename Sample>
+std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
 /// Empty when the sample is beyond its bounds. The clock of `received` is that of the machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 

@@ -7,15 +7,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/dds/link/packet_socket.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr std::array<Duration, 6> kLadder{100ms, 500ms, 1s, 2s, 5s, 10s};

@@ -5,17 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/guarded.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/bus/writes/write_gate.h"
 
 namespace baudgate::dds {
-
 namespace {
 
 constexpr double kExactWhole = 9007199254740992;  // 2^53: beyond, a double skips whole numbers

@@ -13,7 +13,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
@@ -29,7 +28,6 @@
 #include "gateway/tools/terminal/words.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr const char* kFolder = "baudgate-support";  // in the archive

@@ -18,7 +18,6 @@
 #include "gateway/outputs/control/socket_path.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr Duration kAnswerTime = 10s;

@@ -10,21 +10,16 @@
 #include <map>
 #include <set>
 #include <sstream>
-#include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
-#include "gateway/base/time.h"
 #include "gateway/outputs/status/records_json.h"
-#include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/records.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr Duration kLookForHistory = 200ms;

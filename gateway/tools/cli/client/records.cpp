@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,13 +16,27 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
+constexpr int kNotCurrent = 4;
+
 constexpr Duration kLookForRecords = 500ms;
+
+struct RecordPages {
+  ControlClient::Json request;  ///< of the first page
+  const char* state = "";       ///< the key under which an answer says how the file is
+  bool follow = false;
+  std::optional<Duration> seconds{};  ///< of `follow`: end after this time
+  std::string socket{};               ///< empty: the gateway in the default places
+  /// They count only while the file can be written: else kNotCurrent.
+  bool current = false;
+  /// With `follow`: print everything again, not only what is new; `looked` is called at its end.
+  bool whole = false;
+  std::function<void()> looked{};
+};
 
 /// What is wrong with the file, each time that its state is another one.
 class Troubles {
@@ -49,14 +63,7 @@ class Troubles {
   std::string told_;
 };
 
-}  // namespace
-
-std::string FieldText(const Json& record, const char* key) {
-  const auto found = record.find(key);
-  if (found == record.end() || found->is_null()) return {};
-  return Harmless(found->is_string() ? found->get<std::string>() : found->dump());
-}
-
+/// `print`: what stands in each page, which may be nothing. The exit code.
 /// A gateway that has only just started may still be opening the file: it is waited for.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
@@ -89,6 +96,14 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
       return kNoDaemon;
     }
   }
+}
+
+}  // namespace
+
+std::string FieldText(const Json& record, const char* key) {
+  const auto found = record.find(key);
+  if (found == record.end() || found->is_null()) return {};
+  return Harmless(found->is_string() ? found->get<std::string>() : found->dump());
 }
 
 namespace {

@@ -7,17 +7,14 @@
 #include <functional>
 #include <numeric>
 #include <sstream>
-#include <string>
 #include <utility>
 
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/status_view.h"
 #include "gateway/tools/terminal/command_end.h"
-#include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -75,6 +72,13 @@ std::size_t LinesOf(const std::vector<std::string>& sentences, std::size_t width
   return std::accumulate(
       sentences.begin(), sentences.end(), std::size_t{0},
       [&](std::size_t sum, const std::string& one) { return sum + WrapLines(one, width).size(); });
+}
+
+/// What is said of a gateway whose answer is not understood.
+std::string OtherVersion(const nlohmann::ordered_json& status) {
+  return "baudgate: the gateway is of another version (" +
+         status.value("version", std::string("unknown")) +
+         "); 'status --json' shows its answer as it is";
 }
 
 }  // namespace
@@ -202,12 +206,6 @@ namespace {
 constexpr int kNotUnderstood = 4;
 
 }  // namespace
-
-std::string OtherVersion(const nlohmann::ordered_json& status) {
-  return "baudgate: the gateway is of another version (" +
-         status.value("version", std::string("unknown")) +
-         "); 'status --json' shows its answer as it is";
-}
 
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err) {
   ControlClient::Json request = {{"command", "status"}};

@@ -25,9 +25,6 @@ struct StatusOptions {
   std::optional<Duration> seconds{};    ///< of `watch`: end after this time
 };
 
-/// What is said of a gateway whose answer is not understood.
-std::string OtherVersion(const nlohmann::ordered_json& status);
-
 /// Returns the exit code: 0, 2 for an unknown line or device, 4 when no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 

@@ -8,7 +8,6 @@
 #include <functional>
 #include <map>
 #include <utility>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/tools/cli/client/control_client.h"
@@ -16,7 +15,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

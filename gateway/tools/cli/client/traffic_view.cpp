@@ -4,13 +4,11 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <vector>
 
 #include "gateway/base/shown.h"
 #include "gateway/tools/cli/client/control_client.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/live/one_port.h"
 
-#include <algorithm>
 #include <csignal>
 #include <thread>
 
@@ -14,18 +13,16 @@
 #include "gateway/daemon/daemon.h"
 #include "gateway/lines/line_control.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/client/points.h"
+#include "gateway/tools/cli/client/operation.h"
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/make_line.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr std::size_t kLongestName = 40;
 
-}  // namespace
-
+/// `text` as it stands in YAML, in quotes.
 std::string YamlText(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -35,6 +32,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
+/// "/dev/serial/by-id/usb-x" → "usb-x": what a gateway or a line of that port is called.
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -51,6 +49,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
+/// The error lists all that is wrong, a line each.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -60,8 +59,6 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
   }
   return Error{all};
 }
-
-namespace {
 
 constexpr std::uint16_t kUsualPort = 1502;
 

@@ -38,17 +38,6 @@ class ScratchDirectory {
   std::filesystem::path path_;
 };
 
-// The configuration of one port, made of words of the command line and read as a file would be.
-
-/// `text` as it stands in YAML, in quotes.
-std::string YamlText(const std::string& text);
-
-/// "/dev/serial/by-id/usb-x" → "usb-x": what a gateway or a line of that port is called.
-std::string NameOfPort(const std::string& port);
-
-/// The error lists all that is wrong, a line each.
-Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog);
-
 // `baudgate bridge`: a Modbus TCP gateway for one port, in one line.
 struct BridgeOptions {
   std::string port;                 ///< /dev/…, or tcp://host:port

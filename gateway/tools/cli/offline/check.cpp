@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "config/checks/line_checks.h"
 #include "config/loader.h"
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
-#include "gateway/base/text.h"
 #include "gateway/base/whole_file.h"
 #include "gateway/daemon/reload/trial.h"
 #include "gateway/records/disk/state_folder.h"
@@ -18,7 +18,9 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
+namespace {
 
+/// A warning; empty: it has not, for all that whoever asks may read.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
@@ -32,8 +34,6 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
                 " runs (diff " + copy + " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 using config::TextTable;

@@ -4,7 +4,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -17,9 +16,6 @@ namespace baudgate {
 
 // Whether the gateway has taken this very configuration back (docs/reload.md), for `baudgate
 // check`.
-
-/// A warning; empty: it has not, for all that whoever asks may read.
-std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config);
 
 /// Exit codes: 0 usable (warnings included), 3 not. Problems go to `err`, a summary to `out`; with
 /// `json` both go to `out` as one object.

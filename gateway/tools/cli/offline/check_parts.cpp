@@ -5,12 +5,9 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-#include "config/model/config.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 #include "gateway/outputs/web/access.h"
@@ -20,7 +17,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;

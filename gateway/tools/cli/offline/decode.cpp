@@ -10,13 +10,17 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
 #include "gateway/tools/cli/offline/make_line.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
+
+/// Exchanges out of the lines of a capture, and the devices that its head names.
+struct Captures {
+  std::vector<TracedDevice> devices;
+  std::vector<Capture> exchanges;
+};
 
 /// A message that came unasked ends with a silence.
 bool Continues(const Capture& capture, const TraceLine& piece) {
@@ -83,8 +87,7 @@ Status TakeLine(std::string_view line, int number, std::vector<Capture>& capture
   return {};
 }
 
-}  // namespace
-
+/// An error names the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -98,6 +101,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
+/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
 Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog) {
   // Requests name their device; this address only has to be a valid one.
   auto line =
@@ -108,6 +112,8 @@ Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Ca
   const Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
   return ExchangeDecoder(std::move(*line), protocol);
 }
+
+}  // namespace
 
 Decoders DecodersOf(const std::vector<std::string>& head, const config::Catalog& catalog) {
   Decoders decoders;

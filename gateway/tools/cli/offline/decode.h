@@ -13,26 +13,12 @@
 #include "config/catalog/catalog.h"
 #include "gateway/base/result.h"
 #include "gateway/diagnosis/decode/exchange_decoder.h"
-#include "gateway/diagnosis/decode/frame_lines.h"
 #include "gateway/records/trace/trace_text.h"
 
 namespace baudgate {
 
-// Exchanges out of the lines of a capture (gateway/diagnosis/decode/frame_lines.h), and the devices
-// that its head names.
-struct Captures {
-  std::vector<TracedDevice> devices;
-  std::vector<Capture> exchanges;
-};
-
-/// An error names the line that is no hex.
-Result<Captures> ReadCaptures(std::istream& in);
-
 // Decoders for devices of which only the head of a trace and the command line are known. For
 // `decode` and `trace`.
-
-/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
-Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog);
 
 /// `head`: comments of the gateway (gateway/records/trace/trace_text.h). A device has none where
 /// its profile is a file that is not here.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/make_line.h"
 
-#include <algorithm>
-
 #include "config/catalog/option_values.h"
 #include "config/checks/device_checks.h"
 #include "config/checks/line_checks.h"

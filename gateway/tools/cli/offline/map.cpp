@@ -4,9 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <vector>
 
 #include "config/loader.h"
 #include "config/model/modbus.h"
@@ -17,7 +16,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
@@ -29,6 +27,13 @@ std::string Conventional(char table, int address) {
   const std::size_t digits = five ? 4 : 5;
   number.insert(0, digits > number.size() ? digits - number.size() : 0, '0');
   return table + number;
+}
+
+void ForEachDevice(const config::Config& config,
+                   const std::function<void(const config::Line&, const config::Device&)>& visit) {
+  for (const config::Line& line : config.lines) {
+    for (const config::Device& device : line.devices) visit(line, device);
+  }
 }
 
 }  // namespace
@@ -48,13 +53,6 @@ MapPlace PlaceOf(const config::Device& device, const config::Point& point) {
   place.conventional = Conventional(place.bit ? '1' : '3', place.address) + "/" +
                        Conventional(place.bit ? '0' : '4', place.address);
   return place;
-}
-
-void ForEachDevice(const config::Config& config,
-                   const std::function<void(const config::Line&, const config::Device&)>& visit) {
-  for (const config::Line& line : config.lines) {
-    for (const config::Device& device : line.devices) visit(line, device);
-  }
 }
 
 namespace {

@@ -5,7 +5,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <ostream>
 #include <string>
 
@@ -29,9 +28,6 @@ struct MapPlace {
 };
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
-
-void ForEachDevice(const config::Config& config,
-                   const std::function<void(const config::Line&, const config::Device&)>& visit);
 
 enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdown };
 

@@ -13,7 +13,6 @@
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -275,8 +274,7 @@ void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matchi
   err << '\n';
 }
 
-}  // namespace
-
+/// Its title, and every point with its register.
 void PrintProfile(const config::Profile& profile, ProfileFormat format, std::size_t width,
                   std::ostream& out) {
   if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);
@@ -290,6 +288,8 @@ void PrintProfile(const config::Profile& profile, ProfileFormat format, std::siz
     table.PrintAligned(out, "", width);
   }
 }
+
+}  // namespace
 
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width) {

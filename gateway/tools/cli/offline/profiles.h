@@ -31,10 +31,6 @@ int RunProtocols(const std::string& name, bool json, const config::Catalog& cata
 
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
-/// Its title, and every point with its register.
-void PrintProfile(const config::Profile& profile, ProfileFormat format, std::size_t width,
-                  std::ostream& out);
-
 /// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. Exit codes: 0 done, 2 no such
 /// profile or several of that name, 3 the profile is bad (its problems go to `err`). `width` of
 /// tables, characters a line; 0: no limit.

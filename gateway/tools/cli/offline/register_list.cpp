@@ -3,16 +3,13 @@
 
 #include <algorithm>
 #include <map>
-#include <vector>
 
 #include "config/checks/uniques.h"
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/offline/listed_words.h"
 #include "gateway/tools/cli/offline/new_profile.h"
 
 namespace baudgate {
-
 namespace {
 
 std::size_t EndOfRegisters(const ListedPoint& point) {
@@ -25,8 +22,9 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-}  // namespace
-
+/// Points of a register list that take each other's registers: a type or a number in it is wrong.
+/// Adds to its errors where registers are shared in part, and to its warnings where two points read
+/// the same. `file`: its name in messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -56,8 +54,6 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
     if (farther) before = point;
   }
 }
-
-namespace {
 
 using config::Quoted;
 

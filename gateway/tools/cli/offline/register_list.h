@@ -49,10 +49,4 @@ struct RegisterList {
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
 
-// Points of a register list that take each other's registers: a type or a number in it is wrong.
-
-/// Adds to its errors where registers are shared in part, and to its warnings where two points read
-/// the same. `file`: its name in messages.
-void CheckPlaces(const std::string& file, RegisterList& list);
-
 }  // namespace baudgate

@@ -21,7 +21,6 @@
 #include "transports/serial_port.h"
 
 namespace baudgate {
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -170,8 +169,7 @@ std::vector<gid_t> OwnGroups() {
   return groups;
 }
 
-}  // namespace
-
+/// Empty: there is no such file.
 std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path) {
   struct stat info {};
   const std::string at = root / std::filesystem::path(path).relative_path();
@@ -181,6 +179,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
                   entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
 }
 
+/// Ourselves and, if this machine has it, the service's user.
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
   people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
@@ -189,6 +188,8 @@ std::vector<Person> PeopleHere() {
   people.push_back({kServiceUser, service->pw_uid, GroupsOf(kServiceUser, service->pw_gid), true});
   return people;
 }
+
+}  // namespace
 
 /// As the kernel does: the first of owner, group and others that fits decides.
 bool MayUse(const Person& person, const PortFile& file) {

@@ -64,12 +64,6 @@ struct Person {
   bool is_service = false;  ///< the user of baudgate.service
 };
 
-/// Empty: there is no such file.
-std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path);
-
-/// Ourselves and, if this machine has it, the service's user.
-std::vector<Person> PeopleHere();
-
 bool MayUse(const Person& person, const PortFile& file);
 /// "you may not open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
 std::string HowToMend(const Person& person, const PortFile& file);

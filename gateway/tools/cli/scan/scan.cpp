@@ -23,7 +23,6 @@
 #include "transports/tcp_client.h"
 
 namespace baudgate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -51,10 +50,10 @@ Json ToJson(const scan::Found& found, bool network) {
       {"suspect", found.suspect},   {"remarks", found.remarks}};
 }
 
-}  // namespace
-
+/// Standard input and standard error are terminals.
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
+/// Asks on the terminal; no where there is none, or at Ctrl-C.
 bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err) {
   if (!HasUser()) return false;
   err << question << " [y/N] " << std::flush;
@@ -65,6 +64,8 @@ bool AskUser(const std::string& question, const StopSignals& stop, std::ostream&
   const ssize_t size = ::read(STDIN_FILENO, answer, sizeof answer);
   return size > 0 && (answer[0] == 'y' || answer[0] == 'Y');
 }
+
+}  // namespace
 
 ScanView::ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
                    std::function<void()> alive, std::ostream& out, std::ostream& err)

@@ -67,9 +67,4 @@ class ScanView final : public scan::Watcher {
   Instant drawn_at_{};
 };
 
-/// Asks on the terminal; no where there is none, or at Ctrl-C.
-bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err);
-/// Standard input and standard error are terminals.
-bool HasUser();
-
 }  // namespace baudgate

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <sstream>
 
-#include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/operation.h"

@@ -15,18 +15,39 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/client/control_client.h"
-#include "gateway/tools/cli/settings/sheet.h"
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/tables.h"
 
 namespace baudgate::settings {
-
 namespace {
 
 using Json = ControlClient::Json;
 
+/// The exit code where both sides are known, and it is not as it should be.
+constexpr int kDiffers = 3;
+
 /// Longer than any deadline of a write: whoever gives up first does not know what became of it.
 constexpr Duration kWaitForAnswer = 60s;
+
+/// Reads the file and asks for the device; both have to fit. The exit code, or 0.
+int ReadBoth(const SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
+  auto sheet = ReadSheet(options.file);
+  if (!sheet) {
+    err << sheet.error() << '\n';
+    return kDiffers;
+  }
+  file = std::move(*sheet);
+  if (const int code = AskSheet(options.socket, options.target, now, err); code != 0) return code;
+  if (const Status fits = CheckFit(file, now); !fits) {
+    err << fits.error() << '\n';
+    return kDiffers;
+  }
+  return 0;
+}
+
+void PrintOpen(const Comparison& comparison, std::ostream& err) {
+  for (const std::string& open : comparison.open) err << "baudgate: " << open << '\n';
+}
 
 }  // namespace
 
@@ -67,25 +88,6 @@ std::string Count(std::size_t count) {
   return std::to_string(count) + (count == 1 ? " setting" : " settings");
 }
 
-int ReadBoth(const SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
-  auto sheet = ReadSheet(options.file);
-  if (!sheet) {
-    err << sheet.error() << '\n';
-    return kDiffers;
-  }
-  file = std::move(*sheet);
-  if (const int code = AskSheet(options.socket, options.target, now, err); code != 0) return code;
-  if (const Status fits = CheckFit(file, now); !fits) {
-    err << fits.error() << '\n';
-    return kDiffers;
-  }
-  return 0;
-}
-
-void PrintOpen(const Comparison& comparison, std::ostream& err) {
-  for (const std::string& open : comparison.open) err << "baudgate: " << open << '\n';
-}
-
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out) {
   config::TextTable table({"setting", "item", "device", "file", "unit", "note"});
@@ -99,7 +101,6 @@ void PrintTable(const std::vector<Difference>& differences, const std::set<std::
 }  // namespace baudgate::settings
 
 namespace baudgate {
-
 namespace {
 
 using namespace settings;  // NOLINT

@@ -6,14 +6,11 @@
 #include <set>
 
 #include "config/model/device.h"
-#include "config/model/problem.h"
 #include "config/yaml/yaml_reader.h"
 #include "config/yaml/yaml_source.h"
 #include "gateway/base/text.h"
-#include "gateway/tools/cli/client/control_client.h"
 
 namespace baudgate::settings {
-
 namespace {
 
 using Json = ControlClient::Json;

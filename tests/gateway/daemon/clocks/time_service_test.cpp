@@ -6,7 +6,7 @@
 
 #include <thread>
 
-#include "gateway/daemon/clocks/host_clock.h"
+#include "gateway/daemon/clocks/clock_corrector.h"
 
 namespace baudgate {
 namespace {

@@ -1,11 +1,10 @@
 // RFC 2217, command by command: what the port is told, and what the client is answered.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/lines/serial_server/com_port.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
+#include "gateway/lines/serial_server/session.h"
 #include "tests/gateway/lines/serial_server/fake_port.h"
 
 namespace baudgate::serial_server {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "gateway/outputs/control/line_requests.h"
 #include "gateway/outputs/control/request_handler.h"
 #include "protocols/protocol.h"
 #include "tests/gateway/outputs/control/fixture.h"

@@ -1,10 +1,10 @@
 // The files of the page as they are sent.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/web/assets.h"
-
 #include <gtest/gtest.h>
 
 #include <regex>
+
+#include "gateway/outputs/web/web_server.h"
 
 namespace baudgate::web {
 namespace {

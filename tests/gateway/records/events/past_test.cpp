@@ -7,7 +7,7 @@
 #include <random>
 
 #include "gateway/records/events/event_file.h"
-#include "gateway/records/events/past_table.h"
+#include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/support/long_run.h"
 

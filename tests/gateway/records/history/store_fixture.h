@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gateway/records/history/history_log.h"
-#include "gateway/records/history/history_page.h"
+#include "gateway/records/history/history_view.h"
 #include "tests/gateway/records/history/folder.h"
 
 namespace baudgate::history {

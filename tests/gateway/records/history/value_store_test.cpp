@@ -9,7 +9,7 @@
 #include "gateway/records/disk/state_folder.h"
 #include "gateway/records/history/chunk.h"
 #include "gateway/records/history/history_log.h"
-#include "gateway/records/history/history_page.h"
+#include "gateway/records/history/history_view.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/gateway/records/history/store_fixture.h"
 #include "tests/support/long_run.h"

@@ -1,13 +1,12 @@
 // Records of a trace as whole frames, decoded.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/diagnosis/decode/frame_lines.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <sstream>
 
 #include "gateway/base/text.h"
+#include "gateway/diagnosis/decode/exchange_decoder.h"
 #include "gateway/tools/cli/offline/decode.h"
 #include "protocols/all_protocols.h"
 #include "tests/support/file_cases.h"

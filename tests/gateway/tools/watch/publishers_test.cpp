@@ -1,9 +1,9 @@
 // Stories of publishers, told one event after the other: who may take over, and who is an alarm.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/watch/publishers.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "gateway/tools/watch/point_image.h"
 
 namespace baudgate {
 namespace {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "gateway/tools/watch/line_modes.h"
+#include "gateway/tools/watch/point_feed.h"
 
 namespace baudgate {
 namespace {

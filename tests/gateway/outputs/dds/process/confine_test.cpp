@@ -1,8 +1,6 @@
 // What the DDS process cannot do any more after it has confined itself; each in a child that says
 // with its exit code what it still could.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/dds/process/confine.h"
-
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sched.h>
@@ -16,6 +14,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <thread>
+
+#include "gateway/outputs/dds/process/serve.h"
 
 namespace baudgate::dds {
 namespace {

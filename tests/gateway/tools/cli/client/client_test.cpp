@@ -9,7 +9,6 @@
 
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/operation.h"
-#include "gateway/tools/cli/client/points.h"
 #include "gateway/tools/cli/client/status.h"
 #include "tests/gateway/outputs/control/fixture.h"
 

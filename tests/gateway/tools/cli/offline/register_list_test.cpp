@@ -7,7 +7,7 @@
 
 #include <array>
 
-#include "gateway/tools/cli/offline/listed_words.h"
+#include "gateway/tools/cli/offline/new_profile.h"
 
 namespace baudgate::testing {
 namespace {
