@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace baudgate::testing {
+namespace baudgate {
 
 struct FileCase {
   std::string place;                ///< "tests/config/problems.txt:7", for SCOPED_TRACE
@@ -53,4 +53,4 @@ inline std::vector<FileCase> ReadFileCases(const std::string& path) {
   return cases;
 }
 
-}  // namespace baudgate::testing
+}  // namespace baudgate

@@ -87,9 +87,9 @@ Outcome OutcomeOf(const std::string& name) {
 }
 
 TEST(Examine, SaysWhatCame) {
-  const auto cases = testing::ReadFileCases("tests/protocols/runs/examine.txt");
+  const auto cases = ReadFileCases("tests/protocols/runs/examine.txt");
   EXPECT_GT(cases.size(), 80U);
-  for (const testing::FileCase& one : cases) {
+  for (const FileCase& one : cases) {
     SCOPED_TRACE(one.place);
     const std::size_t space = one.given.at(0).find(' ');
     Row row{one.given[0].substr(0, space),

@@ -49,9 +49,9 @@ points:
 
 TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
   EXPECT_EQ(Sentences(LoadText(kStatus)), "");
-  const auto cases = testing::ReadFileCases("tests/protocols/telegram/description.txt");
+  const auto cases = ReadFileCases("tests/protocols/telegram/description.txt");
   EXPECT_GT(cases.size(), 40U);
-  for (const testing::FileCase& one : cases) {
+  for (const FileCase& one : cases) {
     SCOPED_TRACE(one.place);
     const auto lines = [](std::string text) {
       for (const auto& [sign, meant] :

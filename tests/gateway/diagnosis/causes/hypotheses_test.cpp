@@ -159,9 +159,9 @@ Seen SeenOf(const std::string& line) {
 }
 
 TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
-  const auto cases = testing::ReadFileCases("tests/gateway/diagnosis/causes/causes.txt");
+  const auto cases = ReadFileCases("tests/gateway/diagnosis/causes/causes.txt");
   EXPECT_GT(cases.size(), 80U);
-  for (const testing::FileCase& one : cases) {
+  for (const FileCase& one : cases) {
     SCOPED_TRACE(one.place);
     Row row;
     for (const auto& [word, flag] : {std::pair("answered", kAnswered),

@@ -50,7 +50,7 @@ struct FrameCase {
 
 std::vector<FrameCase> FrameCases() {
   std::vector<FrameCase> cases;
-  for (const auto& read : testing::ReadFileCases("tests/gateway/tools/cli/frames.txt")) {
+  for (const auto& read : ReadFileCases("tests/gateway/tools/cli/frames.txt")) {
     FrameCase& one = cases.emplace_back(FrameCase{read.given[0]});
     for (std::size_t i = 1; i < read.given.size(); ++i) one.records += read.given[i] + "\n";
     for (const auto& [sign, line] : read.results) one.frames += line + "\n";
