@@ -1,11 +1,13 @@
 // Sentinels of each protocol: what they mean in hex, and that those which can never come are named.
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <utility>
 
 #include "config/loader.h"
+#include "gateway/base/decimal.h"
 #include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
 
@@ -54,6 +56,57 @@ TEST(Sentinels, InHexAreTheBitsOfWhatIsRead) {
     EXPECT_EQ(loaded.config.lines[0].devices[0].points[0].sentinels.at(0).value, one.value)
         << one.point;
   }
+}
+
+// ---------------- A number with a leading zero is 10 to some readers and 8 to others: an error
+// wherever numbers stand, and nowhere else.
+
+using ::testing::HasSubstr;
+
+TEST(LeadingZero, NamesBothReadings) {
+  EXPECT_EQ(WhyLeadingZero("010"),
+            "has a leading zero: it is 10 in YAML 1.2, and 8 in YAML 1.1; write 10 or 8");
+  EXPECT_THAT(WhyLeadingZero("-010"), HasSubstr("write -10 or -8"));
+  EXPECT_EQ(WhyLeadingZero("01"), "has a leading zero; write 1");
+  EXPECT_EQ(WhyLeadingZero("09"), "has a leading zero; write 9");
+  EXPECT_EQ(WhyLeadingZero("00"), "has a leading zero; write 0");
+  EXPECT_EQ(WhyLeadingZero("+00.5"), "has a leading zero; write 0.5");
+  EXPECT_EQ(WhyLeadingZero("010ms"), "has a leading zero; write 10ms");
+  for (const char* fine : {"0", "-0", "0.5", "10", "0x010", "1e05", "", "-", "a01", "0ms"}) {
+    EXPECT_EQ(WhyLeadingZero(fine), "") << fine;
+  }
+}
+
+// ---------------- Which protocol is meant by a name that is none.
+
+TEST(MeantProtocol, IsFoundByWhatPeopleCallIt) {
+  const struct {
+    const char* name;
+    const char* port;
+    std::string_view meant;
+  } rows[] = {
+      {"SPA", "/dev/ttyUSB0", "spabus"},
+      {"spa", "tcp://10.0.0.5:4001", "spabus"},
+      {"SPAbus", "", "spabus"},
+      {"spabuss", "", "spabus"},
+      {"modbus", "/dev/ttyUSB0", "modbus_rtu"},
+      {"Modbus", "tcp://10.0.0.5:502", "modbus_tcp"},
+      {"modbus", "tcp://10.0.0.5:4001", "modbus_rtu"},
+      {"modbus-rtu", "", "modbus_rtu"},
+      {"modbus_asci", "", "modbus_ascii"},
+      {"owen", "", "dcon"},
+      {"ADAM", "", "dcon"},
+      {"mercury", "", "set4tm"},
+      {"set-4tm", "", "set4tm"},
+      {"telex", "", ""},
+      {"", "", ""},
+  };
+  for (const auto& row : rows) {
+    const Protocol* meant = Shipped().MeantProtocol(row.name, row.port);
+    EXPECT_EQ(meant == nullptr ? "" : meant->name, row.meant) << row.name << " " << row.port;
+  }
+  EXPECT_EQ(Shipped().NeedProtocol("SPA").error().substr(0, 51),
+            "'SPA' is not installed; did you mean 'spabus'? inst");
 }
 
 }  // namespace

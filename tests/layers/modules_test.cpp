@@ -7,7 +7,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
+#include <regex>
 
 namespace baudgate::layers {
 namespace {
@@ -137,6 +139,107 @@ TEST(Layers, ANameThatStandsBelowIsNamed) {
   EXPECT_THAT(WrongNames(ReadTable("base: bus\n  a: b\n  b\nbus:\n")),
               ElementsAre("base names bus, which does not stand above it",
                           "a names b, which does not stand above it"));
+}
+
+// ---------------- A source that a comment names is there: in the folder of the comment, or under
+// the path that stands before its name.
+
+using Exists = std::function<bool(const std::string& path)>;
+
+/// "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
+std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
+                                      const Exists& exists) {
+  static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
+  std::vector<std::string> missing;
+  int number = 0;
+  for (std::string line; std::getline(source, line);) {
+    ++number;
+    const std::size_t comment = line.find("//");
+    if (comment == std::string::npos) continue;
+    const std::string text = line.substr(comment + 2);
+    for (std::sregex_iterator at(text.begin(), text.end(), kName), end; at != end; ++at) {
+      const std::string name = at->str();
+      const bool has_path = name.find('/') != std::string::npos;
+      const std::string file = has_path ? name : FolderOf(path) + "/" + name;
+      if (!exists(file)) {
+        missing.push_back(path + ":" + std::to_string(number) + ": there is no " + file);
+      }
+    }
+  }
+  return missing;
+}
+
+TEST(FileNames, WhatACommentNamesIsThere) {
+  for (const char* top : {"config", "protocols", "transports", "gateway"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(top)) {
+      const std::string extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cpp") continue;
+      std::ifstream source(entry.path());
+      EXPECT_THAT(MissingFiles(entry.path().string(), source,
+                               [](const std::string& path) { return fs::exists(path); }),
+                  IsEmpty());
+    }
+  }
+}
+
+TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
+  std::istringstream source(
+      "// from session.cpp, by way of gateway/bus/exchange/line.h\n"
+      "#include \"gateway/bus/gone.h\"\n"
+      "int x;  // see modules.h\n");
+  EXPECT_THAT(
+      MissingFiles("gateway/bus/jobs/job.cpp", source,
+                   [](const std::string& path) { return path == "gateway/bus/exchange/line.h"; }),
+      ElementsAre("gateway/bus/jobs/job.cpp:1: there is no gateway/bus/jobs/session.cpp",
+                  "gateway/bus/jobs/job.cpp:3: there is no gateway/bus/jobs/modules.h"));
+}
+
+// ---------------- gateway/outputs/status and gateway/diagnosis decide nothing by the name of a
+// protocol: what is particular to one is told by its plugin (config/model/options.h), so that a new
+// protocol needs no change there.
+
+std::string ReadAll(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// "spabus|dcon|…|telegram", from the list that registers protocols.
+std::string NamesIn(const std::string& list) {
+  std::smatch found;
+  if (!std::regex_search(list, found, std::regex(R"(set\(baudgate_protocols ([^)]*)\))")))
+    return {};
+  const std::string names = std::regex_replace(found[1].str(), std::regex(R"(\w+:)"), "");
+  return std::regex_replace(names, std::regex(R"(\s+)"), "|");
+}
+
+/// Literals that are a name, or that ask the user to set one, and names that are taken apart.
+std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
+  const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
+                         ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");
+  std::vector<std::string> all;
+  for (std::sregex_iterator at(source.begin(), source.end(), named), end; at != end; ++at) {
+    all.push_back(at->str());
+  }
+  return all;
+}
+
+TEST(ProtocolNames, StandInNoSourceOfTheStatus) {
+  const std::string names = NamesIn(ReadAll("protocols/CMakeLists.txt"));
+  EXPECT_THAT(names, testing::HasSubstr("|modbus_tcp|"));
+  for (const char* folder : {"gateway/outputs/status", "gateway/diagnosis/causes"}) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      EXPECT_THAT(NamedIn(ReadAll(entry.path()), names), IsEmpty()) << entry.path();
+    }
+  }
+}
+
+TEST(ProtocolNames, AreFoundWhereTheyStand) {
+  const std::string names = NamesIn("set(baudgate_protocols spabus modbus:modbus_rtu reader)\n");
+  EXPECT_EQ(names, "spabus|modbus_rtu|reader");
+  EXPECT_THAT(NamedIn("if (protocol == \"spabus\" || protocol.starts_with(\"mod\"))\n"
+                      "  return \"set protocol: modbus_rtu at the line\";  // of the reader\n",
+                      names),
+              ElementsAre("\"spabus\"", "protocol.starts_with", "protocol: modbus_rtu"));
 }
 
 }  // namespace

@@ -7,10 +7,18 @@
 
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <random>
+#include <thread>
 
+#include "gateway/records/disk/events_file.h"
+#include "gateway/records/events/event_file.h"
 #include "tests/support/long_run.h"
 #include "tests/system/event_station.h"
+#include "tests/system/libmodbus_slave.h"
+#include "tests/system/null_modem.h"
+#include "tests/system/routes_fixture.h"
 
 namespace baudgate::system_test {
 namespace {
@@ -193,6 +201,255 @@ TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
     ASSERT_EQ(text.substr(text.rfind(' ') + 1), std::to_string(number)) << record;
   }
   std::cout << kills << " kills, " << number << " events\n";
+}
+
+// ---------------- The registers of events of the whole program, read by pymodbus while the ring
+// goes on under it: the file has more events than the ring, so that each that comes pushes one out.
+
+using ::testing::Each;
+using ::testing::SizeIs;
+
+constexpr std::int64_t kBefore = 4100;  // events in the file at the start
+constexpr std::int64_t kRing = 4000;
+
+class EventRing : public EventStation {
+ protected:
+  /// Events of the relay and of a device that is no longer there, in turns of ten.
+  void FillFile() const {
+    const auto folder = directory() / "state" / gateway();
+    std::filesystem::create_directories(folder);
+    const auto opened = OpenEvents(folder / "events.db");
+    ASSERT_TRUE(opened.database) << opened.error;
+    events::EventTable table(*opened.database);
+    std::vector<events::Batch> batches;
+    for (std::int64_t seq = 1; seq <= kBefore; ++seq) {
+      const bool own = seq / 10 % 2 == 0;
+      events::EventRecord record;
+      record.seq = seq;
+      record.received = record.device_time = WallTime(std::chrono::seconds(1'700'000'000 + seq));
+      record.line = "bay";
+      record.device = own ? "bay-1" : "bay-9";
+      record.code = static_cast<std::uint32_t>(100'000 + seq);
+      batches.push_back({own ? 0U : 1U, "", false, {record}});
+    }
+    ASSERT_TRUE(table.Write(batches));
+  }
+  Json Read(int unit, std::int64_t first, std::int64_t last) const {
+    const Finished reader = RunToEnd(
+        {"/usr/bin/python3", std::string(SYSTEM_TEST_SOURCES) + "/pymodbus_events.py",
+         std::to_string(port()), std::to_string(unit), std::to_string(first), std::to_string(last)},
+        directory(), {}, 90s);
+    EXPECT_EQ(reader.code, 0) << reader.errors;
+    return Json::parse(reader.output, nullptr, false);
+  }
+};
+
+TEST_F(EventRing, IsReadWholeWhileItGoesOn) {
+  FillFile();
+  const auto relay = StartRelay("every:100ms,count=6,numbered");
+  const auto daemon = StartDaemon(Yaml());
+  ASSERT_TRUE(Eventually([&] { return Status()["events"]["newest"] >= kBefore + 10; }))
+      << daemon->Errors();
+  const std::int64_t last = Status()["events"]["newest"].get<std::int64_t>() + 60;
+
+  // The gateway's: all, from the oldest that there is. What is gone before it is read is counted.
+  const Json all = Read(255, kBefore - kRing + 1, last);
+  EXPECT_THAT(all["wrong"], SizeIs(0)) << all["wrong"];
+  EXPECT_GE(all["oldest"].size(), 2U) << "the ring did not go on";
+  const std::int64_t lost = all["lost"];
+  EXPECT_GT(lost, 0);
+  std::int64_t next = kBefore - kRing + 1 + lost;
+  for (std::size_t i = 0; i < all["numbers"].size(); ++i, ++next) {
+    ASSERT_EQ(all["numbers"][i], next);
+    if (next <= kBefore) {
+      ASSERT_EQ(all["codes"][i], 100'000 + next) << "half of another";
+    }
+  }
+  EXPECT_GT(next, last);
+
+  // The relay's own: others are skipped, and not counted.
+  const Json own = Read(1, kBefore - 99, last);
+  EXPECT_THAT(own["wrong"], SizeIs(0)) << own["wrong"];
+  EXPECT_EQ(own["lost"], 0);
+  std::int64_t before = 0;
+  for (const std::int64_t number : own["numbers"]) {
+    if (number <= kBefore) {
+      EXPECT_EQ(number / 10 % 2, 0) << number;
+      ++before;
+    }
+  }
+  EXPECT_EQ(before, 50) << "of 4001 to 4100";
+}
+
+TEST_F(EventRing, ShowsTheNewestToWhoeverCanNotWrite) {
+  const auto relay = StartRelay("every:200ms,count=3,numbered");
+  const auto daemon = StartDaemon(Yaml());
+  ModbusClient client(port());
+  std::optional<std::uint16_t> count;
+  ASSERT_TRUE(Eventually([&] {
+    count = client.Register(1, 9024);
+    return count == 7;
+  })) << daemon->Errors();
+  const auto block = client.Input(1, 9016, 80);
+  ASSERT_TRUE(block.ok());
+  for (std::size_t i = 0; i < 7; ++i) {
+    const auto number = block.values[11 + 10 * i];
+    EXPECT_EQ(number, block.values[3] - 6 + static_cast<int>(i)) << "the newest seven";
+    EXPECT_GT(block.values[12 + 10 * i], 0) << "seconds since 1970, high word";
+  }
+  EXPECT_EQ(client.WriteRegister(1, 9016, 1), 0x03);
+  EXPECT_EQ(client.WriteRegisters(1, 9018, {0, 1}), 0x02);
+  EXPECT_EQ(client.WriteRegisters(1, 9016, {0, 2}), kNoException);
+  EXPECT_EQ(client.Input(1, 9016, 80).values[11], 2);
+}
+
+// ---------------- The alarms that the gateway raises itself: of a routed slave that leaves a
+// client without a reply, of a device and a port, with and without events, over a restart and a
+// reload.
+
+using ::testing::ElementsAre;
+
+class Alarms : public Routes {
+ protected:
+  std::vector<Json> All() const { return JsonLines(Ask({"alarms", "--json"}).output); }
+  /// "drive unit-20 no answer to clients active high".
+  std::vector<std::string> Shown() const {
+    std::vector<std::string> shown;
+    for (const Json& alarm : All()) {
+      std::string text;
+      for (const char* key : {"line", "device", "name", "state", "priority"}) {
+        text += (text.empty() ? "" : " ") + alarm.at(key).get<std::string>();
+      }
+      shown.push_back(text);
+    }
+    return shown;
+  }
+  bool EventuallyShown(const std::vector<std::string>& alarms) const {
+    const bool shown = Eventually([&] { return Shown() == alarms; });
+    EXPECT_EQ(Shown(), alarms);
+    return shown;
+  }
+};
+
+TEST_F(Alarms, OfARoutedSlaveThatNoLongerAnswersItsClients) {
+  const NullModem cable(LinkOf("drive"), FarEnd("drive"));
+  auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
+  const auto daemon =
+      StartGateway(Yaml({"{ units: 20, line: drive, alarms: { priority: high, delay: 1s } }"},
+                        BareLine("drive", "timing: { reply: 100ms }")));
+  const auto follower = Start({"alarms", "--follow", "--json", "--socket", socket()});
+  ModbusClient client(port());
+  EXPECT_EQ(client.Holding(kUnit, 999, 1).values, std::vector<std::uint16_t>{1999});
+  EXPECT_THAT(Shown(), ElementsAre());
+  EXPECT_EQ(Ask({"events"}).code, 4) << "it keeps no events";
+
+  slave.reset();
+  for (int time = 0; time < 3; ++time) {
+    EXPECT_EQ(client.Holding(kUnit, 999, 1).exception, kNotAnswering);
+  }
+  ASSERT_TRUE(EventuallyShown({"drive unit-20 no answer to clients active high"}));
+  const auto followed = [&](const std::string& state) {
+    return Eventually([&] {
+      return follower->Output().find("\"state\":\"" + state + "\"") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(followed("active"));
+  const Json alarm = All()[0];
+  EXPECT_THAT(alarm["text"].get<std::string>(), HasSubstr("no answer to clients for 1s"));
+  EXPECT_EQ(alarm["point"], "");
+  EXPECT_EQ(Status()["events"]["alarms"]["active"], 1);
+  EXPECT_THAT(daemon->Errors(),
+              HasSubstr("line drive: device unit-20: alarm active, priority high"));
+  EXPECT_THAT(Ask({"ack", "drive.unit-20"}).output, HasSubstr("1 alarm acknowledged"));
+  EXPECT_TRUE(EventuallyShown({"drive unit-20 no answer to clients acknowledged high"}));
+
+  slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
+  EXPECT_TRUE(Eventually([&] { return client.Holding(kUnit, 999, 1).exception == 0; }));
+  EXPECT_TRUE(EventuallyShown({}));
+  EXPECT_TRUE(followed("normal"));
+  follower->Signal(SIGINT);
+  EXPECT_EQ(follower->WaitForEnd(), 0);
+}
+
+TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
+  const auto yaml = [&](const std::string& line, const std::string& routes = {}) {
+    return "gateway: { name: " + gateway() + ", socket: " + socket() +
+           ", state: " + (directory() / "state").string() +
+           " }\nevents: {}\nmodbus:\n  listen: { at: \"127.0.0.1:" + std::to_string(port()) +
+           "\" }\n" + routes + "dds: { enabled: false }\nlines:\n" + line;
+  };
+  const std::string devices =
+      "devices: [{ name: pump, address: 1, profile: mitsubishi-fr-d700, retries: 0 }], timing: { "
+      "reply: 50ms }";
+  const std::string both = BareLine("absent", "alarms: { delay: 0s }") +
+                           BareLine("drive", "alarms: { priority: low, delay: 1s }, " + devices);
+  const ScriptedSlave silent(LinkOf("drive"), Nothing);
+  const std::vector<std::string> raised = {"absent  port down active medium",
+                                           "drive pump no answer active low"};
+  {
+    const auto daemon = StartDaemon(yaml(both));
+    ASSERT_TRUE(EventuallyShown(raised)) << daemon->Errors();
+    daemon->Signal(SIGKILL);
+    daemon->WaitForEnd();
+  }
+  const auto daemon = StartDaemon(yaml(both));
+  EXPECT_TRUE(EventuallyShown(raised));
+  std::this_thread::sleep_for(2s);
+  const auto alarms = All();
+  ASSERT_EQ(alarms.size(), 2U) << "none twice";
+  EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
+  EXPECT_TRUE(EventuallyShown({"absent  port down acknowledged medium", raised[1]}));
+
+  // Without the line, and with another delay for the device.
+  Write("baudgate.yaml",
+        yaml(BareLine("drive", "alarms: { priority: low, delay: 2s }, " + devices)));
+  const Finished reload = Ask({"reload"});
+  EXPECT_EQ(reload.code, 0) << reload.errors;
+  EXPECT_TRUE(EventuallyShown({raised[1]}));
+  EXPECT_EQ(All()[0]["seq"], alarms[1]["seq"]) << "it is the same as before";
+}
+
+/// The unit of docs/events.md, as systemd would start it, with a `curl` that keeps what it is
+/// given.
+TEST_F(Alarms, AreToldByTheServiceThatTheDocumentHas) {
+  std::ifstream document(std::filesystem::path(SYSTEM_TEST_SOURCES) / "../../docs/events.md");
+  std::string script;
+  constexpr std::string_view kStart = "ExecStart=/bin/sh -c '";
+  for (std::string line; std::getline(document, line);) {
+    if (line.starts_with(kStart)) script = line.substr(kStart.size());
+  }
+  ASSERT_TRUE(script.ends_with("'"));
+  script.pop_back();
+  const auto replace = [&script](const std::string& what, const std::string& by) {
+    ASSERT_NE(script.find(what), std::string::npos) << what;
+    script.replace(script.find(what), what.size(), by);
+  };
+  replace("$$alarm", "$alarm");
+  replace("/run/baudgate/baudgate.sock", socket());
+  const auto tools = directory() / "tools";
+  std::filesystem::create_directory(tools);
+  std::filesystem::create_symlink(BAUDGATE_BINARY, tools / "baudgate");
+  std::ofstream(tools / "curl") << "#!/bin/sh\ncat >> " << (directory() / "posted").string()
+                                << "\n";
+  std::filesystem::permissions(tools / "curl", std::filesystem::perms::owner_all);
+  const auto daemon =
+      StartGateway(Yaml({}, BareLine("absent", "alarms: { priority: high, delay: 0s }")), {});
+  ASSERT_TRUE(EventuallyShown({"absent  port down active high"}));
+  Child service({"/bin/sh", "-c", script}, directory(),
+                {{"PATH", tools.string() + ":" + std::getenv("PATH")}});
+  const auto posted = [&] {
+    std::ifstream file(directory() / "posted");
+    std::vector<std::string> states;
+    for (std::string line; std::getline(file, line);) {
+      const Json alarm = Json::parse(line, nullptr, false);
+      states.push_back(alarm.value("name", "") + " " + alarm.value("state", ""));
+    }
+    return states;
+  };
+  EXPECT_TRUE(Eventually([&] { return posted().size() == 1; }));
+  EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
+  EXPECT_TRUE(Eventually([&] { return posted().size() == 2; }));
+  EXPECT_THAT(posted(), ElementsAre("port down active", "port down acknowledged"));
 }
 
 }  // namespace

@@ -4,6 +4,13 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <deque>
+#include <random>
+
+#include "gateway/base/text.h"
+#include "tests/support/long_run.h"
+#include "tests/support/raw_client.h"
+#include "tests/system/bad_cable.h"
 #include "tests/system/three_devices.h"
 
 namespace baudgate::system_test {
@@ -98,6 +105,169 @@ TEST_F(Outage, ADeviceThatHoldsItsValuesSaysSoByTheirQuality) {
   relay->Signal(SIGKILL);
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kNotConnected));
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);
+}
+
+// ---------------- Bad cables and bad clients: values stay true, and the good ones go on being
+// served.
+
+constexpr int kUnits[] = {kRelayUnit, kModuleUnit, kMeterUnit};
+/// Short enough for a noisy line to recover many times within the test.
+constexpr const char* kTightTiming =
+    "timing: { reply: 300ms, gap: 80ms, ceiling: 1s, drain: 50ms }";
+
+class Damage : public ThreeDevices {
+ protected:
+  std::string YamlOverBadCables() const {
+    return Head() +
+           Line("relay-bad", "spabus", "address: 7, profile: relay, unit: 1, poll: 100ms, slow: 1h",
+                kTightTiming) +
+           Line("io-bad", "dcon", "address: 1, profile: module, unit: 11, poll: 100ms",
+                kTightTiming) +
+           Line("meter-bad", "set4tm",
+                "address: 200, profile: meter, unit: 21, poll: 100ms, slow: 1h", kTightTiming);
+  }
+
+  /// Every value that is served is the twin's. How many were served.
+  int ExpectTrueValues() {
+    int served = 0;
+    const auto check = [&](int unit, int address, float value) {
+      const auto got = client.Float(unit, address);
+      if (!got) return;
+      ++served;
+      EXPECT_EQ(*got, value) << "unit " << unit << " register " << address;
+    };
+    check(kRelayUnit, 0, 1.25F);
+    check(kRelayUnit, 2, 2.5F);
+    check(kRelayUnit, 4, 63);
+    check(kModuleUnit, 0, 100.25F);
+    check(kModuleUnit, 8, -101.5F);
+    check(kModuleUnit, 14, 5.75F);
+    check(kMeterUnit, 0, -61234.5F);
+    check(kMeterUnit, 24, 6000.25F);
+    check(kMeterUnit, 50, 50.03125F);
+    return served;
+  }
+
+  std::uint32_t Counter(int unit, int address) {
+    const Registers answer = client.Input(unit, address, 2);
+    return answer.ok() ? static_cast<std::uint32_t>(answer.values[0] << 16 | answer.values[1]) : 0;
+  }
+  std::uint32_t Exchanges(int unit) { return Counter(unit, 9004); }
+  std::uint32_t Ok(int unit) { return Counter(unit, 9006); }
+};
+
+TEST_F(Damage, OfALineNeverMakesAWrongValue) {
+  StartTwins();
+  BadCable relay_cable(LinkOf("relay-bad"), LinkOf("relay"), 1);
+  BadCable io_cable(LinkOf("io-bad"), LinkOf("io"), 2);
+  BadCable meter_cable(LinkOf("meter-bad"), LinkOf("meter"), 3);
+  BadCable* const cables[] = {&relay_cable, &io_cable, &meter_cable};
+  for (const BadCable* cable : cables) ASSERT_TRUE(cable->connected());
+  daemon = StartDaemon(YamlOverBadCables());
+  // Replies torn apart are read as if they were whole.
+  ASSERT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
+
+  std::map<int, std::uint32_t> ok_before;
+  std::map<int, std::uint32_t> failed_before;
+  for (const int unit : kUnits) {
+    ok_before[unit] = Ok(unit);
+    failed_before[unit] = Exchanges(unit) - ok_before[unit];
+  }
+  for (BadCable* cable : cables) cable->SetNoisy(true);
+  // Until each line has been hurt, and has gone on reading.
+  std::string progress;
+  const bool enough = Eventually(
+      [&] {
+        ExpectTrueValues();
+        bool each = true;
+        progress.clear();
+        for (const int unit : kUnits) {
+          const std::uint32_t ok = Ok(unit) - ok_before[unit];
+          const std::uint32_t failed = Exchanges(unit) - Ok(unit) - failed_before[unit];
+          each = each && ok >= 20 && failed >= 2;
+          progress += "unit " + std::to_string(unit) + ": " + std::to_string(ok) + " good, " +
+                      std::to_string(failed) + " damaged exchanges\n";
+        }
+        return each;
+      },
+      40s);
+  EXPECT_TRUE(enough) << progress;
+  for (BadCable* cable : cables) {
+    EXPECT_GT(cable->noise_bytes(), 0U);
+    cable->SetNoisy(false);
+  }
+  for (const int unit : kUnits) EXPECT_TRUE(EventuallyQuality(client, unit, 0, kGood));
+  EXPECT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
+}
+
+/// Frames that no client may send, and some that are merely too many.
+std::vector<Bytes> HostileFrames() {
+  std::vector<Bytes> frames;
+  for (const char* hex : {
+           "00 01 00 01 00 06 0B 04 00 00 00 02",           // another protocol id
+           "00 01 00 00 FF FF 0B 04 00 00 00 02",           // longer than any frame
+           "00 01 00 00 00 00",                             // no unit
+           "00 01 00 00 00 01 0B",                          // no function
+           "00 01 00 00 00 03 0B 04 00",                    // cut inside
+           "00 01 00 00 00 06 0B 04 00",                    // the rest never comes
+           "00 01 00 00 00 06 0B 63 00 00 00 02",           // unknown function
+           "00 01 00 00 00 06 0B 04 00 00 FF FF",           // more than fits
+           "00 01 00 00 00 06 0B 04 00 00 00 00",           // nothing
+           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",        // bytes that do not come
+           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",  // fewer bytes than it says
+           "00 01 00 00 00 06 0B 16 00 00 00 00",           // mask write, too short
+           "00 01 00 00 00 02 0B 07",                       // functions without data
+           "00 01 00 00 00 06 0B 04 00 00 00 10",           // good, and never read
+       }) {
+    frames.push_back(*ParseHex(hex));
+  }
+  return frames;
+}
+
+TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
+  io = StartTwin("io", "module", "1");
+  daemon = StartDaemon(Head() + Line("io", "dcon", "address: 1, profile: module, unit: 11"));
+  ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+
+  std::mt19937 random(4);
+  const std::vector<Bytes> frames = HostileFrames();
+  std::deque<RawClient> crowd;
+  std::size_t sent = 0;
+  std::size_t thrown_out = 0;
+  for (std::size_t round = 0; round < LongRun(300); ++round) {
+    crowd.emplace_back(port());
+    if (crowd.size() > 50) crowd.pop_front();
+    for (const RawClient& hostile : crowd) {
+      if (!hostile.connected()) continue;
+      Bytes bytes = frames[random() % frames.size()];
+      if (random() % 4 == 0) {
+        bytes.resize(1 + random() % 300);
+        for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+      }
+      hostile.SendSome(bytes) ? ++sent : ++thrown_out;
+    }
+    // The good client has one connection all the time, and all of its answers are whole and true.
+    const Registers answer = client.Input(kModuleUnit, 0, 16);
+    ASSERT_TRUE(answer.ok()) << "round " << round << ": " << answer.exception;
+    ASSERT_EQ(client.Float(kModuleUnit, 8), -101.5F);
+  }
+  EXPECT_GT(sent, 0U);
+  EXPECT_GT(thrown_out, 0U) << "a client without frame boundaries is let go";
+  EXPECT_TRUE(daemon->Running());
+}
+
+TEST_F(Damage, OfAFloodThatIsNeverReadDelaysNobody) {
+  io = StartTwin("io", "module", "1");
+  daemon = StartDaemon(Head() + Line("io", "dcon", "address: 1, profile: module, unit: 11"));
+  ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
+  Bytes flood;
+  for (int i = 0; i < 200; ++i) Append(flood, *ParseHex("00 01 00 00 00 06 0B 04 00 00 00 10"));
+  std::deque<RawClient> crowd;
+  for (int i = 0; i < 10; ++i) crowd.emplace_back(port());
+  for (std::size_t round = 0; round < LongRun(1000); ++round) {
+    for (const RawClient& hostile : crowd) hostile.SendSome(flood);
+    ASSERT_EQ(client.Float(kModuleUnit, 0), 100.25F) << "round " << round;
+  }
 }
 
 }  // namespace

@@ -1,8 +1,13 @@
 // Bytes over a serial port, both ways, over real ptys.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <termios.h>
+#include <unistd.h>
 
 #include "tests/transports/serial_port_fixture.h"
+#include "transports/parity.h"
+#include "transports/serial_settings.h"
 
 namespace baudgate {
 namespace {
@@ -48,6 +53,371 @@ TEST_F(SerialPortTest, WhatIsOutIsNotTakenBackByAReset) {
   ASSERT_TRUE(port_->Reset(serial_).ok());
   far_->Start();
   EXPECT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 1000; }));
+}
+
+// ---------------- How a serial port is opened and closed, over real ptys.
+
+TEST_F(SerialPortTest, ClosesAndOpensAgainAndAgain) {
+  for (int round = 0; round < 20; ++round) {
+    Open();
+    port_->Send(ToBytes("x"));
+    const std::size_t expected = static_cast<std::size_t>(round) + 1;
+    ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= expected; }));
+    port_->Close();
+    EXPECT_FALSE(port_->is_open());
+  }
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_FALSE(far_->ended()) << "the twin is not hung up";
+}
+
+TEST_F(SerialPortTest, OldBytesAreDroppedAtOpen) {
+  Open();
+  port_->Close();
+  bool written = false;
+  asio::async_write(far_->stream(), asio::buffer("late answer", 11),
+                    [&](const std::error_code&, std::size_t) { written = true; });
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return written; }));
+  Open();
+  far_->Write(ToBytes("fresh"));
+  EXPECT_TRUE(WaitForReceived(5));
+  EXPECT_EQ(AsText(listener_.received), "fresh");
+}
+
+TEST_F(SerialPortTest, CloseCancelsOpen) {
+  port_ = MakeSerialPort(link_, serial_, io_, listener_);
+  port_->Open();
+  port_->Close();
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.opened, 0);
+  EXPECT_TRUE(listener_.failures.empty());
+}
+
+TEST_F(SerialPortTest, MayBeClosedAndDestroyedFromACallback) {
+  Open();
+  listener_.on_bytes = [&] { port_->Close(); };
+  far_->Write(ToBytes("x"));
+  ASSERT_TRUE(WaitForReceived(1));
+  Open();
+  listener_.on_bytes = [&] { port_.reset(); };
+  far_->Write(ToBytes("y"));
+  ASSERT_TRUE(WaitForReceived(2));
+  test::RunReady(io_);
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+TEST_F(SerialPortTest, OnePortServesOneLine) {
+  Open();
+  test::Recorder other_listener;
+  const auto other = MakeSerialPort(link_, serial_, io_, other_listener);
+  other->Open();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !other_listener.failures.empty(); }));
+  EXPECT_NE(other_listener.failures[0].find("in use by another line"), std::string::npos);
+  port_->Close();
+  other->Open();
+  EXPECT_TRUE(test::RunUntil(io_, [&] { return other_listener.opened == 1; }));
+}
+
+TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
+  config::SerialSettings with_rs485 = serial_;
+  with_rs485.rs485.enabled = true;
+  port_ = MakeSerialPort(link_, with_rs485, io_, listener_);
+  port_->Open();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_NE(listener_.failures[0].find("RS-485"), std::string::npos);
+  port_.reset();
+  Open();
+}
+
+// ---------------- The settings of an open serial port, over real ptys: parity in software,
+// switching, and what is impossible.
+
+TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
+  serial_.software_parity = true;
+  Open();
+  port_->Send(ToBytes(">1RF:XX\r"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 8; }));
+  const SoftwareParity coder(config::Parity::even);
+  EXPECT_EQ(far_->received(), coder.Encode(ToBytes(">1RF:XX\r")));
+
+  Bytes reply = coder.Encode(ToBytes("<1D"));
+  reply[1] ^= 0x01;
+  far_->Write(reply);
+  ASSERT_TRUE(WaitForReceived(3));
+  EXPECT_EQ(listener_.received, (Bytes{'<', kDamaged, 'D'}));
+  EXPECT_EQ(port_->Counters().parity, 1U);
+  port_->Close();
+  Open();
+  EXPECT_EQ(port_->Counters().parity, 0U) << "counted since the port was opened";
+}
+
+/// `stty sane`, ModemManager, brltty: whoever may open the port.
+TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
+  Open();
+  EXPECT_EQ(port_->Restore(), std::nullopt);
+  termios sane{};
+  const int far = far_->stream().native_handle();  // the kernel takes both ends for the same
+  ASSERT_EQ(::tcgetattr(far, &sane), 0);
+  sane.c_lflag |= ICANON | ECHO | ISIG;
+  sane.c_iflag |= ICRNL | IXON;
+  sane.c_oflag |= OPOST;
+  ::cfsetspeed(&sane, B38400);
+  ASSERT_EQ(::tcsetattr(far, TCSANOW, &sane), 0);
+  const std::string changes = port_->Restore().value_or("nothing");
+  for (const char* change : {"became 38400", "echo is on", "input comes by whole lines",
+                             "input is translated", "output is translated", "XON/XOFF is on"}) {
+    EXPECT_NE(changes.find(change), std::string::npos) << change << ": " << changes;
+  }
+  EXPECT_EQ(port_->Restore(), std::nullopt);
+  far_->Write({0x0D});
+  ASSERT_TRUE(WaitForReceived(1));
+  EXPECT_EQ(listener_.received, Bytes{0x0D}) << "raw again";
+}
+
+TEST_F(SerialPortTest, ApplySwitchesTheOpenPort) {
+  Open();
+  EXPECT_EQ(port_->Describe(), "serial " + link_ + " 9600 7E1");
+  config::SerialSettings other = serial_;
+  other.baud = 19200;
+  other.parity = config::Parity::odd;
+  other.software_parity = true;
+  ASSERT_TRUE(port_->Apply(other).ok());
+  EXPECT_EQ(port_->Describe(), "serial " + link_ + " 19200 7O1");
+  port_->Send(ToBytes("A"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !far_->received().empty(); }));
+  EXPECT_EQ(far_->received(), Bytes{0xC1});
+
+  far_->Write({0x41});
+  ASSERT_TRUE(WaitForReceived(1));
+  ASSERT_TRUE(port_->Apply(serial_).ok());
+  EXPECT_EQ(port_->Counters().parity, 1U) << "switching forgets no error";
+  port_->Close();
+  Open();
+  EXPECT_EQ(port_->Counters().parity, 0U);
+}
+
+TEST_F(SerialPortTest, IsOpenedWithItsOwnSettingsWhateverWasAppliedBefore) {
+  Open();
+  config::SerialSettings other = serial_;
+  other.baud = 19200;
+  other.parity = config::Parity::none;
+  ASSERT_TRUE(port_->Apply(other).ok());
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  Plug();
+  Open();
+  EXPECT_EQ(port_->Describe(), "serial " + link_ + " 9600 7E1");
+  const auto now = ReadSerialSettings(far_->stream().native_handle());
+  ASSERT_TRUE(now.ok());
+  EXPECT_EQ(now->baud, 9600);
+}
+
+TEST_F(SerialPortTest, ApplyOfNonsenseChangesNothing) {
+  Open();
+  config::SerialSettings other = serial_;
+  other.baud = 5;
+  EXPECT_FALSE(port_->Apply(other).ok());
+  EXPECT_EQ(port_->Describe(), "serial " + link_ + " 9600 7E1");
+  EXPECT_TRUE(port_->Apply(serial_).ok());
+}
+
+TEST_F(SerialPortTest, ImpossibleSettingsFailTheOpen) {
+  serial_.data_bits = 8;
+  serial_.software_parity = true;
+  port_ = MakeSerialPort(link_, serial_, io_, listener_);
+  port_->Open();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_NE(listener_.failures[0].find("software parity"), std::string::npos);
+}
+
+// ---------------- A serial port whose far end reads nothing, over real ptys: what is dropped, and
+// when the port is lost.
+
+TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
+  Open();
+  const Bytes piece(40'000, 'x');
+  for (int i = 0; i < 3; ++i) port_->Send(piece);
+  EXPECT_TRUE(listener_.losses.empty()) << "no callback from within the call";
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  EXPECT_NE(listener_.losses[0].find("takes no data"), std::string::npos);
+  EXPECT_FALSE(port_->is_open());
+}
+
+/// It stays stopped after that program has ended, and while the far end is open.
+TEST_F(SerialPortTest, AnOutputThatAnotherProgramHasStoppedGoesOn) {
+  const auto stop = [this] {
+    const int other = ::open(link_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+    ASSERT_GE(other, 0);
+    EXPECT_EQ(::tcflow(other, TCOOFF), 0);
+    ::close(other);
+  };
+  const auto arrives = [this](const std::string& text) {
+    port_->Send(ToBytes(text));
+    return test::RunUntil(io_, [&] { return AsText(far_->received()).ends_with(text); });
+  };
+  stop();
+  Open();
+  EXPECT_TRUE(arrives("one"));
+  stop();
+  port_->Restore();
+  EXPECT_TRUE(arrives("two"));
+}
+
+class StalledPort : public SerialPortTest {
+ protected:
+  StalledPort() {
+    stalled_ = true;
+    Plug();
+    Open();
+  }
+  /// What the far end reads up to this text.
+  std::string ReadUntil(const std::string& end) {
+    far_->Start();
+    std::string text;
+    EXPECT_TRUE(test::RunUntil(io_, [&] {
+      text = AsText(far_->received());
+      return text.ends_with(end);
+    }));
+    return text;
+  }
+  /// More than a pty takes: the rest is in our own queue.
+  const Bytes much_ = Bytes(40'000, 'x');
+};
+
+/// The kernel keeps for the far end of a pty what it has room for there (see serial_settings.h);
+/// neither the driver's queue nor ours may follow when the far end reads again.
+TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
+  port_->Send(much_);
+  test::RunReady(io_);
+  port_->DropUnsent();
+  port_->Send(ToBytes("stop"));
+  const std::string text = ReadUntil("stop");
+  EXPECT_LE(text.size(), 4096 + 4U);
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+TEST_F(StalledPort, GetsNothingMoreAfterTheClosing) {
+  port_->Send(much_);
+  test::RunReady(io_);
+  port_->Close();
+  Open();
+  port_->Send(ToBytes("stop"));
+  EXPECT_LE(ReadUntil("stop").size(), 4096 + 4U);
+}
+
+TEST_F(StalledPort, IsLostWhenNoRequestGetsOut) {
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(listener_.losses.empty());
+    EXPECT_TRUE(port_->is_open());
+    port_->Send(much_);
+    port_->DropUnsent();
+    test::RunReady(io_);
+  }
+  ASSERT_EQ(listener_.losses.size(), 1U);
+  EXPECT_EQ(listener_.losses[0], link_ + " takes no data");
+  EXPECT_FALSE(port_->is_open());
+}
+
+TEST_F(StalledPort, ThatSaysSomethingIsNotLost) {
+  for (int i = 0; i < 20; ++i) {
+    port_->Send(much_);
+    port_->DropUnsent();
+    far_->Write(ToBytes("x"));
+    ASSERT_TRUE(WaitForReceived(static_cast<std::size_t>(i) + 1));
+  }
+  EXPECT_TRUE(listener_.losses.empty());
+}
+
+/// Silent devices are no reason to think ill of the port.
+TEST_F(SerialPortTest, DropsNothingThatHasGoneOut) {
+  Open();
+  for (int round = 1; round <= 20; ++round) {
+    port_->Send(ToBytes("request"));
+    const std::size_t expected = static_cast<std::size_t>(round) * 7;
+    ASSERT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= expected; }));
+    port_->DropUnsent();
+  }
+  test::RunReady(io_);
+  EXPECT_TRUE(listener_.losses.empty());
+  EXPECT_TRUE(port_->is_open());
+}
+
+// ---------------- A serial port that is unplugged and comes back, over real ptys.
+
+TEST_F(SerialPortTest, UnplugIsReportedOnce) {
+  Open();
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.losses.size(), 1U);
+  EXPECT_NE(listener_.losses[0].find(link_ + " is gone"), std::string::npos) << listener_.losses[0];
+  EXPECT_FALSE(port_->is_open());
+  port_->Send(ToBytes("into the void"));
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.losses.size(), 1U);
+}
+
+TEST_F(SerialPortTest, ComesBackAfterReplug) {
+  Open();
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  port_->Open();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_EQ(listener_.failures[0], "no such port " + link_ + "; is the adapter plugged in?");
+  Plug();
+  Open();
+  far_->Write(ToBytes("back"));
+  EXPECT_TRUE(WaitForReceived(4));
+  EXPECT_EQ(AsText(listener_.received), "back");
+}
+
+TEST_F(SerialPortTest, AHangUpWhileSendingIsReportedOnce) {
+  Open();
+  pty_->Unplug();
+  far_->stream().close();  // the kernel has hung up; we have not looked yet
+  port_->Send(ToBytes("request"));
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  test::RunReady(io_);
+  EXPECT_EQ(listener_.losses.size(), 1U);
+  EXPECT_FALSE(port_->is_open());
+}
+
+TEST_F(SerialPortTest, WhatCameBeforeTheHangUpIsHeardOrLostButEndsTheSame) {
+  Open();
+  far_->Write(ToBytes("<1D"));
+  test::RunReady(io_);
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  EXPECT_FALSE(port_->is_open());
+}
+
+/// A stable name, as in /dev/serial/by-id: the adapter comes back under another number.
+TEST_F(SerialPortTest, ALinkIsFollowedAnewAtEachOpen) {
+  Open();
+  const std::string first = pty_->slave_path();
+  auto other = Pty::Create();
+  ASSERT_TRUE(other.ok());
+  Far other_far(asio::posix::stream_descriptor(io_, other->TakeMaster()));
+  other_far.Start();
+  ASSERT_NE(other->slave_path(), first);
+  fs::remove(link_);
+  fs::create_symlink(other->slave_path(), link_);
+  far_->Write(ToBytes("old"));
+  ASSERT_TRUE(WaitForReceived(3)) << "the open port stays open";
+
+  Unplug();
+  ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
+  Open();
+  other_far.Write(ToBytes("new"));
+  ASSERT_TRUE(WaitForReceived(6));
+  EXPECT_EQ(AsText(listener_.received), "oldnew");
+}
+
+TEST_F(SerialPortTest, MayBeOpenedAgainFromOnLost) {
+  Open();
+  listener_.on_lost = [&] { port_->Open(); };
+  Unplug();
+  ASSERT_TRUE(WaitForFailure());
+  EXPECT_EQ(listener_.losses.size(), 1U);
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include "gateway/tools/simulate/pty.h"
+#include "tests/transports/far_end.h"
+#include "transports/parity.h"
 
 namespace baudgate {
 namespace {
@@ -167,6 +169,137 @@ TEST(SameSettings, EveryFieldCounts) {
   other = k8N1;
   other.rs485.delay_after_send = 1ms;
   EXPECT_FALSE(SameSettings(k8N1, other));
+}
+
+// ---------------- Software parity: every character, every single-bit error.
+
+using config::Parity;
+
+TEST(SoftwareParity, KnownCharacters) {
+  EXPECT_EQ(WithParity('A', Parity::even), 0x41);  // two ones
+  EXPECT_EQ(WithParity('A', Parity::odd), 0xC1);
+  EXPECT_EQ(WithParity('>', Parity::even), 0xBE);  // five ones
+  EXPECT_EQ(WithParity('>', Parity::odd), 0x3E);
+  EXPECT_EQ(WithParity(0x00, Parity::odd), 0x80);
+}
+
+TEST(SoftwareParity, EveryCharacterComesBack) {
+  for (const Parity parity : {Parity::even, Parity::odd}) {
+    for (int value = 0; value < 128; ++value) {
+      const auto character = static_cast<std::uint8_t>(value);
+      EXPECT_EQ(WithoutParity(WithParity(character, parity), parity), character);
+    }
+  }
+}
+
+TEST(SoftwareParity, EverySingleBitErrorIsSeen) {
+  for (const Parity parity : {Parity::even, Parity::odd}) {
+    for (int value = 0; value < 128; ++value) {
+      for (int bit = 0; bit < 8; ++bit) {
+        const auto damaged = static_cast<std::uint8_t>(
+            WithParity(static_cast<std::uint8_t>(value), parity) ^ (1U << bit));
+        EXPECT_EQ(WithoutParity(damaged, parity), std::nullopt) << value << " bit " << bit;
+      }
+    }
+  }
+}
+
+TEST(SoftwareParity, EighthBitOfTheSenderIsNotSent) {
+  EXPECT_EQ(WithParity(0xC1, Parity::even), WithParity(0x41, Parity::even));
+}
+
+TEST(SoftwareParity, DamageIsMarkedAndCounted) {
+  SoftwareParity parity(Parity::even);
+  Bytes wire = parity.Encode(ToBytes(">+12.3\r"));
+  wire[3] ^= 0x80;
+  Bytes expected = ToBytes(">+12.3\r");
+  expected[3] = kDamaged;
+  EXPECT_EQ(parity.Decode(wire), expected);
+  EXPECT_EQ(parity.errors(), 1U);
+}
+
+TEST(SoftwareParity, NoneChangesNothing) {
+  SoftwareParity parity;
+  const Bytes bytes = {0x00, 0x7F, 0x80, 0xFF};
+  EXPECT_EQ(parity.Encode(bytes), bytes);
+  EXPECT_EQ(parity.Decode(bytes), bytes);
+  EXPECT_EQ(parity.errors(), 0U);
+}
+
+TEST(SoftwareParity, PortIsSetToEightNone) {
+  config::SerialSettings serial;
+  serial.data_bits = 7;
+  serial.parity = Parity::even;
+  EXPECT_EQ(OnTheWire(serial).ToString(), "9600 7E1");
+  serial.software_parity = true;
+  EXPECT_EQ(OnTheWire(serial).ToString(), "9600 8N1");
+  EXPECT_EQ(OnTheWire(serial).BitsPerCharacter(), serial.BitsPerCharacter());
+}
+
+TEST(SoftwareParity, OnlySevenBitsWithParity) {
+  config::SerialSettings serial;
+  EXPECT_TRUE(CheckSoftwareParity(serial).ok());
+  serial.software_parity = true;
+  EXPECT_FALSE(CheckSoftwareParity(serial).ok());  // 8N1
+  serial.data_bits = 7;
+  EXPECT_FALSE(CheckSoftwareParity(serial).ok());  // 7N1
+  serial.parity = Parity::odd;
+  EXPECT_TRUE(CheckSoftwareParity(serial).ok());
+}
+
+// ---------------- The marks of the tty layer, in any fragmentation.
+
+Bytes AsTheKernelWrites(View characters) {
+  Bytes marked;
+  for (const std::uint8_t character : characters) {
+    marked.push_back(character);
+    if (character == 0xFF) marked.push_back(0xFF);
+  }
+  return marked;
+}
+
+TEST(ParmrkDecoder, EveryCleanByteComesBack) {
+  ParmrkDecoder decoder;
+  EXPECT_EQ(decoder.Decode(AsTheKernelWrites(test::AllBytes())), test::AllBytes());
+  EXPECT_EQ(decoder.damaged(), 0U);
+}
+
+TEST(ParmrkDecoder, DamagedCharacterKeepsItsPlace) {
+  ParmrkDecoder decoder;
+  const Bytes marked = {'>', '+', '1', 0xFF, 0x00, '2', '.', '3', '\r'};
+  const Bytes expected = {'>', '+', '1', kDamaged, '.', '3', '\r'};
+  EXPECT_EQ(decoder.Decode(marked), expected);
+  EXPECT_EQ(decoder.damaged(), 1U);
+}
+
+TEST(ParmrkDecoder, BreakIsDamage) {
+  ParmrkDecoder decoder;
+  EXPECT_EQ(decoder.Decode(Bytes{0xFF, 0x00, 0x00, 'A'}), (Bytes{kDamaged, 'A'}));
+  EXPECT_EQ(decoder.damaged(), 1U);
+}
+
+TEST(ParmrkDecoder, DamagedFfIsNotAnotherEscape) {
+  ParmrkDecoder decoder;
+  EXPECT_EQ(decoder.Decode(Bytes{0xFF, 0x00, 0xFF, 0x00, 'A'}), (Bytes{kDamaged, 0x00, 'A'}));
+  EXPECT_EQ(decoder.damaged(), 1U);
+}
+
+TEST(ParmrkDecoder, AnUnknownMarkIsDamage) {
+  ParmrkDecoder decoder;
+  EXPECT_EQ(decoder.Decode(Bytes{0xFF, 0x41, 'B'}), (Bytes{kDamaged, 'B'}));
+  EXPECT_EQ(decoder.damaged(), 1U);
+}
+
+TEST(ParmrkDecoder, AnyFragmentationGivesTheSame) {
+  const Bytes marked = {'a', 0xFF, 0xFF, 0xFF, 0x00, 0x33, 0x00, 0xFF, 0x00, 0x00, 0xFF, 0xFF};
+  const Bytes expected = {'a', 0xFF, kDamaged, 0x00, kDamaged, 0xFF};
+  test::EachFragmentation(marked, [&](const std::vector<Bytes>& pieces) {
+    ParmrkDecoder decoder;
+    Bytes characters;
+    for (const Bytes& piece : pieces) Append(characters, decoder.Decode(piece));
+    ASSERT_EQ(characters, expected);
+    ASSERT_EQ(decoder.damaged(), 2U);
+  });
 }
 
 }  // namespace

@@ -8,8 +8,16 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <asio/executor_work_guard.hpp>
 #include <asio/ip/tcp.hpp>
+#include <asio/post.hpp>
+#include <atomic>
+#include <functional>
+#include <future>
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "tests/transports/far_end.h"
 
@@ -334,6 +342,186 @@ TEST_F(TcpClientTest, ADeadPeerIsNoticedWithinSeconds) {
   EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPINTVL), 5);
   EXPECT_EQ(option(IPPROTO_TCP, TCP_KEEPCNT), 3);
   EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 15'000);
+}
+
+// ---------------- tcp://host:port as users write it, right and wrong.
+
+void ExpectAddress(const char* text, const char* host, int port) {
+  const auto address = ParseTcpPort(text);
+  ASSERT_TRUE(address.ok()) << address.error();
+  EXPECT_EQ(address->host, host);
+  EXPECT_EQ(address->port, port);
+}
+
+TEST(TcpAddress, NamesAndAddresses) {
+  ExpectAddress("tcp://moxa-7.local:4001", "moxa-7.local", 4001);
+  ExpectAddress("tcp://192.0.2.7:1", "192.0.2.7", 1);
+  ExpectAddress("tcp://[::1]:4001", "::1", 4001);
+  ExpectAddress("tcp://[fe80::1%eth0]:65535", "fe80::1%eth0", 65535);
+}
+
+TEST(TcpAddress, WrongOnesAreErrorsThatNameThem) {
+  for (const char* text : {"",
+                           "/dev/ttyUSB0",
+                           "tcp:/host:1",
+                           "tcp://",
+                           "tcp://host",
+                           "tcp://host:",
+                           "tcp://:4001",
+                           "tcp://host:0",
+                           "tcp://host:65536",
+                           "tcp://host:-1",
+                           "tcp://host:+1",
+                           "tcp://host:4001/",
+                           "tcp://host: 4001",
+                           "tcp://::1:4001",
+                           "tcp://[::1]",
+                           "tcp://[::1]4001",
+                           "tcp://[::1:4001",
+                           "tcp://[]:4001",
+                           "tcp://[host]:4001",
+                           "tcp://user@host:4001",
+                           "tcp://a b:4001"}) {
+    const auto address = ParseTcpPort(text);
+    ASSERT_FALSE(address.ok()) << text;
+    EXPECT_NE(address.error().find(text), std::string::npos);
+  }
+}
+
+TEST(TcpAddress, OnlyTheSchemeDecides) {
+  EXPECT_TRUE(IsTcpPort("tcp://wrong"));
+  EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
+}
+
+// ---------------- Look-ups that hang, and who does not wait for them.
+
+/// A name server that never answers for hosts named "dead…" until it is told to; others are this
+/// machine.
+struct NameServer {
+  std::promise<void> revive;
+  std::shared_future<void> revived = revive.get_future().share();
+  std::atomic<int> asked = 0;
+  std::atomic<int> asked_dead = 0;
+};
+
+class NamesTest : public testing::Test {
+ protected:
+  ~NamesTest() override {
+    tickets_.clear();
+    server_->revive.set_value();
+  }
+  void Ask(const std::string& host) {
+    tickets_.push_back(names_.Ask(host, io_, [this](const Result<HostNames::Addresses>& found) {
+      answers_ += found ? 1 : 100;
+    }));
+  }
+  bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
+  bool WaitForAsked(int dead) {
+    // The look-ups run in other threads, whose beginning wakes nobody.
+    return WaitFor([&] {
+      asio::post(io_, [] {});
+      return server_->asked_dead >= dead;
+    });
+  }
+
+  asio::io_context io_;
+  asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+  std::shared_ptr<NameServer> server_ = std::make_shared<NameServer>();
+  HostNames names_{[server = server_](const std::string& host) -> Result<HostNames::Addresses> {
+    ++server->asked;
+    if (host.starts_with("dead")) {
+      ++server->asked_dead;
+      server->revived.wait();
+      return Error{"no answer"};
+    }
+    if (host == "unknown") return Error{"not known"};
+    return HostNames::Addresses{asio::ip::address_v4::loopback()};
+  }};
+  int answers_ = 0;
+  std::vector<HostNames::Ticket> tickets_;
+};
+
+TEST_F(NamesTest, AnAnswerComesOnTheAskersLoop) {
+  Ask("server");
+  EXPECT_EQ(answers_, 0) << "never from within the call";
+  EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
+  Ask("unknown");
+  EXPECT_TRUE(WaitFor([&] { return answers_ == 101; }));
+}
+
+TEST_F(NamesTest, WhoWaitsNoMoreIsNotAnswered) {
+  Ask("dropped");
+  tickets_.clear();
+  Ask("server");
+  EXPECT_TRUE(WaitFor([&] { return answers_ > 0; }));
+  test::RunReady(io_);
+  EXPECT_EQ(answers_, 1);
+}
+
+TEST_F(NamesTest, AHostIsLookedUpOnceForAllWhoAsk) {
+  for (int i = 0; i < 1000; ++i) Ask("dead");
+  Ask("server");
+  EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
+  EXPECT_TRUE(WaitForAsked(1));
+  EXPECT_EQ(server_->asked, 2);
+}
+
+/// Lines give a server up after 5 s; until then these look-ups take all places.
+TEST_F(NamesTest, GivenUpHostsMakeRoom) {
+  for (std::size_t i = 0; i < HostNames::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
+  ASSERT_TRUE(WaitForAsked(HostNames::kMostAwaited));
+  std::vector<HostNames::Ticket> impatient;
+  impatient.swap(tickets_);
+  Ask("server");
+  test::RunReady(io_);
+  EXPECT_EQ(answers_, 0);
+  impatient.pop_back();
+  EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
+}
+
+/// Threads are bounded however many hosts hang: 16, of which 12 are given up.
+TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
+  constexpr std::size_t kMost = HostNames::kMostAwaited + HostNames::kMostHanging;
+  for (std::size_t i = 0; i < kMost; ++i) {
+    Ask("dead" + std::to_string(i));
+    ASSERT_TRUE(WaitForAsked(static_cast<int>(i + 1)));
+    if (i < HostNames::kMostHanging) tickets_.clear();
+  }
+  Ask("server");
+  test::RunReady(io_);
+  EXPECT_EQ(answers_, 0);
+  EXPECT_EQ(server_->asked, static_cast<int>(kMost));
+}
+
+/// The whole way, on one loop as lines share it.
+TEST_F(NamesTest, ADeadNameServerDelaysNoOtherLine) {
+  asio::ip::tcp::acceptor acceptor(io_,
+                                   asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+  const std::string port = ":" + std::to_string(acceptor.local_endpoint().port());
+  test::Recorder hanging;
+  test::Recorder named;
+  test::Recorder numeric;
+  const config::SerialSettings serial;
+  const auto dead = MakeTcpClient("tcp://dead" + port, serial, io_, hanging, names_);
+  const auto by_name = MakeTcpClient("tcp://server" + port, serial, io_, named, names_);
+  const auto by_number = MakeTcpClient("tcp://127.0.0.1" + port, serial, io_, numeric, names_);
+  dead->Open();
+  ASSERT_TRUE(WaitForAsked(1));
+  by_name->Open();
+  by_number->Open();
+  EXPECT_TRUE(WaitFor([&] { return named.opened == 1 && numeric.opened == 1; }));
+  EXPECT_EQ(hanging.opened, 0);
+  EXPECT_TRUE(hanging.failures.empty());
+}
+
+TEST_F(NamesTest, ALineWhoseNameHangsCanBeClosed) {
+  test::Recorder hanging;
+  auto dead = MakeTcpClient("tcp://dead:1", {}, io_, hanging, names_);
+  dead->Open();
+  ASSERT_TRUE(WaitForAsked(1));
+  dead.reset();
+  test::RunReady(io_);
+  EXPECT_TRUE(hanging.failures.empty());
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // form, the key hashes, what is announced to generic tools
 // (gateway/outputs/dds/fast/types.h), baudgate_types.xml,
 // and the JSON of `watch` (gateway/tools/watch/watch_lines.h).
-// tests/gateway/outputs/dds/type_fields_test.cpp compares it with the IDL. Encode and Decode
+// tests/gateway/outputs/dds/cdr_test.cpp compares it with the IDL. Encode and Decode
 // write and read the wire form, and TypesXml gives the types as DDS-XML.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -1,12 +1,16 @@
 // What journald gets of a text: a datagram with its line, device and outcome as fields.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
+#include <string>
 
 #include "gateway/base/log_outlet.h"
 #include "tests/support/journald.h"
@@ -115,6 +119,230 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
   SetLeast(Level::error);
   Info("nobody asked for it");
   EXPECT_EQ(journald.Next(), "");
+}
+
+// ---------------- Folding of log texts that come again: what is held back, and when and in which
+// order it is told.
+
+Now At(Duration since) { return {Instant{} + 1h + since, WallTime{} + 1h + since}; }
+
+TEST(LogFolder, ATextIsHeldBackForAMinute) {
+  Folder folder;
+  EXPECT_TRUE(folder.Pass("online", Level::info, At(0s)));
+  EXPECT_FALSE(folder.Pass("online", Level::info, At(59s)));
+  EXPECT_TRUE(folder.Pass("offline", Level::warning, At(59s)));
+  EXPECT_TRUE(folder.Pass("online", Level::info, At(61s)));
+}
+
+TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
+  Folder folder;
+  folder.Pass("offline", Level::warning, At(0s));
+  folder.Pass("offline", Level::warning, At(10s));
+  folder.Pass("offline", Level::warning, At(20s));
+  EXPECT_TRUE(folder.Due(At(59s).instant).empty());
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 1U);
+  EXPECT_EQ(due[0].text, "offline");
+  EXPECT_EQ(due[0].level, Level::warning);
+  EXPECT_EQ(due[0].times, 2);
+  EXPECT_EQ(due[0].last.instant, At(20s).instant);
+  EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
+}
+
+/// A line that is written late must not read as news.
+TEST(LogFolder, ARepeatSaysWhenItCame) {
+  const auto local = [](Duration since) {
+    const std::time_t time = std::chrono::system_clock::to_time_t(
+        std::chrono::time_point_cast<std::chrono::system_clock::duration>(At(since).wall));
+    return fmt::format("{:%H:%M:%S}", fmt::localtime(time));
+  };
+  Folder folder;
+  for (const Duration at : {0s, 5s, 30s, 58s}) folder.Pass("offline", Level::warning, At(at));
+  folder.Pass("online", Level::info, At(6s));
+  folder.Pass("online", Level::info, At(31s));
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 2U);
+  EXPECT_EQ(RepeatText(due[0]), "once more at " + local(31s) + ": online");
+  EXPECT_EQ(RepeatText(due[1]),
+            "3 times more between " + local(5s) + " and " + local(58s) + ": offline");
+  for (const Duration at : {70s, 80s}) folder.Pass("offline", Level::warning, At(at));
+  const auto next = folder.Due(At(120s).instant);
+  ASSERT_EQ(next.size(), 1U);
+  EXPECT_EQ(next[0].first.instant, At(70s).instant) << "each count has its own times";
+}
+
+TEST(LogFolder, AtTheEndEverythingIsTold) {
+  Folder folder;
+  folder.Pass("a: offline", Level::warning, At(0s));
+  folder.Pass("a: online", Level::info, At(1s));
+  folder.Pass("a: online", Level::info, At(2s));
+  folder.Pass("a: offline", Level::warning, At(3s));
+  const auto all = folder.All(At(4s).instant);
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].text, "a: online");
+  EXPECT_EQ(all[1].text, "a: offline") << "the true state";
+  EXPECT_TRUE(folder.All(At(4s).instant).empty()) << "told once";
+}
+
+TEST(LogFolder, TheLatestIsToldLast) {
+  Folder folder;
+  folder.Pass("a: offline", Level::warning, At(0s));
+  folder.Pass("z: online", Level::info, At(1s));
+  folder.Pass("z: online", Level::info, At(20s));
+  folder.Pass("a: offline", Level::warning, At(30s));
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 2U);
+  EXPECT_EQ(due[0].text, "z: online");
+  EXPECT_EQ(due[1].text, "a: offline") << "the log ends with the state in which things are";
+}
+
+TEST(LogFolder, ManyTextsTakeBoundedMemory) {
+  Folder folder;
+  for (int i = 0; i < 10'000; ++i) {
+    folder.Pass("text " + std::to_string(i), Level::info, At(0s));
+    folder.Pass("text " + std::to_string(i), Level::info, At(1s));
+  }
+  EXPECT_LE(folder.Due(At(60s).instant).size(), 256U);
+}
+
+TEST(LogFolder, TextsWithTheSameKeyAreRepeats) {
+  Folder folder;
+  EXPECT_TRUE(folder.Pass("10.0.0.7", "10.0.0.7:40112 refused", Level::warning, At(0s)));
+  EXPECT_FALSE(folder.Pass("10.0.0.7", "10.0.0.7:40113 refused", Level::warning, At(1s)));
+  EXPECT_FALSE(folder.Pass("10.0.0.7", "10.0.0.7:40114 refused", Level::warning, At(2s)));
+  EXPECT_TRUE(folder.Pass("10.0.0.8", "10.0.0.8:40112 refused", Level::warning, At(3s)));
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 1U);
+  EXPECT_EQ(due[0].text, "10.0.0.7:40114 refused");
+  EXPECT_EQ(due[0].times, 2);
+}
+
+TEST(LogFolder, KeysWithoutEndTakeBoundedMemoryAndLines) {
+  Folder folder;
+  constexpr int kStrangers = 10'000;
+  int written = 0;
+  for (int i = 0; i < kStrangers; ++i) {
+    const std::string stranger = "stranger " + std::to_string(i);
+    if (folder.Pass(stranger, stranger + " refused", Level::warning, At(0s))) ++written;
+  }
+  EXPECT_LE(written, 129);
+  const auto due = folder.Due(At(60s).instant);
+  ASSERT_EQ(due.size(), 1U) << "those that are too many are told together";
+  EXPECT_EQ(due[0].text, "stranger 9999 refused");
+  EXPECT_EQ(due[0].times, kStrangers - written);
+}
+
+TEST(LogFolder, KeysWithoutEndTakeNoRoomFromTexts) {
+  Folder folder;
+  for (int i = 0; i < 10'000; ++i) {
+    folder.Pass("stranger " + std::to_string(i), "refused", Level::warning, At(0s));
+  }
+  EXPECT_TRUE(folder.Pass("offline", Level::warning, At(1s)));
+  EXPECT_FALSE(folder.Pass("offline", Level::warning, At(2s)));
+}
+
+TEST(LogFolder, ATextForWhichThereIsNoRoomIsWritten) {
+  Folder folder;
+  for (int i = 0; i < 256; ++i) {
+    folder.Pass("text " + std::to_string(i), Level::info, At(0s));
+    folder.Pass("text " + std::to_string(i), Level::info, At(1s));
+  }
+  EXPECT_TRUE(folder.Pass("one more", Level::info, At(2s)));
+  EXPECT_TRUE(folder.Pass("one more", Level::info, At(3s)));
+  EXPECT_EQ(folder.Due(At(60s).instant).size(), 256U) << "nothing was forgotten for it";
+  folder.Pass("one more", Level::info, At(200s));
+  EXPECT_FALSE(folder.Pass("one more", Level::info, At(201s)));
+}
+
+// ---------------- A log line never waits for its reader.
+
+/// A pipe of the smallest size, whose reader reads when it is told to.
+class StalledReader {
+ public:
+  StalledReader() {
+    EXPECT_EQ(::pipe2(ends_, O_CLOEXEC), 0);
+    capacity_ = static_cast<std::size_t>(::fcntl(ends_[1], F_SETPIPE_SZ, 4096));
+  }
+  ~StalledReader() {
+    ::close(ends_[0]);
+    ::close(ends_[1]);
+  }
+  int descriptor() const { return ends_[1]; }
+  /// Until `text` has come.
+  std::string ReadUntil(const std::string& text) {
+    std::string all;
+    char buffer[512];
+    while (all.find(text) == std::string::npos) {
+      const ssize_t count = ::read(ends_[0], buffer, sizeof buffer);
+      if (count <= 0) break;
+      all.append(buffer, static_cast<std::size_t>(count));
+    }
+    return all;
+  }
+  void CloseReader() {
+    ::close(ends_[0]);
+    ends_[0] = -1;
+  }
+  void Fill() const {
+    const std::string filler(capacity_, '#');
+    EXPECT_EQ(::write(ends_[1], filler.data(), filler.size()), static_cast<ssize_t>(capacity_));
+  }
+
+ private:
+  int ends_[2] = {-1, -1};
+  std::size_t capacity_ = 0;
+};
+
+TEST(Outlet, WritesAllInTheirOrder) {
+  StalledReader reader;
+  Outlet outlet(reader.descriptor());
+  for (int n = 0; n < 100; ++n) outlet.Put("line " + std::to_string(n) + "\n");
+  const std::string all = reader.ReadUntil("line 99\n");
+  std::string expected;
+  for (int n = 0; n < 100; ++n) expected += "line " + std::to_string(n) + "\n";
+  EXPECT_EQ(all, expected);
+  EXPECT_TRUE(outlet.Flush(10s));
+  EXPECT_EQ(outlet.dropped(), 0u);
+}
+
+TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
+  StalledReader reader;
+  reader.Fill();
+  Outlet outlet(reader.descriptor(), 10000);
+  const std::string line(99, 'x');
+  for (int n = 0; n < 1000; ++n) outlet.Put(line + "\n");
+  // The queue is full, and one line may be on its way.
+  EXPECT_GE(outlet.dropped(), 1000u - 100u - 1u);
+  EXPECT_FALSE(outlet.Flush(0s));
+  outlet.Put(std::string(250, 'y') + "\n");  // dropped, too
+  const std::string text = std::to_string(outlet.dropped()) + " lines of the log were dropped here";
+  const std::string all = reader.ReadUntil("nobody read it\n");
+  EXPECT_NE(all.find(text), std::string::npos) << all.substr(all.size() - 200);
+  EXPECT_EQ(all.find("yy"), std::string::npos);
+  // Nothing is told twice.
+  outlet.Put("later\n");
+  EXPECT_EQ(reader.ReadUntil("later\n"), "later\n");
+}
+
+TEST(Outlet, EndsAlthoughItsReaderHoldsTheThread) {
+  StalledReader reader;
+  {
+    Outlet outlet(reader.descriptor(), 1000000);
+    outlet.Put(std::string(100000, 'x') + "\n");
+    EXPECT_FALSE(outlet.Flush(1ms));
+  }
+  // The thread is still writing, to a pipe that ends here.
+  EXPECT_EQ(reader.ReadUntil("\n").size(), 100001u);
+}
+
+TEST(Outlet, AReaderThatIsGoneHoldsNothing) {
+  signal(SIGPIPE, SIG_IGN);
+  StalledReader reader;
+  Outlet outlet(reader.descriptor());
+  reader.CloseReader();
+  outlet.Put("line\n");
+  EXPECT_TRUE(outlet.Flush(10s));
+  EXPECT_EQ(outlet.dropped(), 1u);
 }
 
 }  // namespace

@@ -2,14 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <string>
 
 #include "gateway/base/system_trouble.h"
+#include "gateway/base/whole_file.h"
 
 namespace baudgate {
 namespace {
@@ -63,6 +67,64 @@ TEST_F(PortHolders, WithoutAnotherACommandIsNamedThatFindsIt) {
 
 TEST_F(PortHolders, SoIsAPortThatIsNotThere) {
   EXPECT_EQ(NameHolders("/dev/baudgate-none"), "fuser -v /dev/baudgate-none");
+}
+
+TEST(UserName, IsKnownAlsoWhereNoFileCanBeOpened) {
+  constexpr uid_t kNobody = 65534;
+  constexpr uid_t kUnknown = 4'000'000'000;
+  EXPECT_EQ(NameOfUser(0), "root");
+  EXPECT_EQ(NameOfUser(kNobody), "nobody");
+  EXPECT_EQ(NameOfUser(kUnknown), "4000000000");
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const std::string root = NameOfUser(0);
+  const std::string nobody = NameOfUser(kNobody);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(root, "root");
+  EXPECT_EQ(nobody, "nobody");
+}
+
+namespace fs = std::filesystem;
+
+class WholeFileTest : public ::testing::Test {
+ protected:
+  WholeFileTest() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~WholeFileTest() override { fs::remove_all(folder_); }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-whole-file";
+  const fs::path file_ = folder_ / "file";
+};
+
+TEST_F(WholeFileTest, IsReadBack) {
+  EXPECT_FALSE(ReadWhole(file_));
+  EXPECT_EQ(errno, ENOENT);
+  EXPECT_EQ(WriteWhole(file_, "text"), 0);
+  EXPECT_EQ(ReadWhole(file_), "text");
+}
+
+TEST_F(WholeFileTest, OneThatIsTooLargeIsNotRead) {
+  ASSERT_EQ(WriteWhole(file_, ""), 0);
+  fs::resize_file(file_, std::uintmax_t{20} << 30U);
+  EXPECT_FALSE(ReadWhole(file_));
+  EXPECT_EQ(errno, EFBIG);
+}
+
+TEST_F(WholeFileTest, APipeInItsPlaceIsNotWaitedFor) {
+  ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
+  EXPECT_FALSE(ReadWhole(file_));
+  EXPECT_EQ(errno, EINVAL);
+}
+
+TEST_F(WholeFileTest, APipeInTheWayOfAWriteIsRemoved) {
+  ASSERT_EQ(::mkfifo((file_.string() + ".part").c_str(), 0600), 0);
+  EXPECT_EQ(WriteWhole(file_, "text"), 0);
+  EXPECT_EQ(ReadWhole(file_), "text");
+  EXPECT_FALSE(fs::exists(file_.string() + ".part"));
 }
 
 }  // namespace

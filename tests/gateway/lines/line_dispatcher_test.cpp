@@ -1,10 +1,25 @@
 // What becomes of a write that its line cannot take, and how it is counted.
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <asio/ip/tcp.hpp>
+#include <asio/post.hpp>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "gateway/lines/line_runner.h"
 #include "gateway/lines/lines.h"
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
+#include "tests/transports/far_end.h"
+#include "transports/loop_thread.h"
 
 namespace baudgate {
 namespace {
@@ -111,6 +126,220 @@ TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
 TEST_F(LineDispatcherTest, ATelegramByHandIsNoWriteToAPoint) {
   dispatcher_->OnNotTaken({.client = "user:anna", .value = std::string("3E **")});
   EXPECT_EQ(Counted(WriteEnd::denied), 0U);
+}
+
+// ---------------- Lines that share a loop, on real sockets: what ends one leaves the other alone.
+
+using asio::ip::tcp;
+using Far = test::FarEnd<tcp::socket>;
+
+class SharedLoop : public testing::Test {
+ protected:
+  SharedLoop() {
+    config_.lines = {LineOn(0), LineOn(1)};
+    store_ = std::make_unique<PointStore>(config_);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+      runners_.push_back(std::make_unique<LineRunner>(
+          loop_.io(), config_.lines[i], i,
+          [](const std::string&) -> const Protocol& { return ToyProtocol(); }, *store_));
+      Accept(i);
+    }
+    loop_.Start();
+    for (const auto& runner : runners_) runner->Start();
+    EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 1 && accepted_[1] == 1; }));
+  }
+
+  config::Line LineOn(std::size_t server) {
+    config::Line line = ToyLine({ToyDevice("d" + std::to_string(server), "A", {"1"})});
+    line.name = "line" + std::to_string(server);
+    line.port = "tcp://127.0.0.1:" + std::to_string(servers_[server].local_endpoint().port());
+    return line;
+  }
+  void Accept(std::size_t server) {
+    servers_[server].async_accept([this, server](const std::error_code& error, tcp::socket socket) {
+      if (error) return;
+      ++accepted_[server];
+      ends_[server] = std::make_unique<Far>(std::move(socket));
+      ends_[server]->Start();
+      Accept(server);
+    });
+  }
+  bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
+  /// The line asks for its device again.
+  bool GoesOn(std::size_t line) {
+    const std::size_t before = ends_[line]->received().size();
+    return WaitFor([&] { return ends_[line]->received().size() > before; });
+  }
+
+  asio::io_context io_;
+  tcp::acceptor servers_[2] = {Listening(io_), Listening(io_)};
+  int accepted_[2] = {};
+  std::unique_ptr<Far> ends_[2];
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+  LoopThread loop_{"lines"};
+  std::vector<std::unique_ptr<LineRunner>> runners_;
+
+ private:
+  static tcp::acceptor Listening(asio::io_context& io) {
+    return tcp::acceptor(io, tcp::endpoint(asio::ip::address_v4::loopback(), 0));
+  }
+};
+
+TEST_F(SharedLoop, BothLinesAsk) {
+  EXPECT_TRUE(GoesOn(0));
+  EXPECT_TRUE(GoesOn(1));
+}
+
+TEST_F(SharedLoop, ALineThatStopsLeavesTheOtherAlone) {
+  runners_[0]->Stop();
+  EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
+  EXPECT_FALSE(runners_[0]->is_open());
+  runners_[0].reset();
+  EXPECT_TRUE(GoesOn(1));
+}
+
+TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherGoesOn) {
+  runners_[0]->Post([](LineParts& line, Now now) { line.port.Release(1h, now); });
+  EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
+  EXPECT_TRUE(GoesOn(1));
+  runners_[0]->Post([](LineParts& line, Now now) { line.port.EndRelease(now); });
+  EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 2; }));
+  EXPECT_EQ(accepted_[1], 1);
+}
+
+TEST_F(SharedLoop, AServerThatClosesIsTriedAgainAndTheOtherGoesOn) {
+  ends_[0]->stream().close();
+  EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 2; }));
+  EXPECT_EQ(accepted_[1], 1);
+  EXPECT_TRUE(GoesOn(1));
+}
+
+TEST_F(SharedLoop, ManyStopsAtOnceEnd) {
+  for (const auto& runner : runners_) runner->RequestStop();
+  for (const auto& runner : runners_) runner->Stop();
+  for (const auto& runner : runners_) EXPECT_FALSE(runner->is_open());
+}
+
+// ---------------- Lines that a reload ends while their drivers hang.
+
+struct CountedNews final : EventSink {
+  void OnReported(ReportedEvents) override {}
+  void OnDrained(std::uint32_t, Instant) override {}
+  void OnNews(const config::Line&, const News& news, Now) override {
+    if (news.text == "too late") ++late;
+  }
+  void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
+
+  std::atomic<int> late = 0;
+};
+
+/// A line of the same name has begun meanwhile: it would have the alarm.
+TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
+  config::Config config;
+  config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};
+  config.lines[0].port = "/dev/not-there";
+  PointStore store(config);
+  config::Catalog catalog;
+  catalog.protocols["toy"] = &ToyProtocol();
+  CountedNews news;
+  Lines lines(store, catalog, 1);
+  lines.Link({.events = &news});
+  const std::shared_ptr<const config::Line> line(std::shared_ptr<void>(), config.lines.data());
+  auto loop = Lines::MakeLoop(*line);
+  ASSERT_TRUE(loop);
+  lines.Add(line, *loop);
+  lines.Start();
+  std::promise<void> returns;
+  asio::post((*loop)->io(), [hangs = returns.get_future().share()] { hangs.wait(); });
+  lines.at(0).Post([](LineParts& its, Now now) {
+    its.reporter.OnNews({News::What::port_down, false, {}, "too late"}, now);
+  });
+  const std::uint32_t number = 0;
+  lines.Remove(std::span(&number, 1));
+  returns.set_value();
+  lines.End();
+  EXPECT_EQ(news.late, 0);
+}
+
+/// What a reload answers with: a line that runs and can be reached by nobody is no success.
+TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
+  asio::io_context io;
+  const asio::ip::tcp::acceptor other(io, {asio::ip::address_v4::loopback(), 0});
+  const auto server_at = [](std::uint16_t port) {
+    config::PortServer server;
+    server.at = {"127.0.0.1", port};
+    return server;
+  };
+  const config::PortServer taken = server_at(other.local_endpoint().port());
+  config::Config config;
+  const auto add = [&](const char* name, const char* port) -> config::Line& {
+    config::Line line = ToyLine({ToyDevice("a", "A", {"1"})});
+    line.name = name;
+    line.port = port;
+    return config.lines.emplace_back(line);
+  };
+  config.lines.reserve(4);
+  add("lent", "tcp://127.0.0.1:1").lend = taken;
+  add("served", "tcp://127.0.0.1:1").serial_server = taken;
+  add("unplugged", "/dev/not-there");
+  add("well", "tcp://127.0.0.1:1").lend = server_at(0);
+  PointStore store(config);
+  config::Catalog catalog;
+  catalog.protocols["toy"] = &ToyProtocol();
+  Lines lines(store, catalog, 1);
+  const std::vector<std::uint32_t> numbers = {0, 1, 2, 3};
+  for (const std::uint32_t number : numbers) {
+    const std::shared_ptr<const config::Line> line(std::shared_ptr<void>(), &config.lines[number]);
+    auto loop = Lines::MakeLoop(*line);
+    ASSERT_TRUE(loop);
+    lines.Add(line, *std::move(loop));
+  }
+  lines.Start();
+  const std::string in_vain = ": no client can come in at " + taken.Address() + ": address already";
+  using ::testing::StartsWith;
+  EXPECT_THAT(lines.NotOpen(numbers), ::testing::ElementsAre(StartsWith("line lent" + in_vain),
+                                                             StartsWith("line served" + in_vain),
+                                                             StartsWith("line unplugged: ")));
+}
+
+std::vector<config::Line> LinesOn(const std::vector<std::string>& ports) {
+  std::vector<config::Line> lines(ports.size());
+  for (std::size_t i = 0; i < ports.size(); ++i) lines[i].port = ports[i];
+  return lines;
+}
+
+struct Row {
+  std::string port;
+  ThreadKind place;
+};
+
+TEST(Placement, FollowsTheFormOfThePort) {
+  const std::vector<Row> rows = {
+      {"tcp://moxa:4001", ThreadKind::shared_loop},
+      {"tcp://[::1]:4001", ThreadKind::shared_loop},
+      {"/dev/pts/7", ThreadKind::shared_loop},
+      {"/dev/ttyUSB0", ThreadKind::own_thread},
+      {"/dev/ttyS1", ThreadKind::own_thread},
+      {"/dev/serial/by-id/usb-FTDI", ThreadKind::own_thread},
+      {"/tmp/port", ThreadKind::own_thread},  // a link to anything
+      {"ttyUSB0", ThreadKind::own_thread},
+      {"", ThreadKind::own_thread},
+  };
+  for (const Row& row : rows) EXPECT_EQ(ThreadKindOf(row.port), row.place) << row.port;
+}
+
+TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
+  const auto loops = [](std::size_t lines, std::size_t cores) {
+    return SharedLoops(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores);
+  };
+  EXPECT_EQ(loops(1000, 64), 4U);
+  EXPECT_EQ(loops(1000, 2), 2U);
+  EXPECT_EQ(loops(1000, 0), 1U) << "nobody knows how many cores there are";
+  EXPECT_EQ(loops(3, 8), 3U);
+  EXPECT_EQ(loops(0, 8), 1U) << "for what is not a line";
+  EXPECT_EQ(SharedLoops(LinesOn({"tcp://a:1", "/dev/ttyS0", "/dev/ttyS1", "tcp://b:1"}), 8), 2U)
+      << "others have their own";
 }
 
 }  // namespace

@@ -6,6 +6,9 @@
 
 #include <map>
 
+#include "protocols/common/clock.h"
+#include "protocols/common/frame_cuts.h"
+
 namespace baudgate {
 namespace {
 
@@ -67,6 +70,106 @@ TEST(TwinPoints, GetAndSetTheirOwnValue) {
   points.Set(*one, 7.0);
   EXPECT_EQ(values.values[1], Value(7.0));
   EXPECT_EQ(values.values[0], Value(1.5));
+}
+
+using namespace std::chrono;  // NOLINT
+using Fit = CivilZone::Fit;
+
+CivilZone Zone(std::string_view text) { return CivilZone::Parse(text).value(); }
+
+CivilZone::Civil At(year_month_day day, hours hour, minutes minute, seconds second = 0s) {
+  return local_days(day) + hour + minute + second;
+}
+CivilZone::Utc Utc(year_month_day day, hours hour, minutes minute, seconds second = 0s) {
+  return sys_days(day) + hour + minute + second;
+}
+
+constexpr auto kSpring = 2026y / March / 29;  // the last Sunday
+constexpr auto kAutumn = 2026y / October / 25;
+
+TEST(CivilZone, AnOffsetAlone) {
+  EXPECT_EQ(Zone("+03:00").ToUtc(At(2026y / January / 1, 2h, 30min)).utc,
+            Utc(2025y / December / 31, 23h, 30min));
+  EXPECT_EQ(Zone("-03:30").ToUtc(At(2024y / February / 29, 23h, 0min)).utc,
+            Utc(2024y / March / 1, 2h, 30min));
+  EXPECT_EQ(Zone("+00:00").ToUtc(At(kAutumn, 2h, 30min)).fit, Fit::once);
+}
+
+TEST(CivilZone, SummerTimeBeginsAndEnds) {
+  const CivilZone berlin = Zone("+01:00 eu");
+  EXPECT_EQ(berlin.ToUtc(At(kSpring, 1h, 59min, 59s)).utc, Utc(kSpring, 0h, 59min, 59s));
+  EXPECT_EQ(berlin.ToUtc(At(kSpring, 3h, 0min)).utc, Utc(kSpring, 1h, 0min));
+  EXPECT_EQ(berlin.ToUtc(At(kAutumn, 1h, 59min, 59s)).utc,
+            Utc(2026y / October / 24, 23h, 59min, 59s));
+  EXPECT_EQ(berlin.ToUtc(At(kAutumn, 3h, 0min)).utc, Utc(kAutumn, 2h, 0min));
+}
+
+TEST(CivilZone, AnHourThatCameTwiceAndOneThatNeverCame) {
+  const CivilZone berlin = Zone("+01:00 eu");
+  const auto twice = berlin.ToUtc(At(kAutumn, 2h, 30min));
+  EXPECT_EQ(twice.fit, Fit::twice);
+  EXPECT_EQ(twice.utc, Utc(kAutumn, 1h, 30min)) << "the second";
+  EXPECT_EQ(berlin.ToUtc(At(kAutumn, 2h, 0min)).fit, Fit::twice);
+  EXPECT_EQ(berlin.ToUtc(At(kAutumn, 2h, 59min, 59s)).fit, Fit::twice);
+  const auto never = berlin.ToUtc(At(kSpring, 2h, 30min));
+  EXPECT_EQ(never.fit, Fit::never);
+  EXPECT_EQ(never.utc, Utc(kSpring, 1h, 30min));
+}
+
+TEST(CivilZone, ThereAndBackThroughAYear) {
+  for (const char* text : {"+00:00", "+03:00", "+01:00 eu", "-01:00 eu", "+14:00"}) {
+    const CivilZone zone = Zone(text);
+    for (auto utc = Utc(2026y / January / 1, 0h, 0min); utc < Utc(2027y / January / 2, 0h, 0min);
+         utc += 11min + 7s) {
+      const auto back = zone.ToUtc(zone.ToCivil(utc));
+      ASSERT_NE(back.fit, Fit::never) << text;
+      ASSERT_EQ(back.utc - utc, back.fit == Fit::twice && back.utc != utc ? 1h : 0h) << text;
+    }
+  }
+}
+
+TEST(CivilZone, WhatIsNoZone) {
+  for (const char* text : {"", "3", "+3", "+03", "03:00", "+03:60", "+15:00", "+03:00eu", "+0a:00",
+                           "MSK", "+03:00 us", "+-3:00"}) {
+    EXPECT_FALSE(CivilZone::Parse(text)) << text;
+  }
+}
+
+// ---------------- The cuts that frame rules share.
+
+TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
+  struct Case {
+    const char* what;
+    std::string_view held;
+    std::size_t size;
+    Outcome blame;
+  };
+  using namespace std::string_view_literals;
+  for (const Case& c : {Case{"up to a start", "abc>1"sv, 3, Outcome::partial},
+                        Case{"all there is", "abc"sv, 3, Outcome::partial},
+                        Case{"harmless bytes first", "\0\xFF\0ab>"sv, 3, Outcome::none},
+                        Case{"up to harmless bytes", "ab\0\0>"sv, 2, Outcome::partial},
+                        Case{"what the protocol calls harmless", "\n\n>"sv, 2, Outcome::none}}) {
+    const Cut got = cut::SkipNoise(ToBytes(c.held), "<>", "\n");
+    EXPECT_EQ(got.kind, Cut::Kind::discard) << c.what;
+    EXPECT_EQ(got.size, c.size) << c.what;
+    EXPECT_EQ(got.blame, c.blame) << c.what;
+  }
+}
+
+TEST(FrameCuts, OneByteIsBlamedUnlessADriverGaveIt) {
+  EXPECT_EQ(cut::Slide(Bytes{0x00, 1}, "").blame, Outcome::none);
+  EXPECT_EQ(cut::Slide(Bytes{0xFF, 1}, "").blame, Outcome::none);
+  EXPECT_EQ(cut::Slide(Bytes{0x0A, 1}, "").blame, Outcome::partial);
+  EXPECT_EQ(cut::Slide(Bytes{0x0A, 1}, "").size, 1U);
+}
+
+TEST(FrameCuts, AnIncompleteFrameWaitsUntilTheLineIsSilent) {
+  EXPECT_EQ(cut::Wait(false).kind, Cut::Kind::need_more);
+  const Cut over = cut::Wait(true, 7);
+  EXPECT_EQ(over.kind, Cut::Kind::discard);
+  EXPECT_EQ(over.size, 7U);
+  EXPECT_EQ(over.blame, Outcome::partial);
 }
 
 }  // namespace

@@ -6,10 +6,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <utility>
 #include <vector>
 
+#include "gateway/base/text.h"
 #include "gateway/bus/poller/poller.h"
+#include "protocols/dcon/protocol.h"
 #include "tests/protocols/runs/misbehaving_twin.h"
+#include "tests/protocols/runs/rig.h"
 
 namespace baudgate {
 namespace {
@@ -205,6 +212,201 @@ std::vector<Setup> FaultyLines() {
           RealLine("Set4tm9600"), RealLine("ModbusRtu19200"), RealLine("ModbusAscii9600")};
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
+
+// ---------------- `~**` on a line that has all it can do: modules that are polled and written to,
+// one that is dead, and host watchdogs that trip where the host is not heard of in time.
+
+constexpr Duration kPeriod = 500ms;
+constexpr std::uint32_t kWritten = 0;
+constexpr std::uint32_t kDead = 2;
+
+Setup TwoModules(Duration period) {
+  config::SerialSettings serial;
+  serial.baud = 9600;
+  return {"HostWatchdog",
+          &DconProtocol(),
+          nullptr,
+          "icpdas-i-7060",
+          serial,
+          {"1", "2", "3", "4"},
+          {{"host_watchdog", std::int64_t{period.count()}}}};
+}
+
+class HostWatchdog : public ::testing::Test {
+ protected:
+  explicit HostWatchdog(Duration period = kPeriod)
+      : rig_(TwoModules(period), [](config::Line& line) {
+          for (config::Device& device : line.devices) device.poll = 300ms;
+        }) {}
+
+  /// "~04310F": 1.5 s, on; "~040": whether it has tripped.
+  std::string Tell(std::uint32_t module, const std::string& command) {
+    const std::string address = "0" + std::to_string(module + 1);
+    const Bytes request = ToBytes("~" + address + command + "\r");
+    return std::string(AsText(rig_->twin(module).twin->Answer(request, rig_->now().instant)));
+  }
+
+  /// A minute in which the line never rests.
+  void RunUnderLoad() {
+    rig_.LearnTruth();
+    for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
+      EXPECT_EQ(Tell(module, "310F").front(), '!');
+    }
+    const auto& points = rig_.device(kWritten).points;
+    const auto relay = std::ranges::find(points, std::string("relay_0"), &config::Point::name);
+    ASSERT_NE(relay, points.end());
+    const auto point = static_cast<std::uint32_t>(relay - points.begin());
+    rig_->twin(kDead).manner.dead = true;
+    rig_->sent.clear();
+    bool on = false;
+    rig_->always = [&, end = rig_->now().instant + 1min] {
+      while (rig_->now().instant < end && rig_->Write(kWritten, point, on = !on)) {
+      }
+    };
+    rig_->RunFor(1min);
+    rig_->always = nullptr;
+  }
+
+  Rig rig_;
+};
+
+TEST_F(HostWatchdog, IsFedAtItsIntervalWhateverElseTheLineHasToDo) {
+  RunUnderLoad();
+  const std::vector<Sent>& sent = rig_->sent;
+  ASSERT_GT(sent.size(), 1000U) << "it was a busy minute";
+  std::optional<Instant> told;
+  std::size_t times = 0;
+  std::size_t late = 0;  // requests since it was due
+  for (const Sent& one : sent) {
+    if (one.text != "~**\r") {
+      if (told && one.at - *told >= kPeriod) ++late;
+      EXPECT_LE(late, 1U) << one.text << ": only what waited for the line already goes before it";
+      continue;
+    }
+    if (told) {
+      EXPECT_GE(one.at - *told, kPeriod) << "not more often than it has to";
+    }
+    told = one.at;
+    late = 0;
+    ++times;
+  }
+  EXPECT_GE(times, 60U);
+  for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
+    if (module == kDead) continue;  // it hears nothing
+    EXPECT_EQ(Tell(module, "0").substr(3, 2), "00") << module << " has tripped";
+    EXPECT_TRUE(rig_.FastUsable(module)) << module;
+  }
+  EXPECT_GT(std::ranges::count(rig_->ends, WriteEnd::ok), 100);
+}
+
+class NoHostWatchdog : public HostWatchdog {
+ protected:
+  NoHostWatchdog() : HostWatchdog(Duration::zero()) {}
+};
+
+/// So that the test above can fail.
+TEST_F(NoHostWatchdog, LetsThemTrip) {
+  RunUnderLoad();
+  EXPECT_EQ(rig_->CountSent("~**"), 0U);
+  EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
+}
+
+// ---------------- Devices that answer every request with the reply to an earlier one: k exchanges
+// late by count, at once and for ever. Each reply is good in itself; none may become the value of
+// another point.
+
+/// What the devices say comes so many requests late: of one device alone, or of all in one queue,
+/// as a serial server before them has it.
+class Shifted {
+ public:
+  Shifted(Rig& rig, std::vector<std::uint32_t> devices, std::size_t requests)
+      : rig_(rig), devices_(std::move(devices)), requests_(requests) {
+    for (const std::uint32_t device : devices_) {
+      rig_->twin(device).manner.distort = [this](Bytes reply) {
+        return Exchange(std::move(reply));
+      };
+    }
+  }
+  ~Shifted() {
+    for (const std::uint32_t device : devices_) rig_->twin(device).manner.distort = {};
+  }
+
+ private:
+  Bytes Exchange(Bytes reply) {
+    replies_.push_back(std::move(reply));
+    if (replies_.size() <= requests_) return {};
+    Bytes earlier = std::move(replies_.front());
+    replies_.pop_front();
+    return earlier;
+  }
+
+  Rig& rig_;
+  std::vector<std::uint32_t> devices_;
+  std::size_t requests_;
+  std::deque<Bytes> replies_;
+};
+
+class ShiftedRun : public ::testing::TestWithParam<Setup> {};
+
+TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
+  for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    {
+      const Shifted shifted(rig, {0}, requests);
+      const std::uint32_t neighbour = rig->StatusOf(1).Count(Outcome::ok);
+      rig->RunFor(10min);
+      EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
+      const DeviceStatus status = rig->StatusOf(0);
+      EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
+      EXPECT_GT(rig->StatusOf(1).Count(Outcome::ok), neighbour + 150) << "it is served";
+    }
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 5min)) << "in step again";
+    EXPECT_EQ(rig.wrong(), 0U);
+    if (HasFailure()) return;
+  }
+}
+
+TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
+  for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
+    Rig rig(GetParam());
+    rig.LearnTruth();
+    rig.Watch();
+    {
+      const Shifted shifted(rig, {0, 1}, requests);
+      rig->RunFor(10min);
+      EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
+      for (const std::uint32_t device : {0U, 1U}) {
+        const DeviceStatus status = rig->StatusOf(device);
+        EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
+      }
+    }
+    EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 5min)) << "in step again";
+    EXPECT_EQ(rig.wrong(), 0U);
+    if (HasFailure()) return;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Real, ShiftedRun, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Network, ShiftedRun, ::testing::Values(TcpLine()), SetupName);
+
+TEST(ReplacedDevice, IsBelievedAfterAWhile) {
+  Rig rig(RealLine("Spa9600"));
+  rig.LearnTruth();
+  std::string other = "<1D:SPCX 1C1:";
+  std::uint8_t sum = 0;
+  for (const char c : other) sum ^= static_cast<std::uint8_t>(c);
+  other += HexByte(sum) + "\r\n";
+  rig->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (!AsText(request).starts_with(">1RF:")) return std::nullopt;
+    return ToBytes(other);
+  };
+  rig->twin(0).manner.dead = true;
+  rig->RunFor(1min);
+  rig->twin(0).manner.dead = false;
+  EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(0); }, 15min));
+}
 
 }  // namespace
 }  // namespace baudgate

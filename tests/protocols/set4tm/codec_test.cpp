@@ -2,7 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/codec.h"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
 #include "gateway/base/bytes.h"
+#include "protocols/set4tm/conversation.h"
+#include "protocols/set4tm/meter/plan.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
@@ -166,6 +176,131 @@ TEST(Set4tmProtocolTest, DescriptorIsComplete) {
   EXPECT_TRUE(secret);
   EXPECT_TRUE(protocol.canonical_address("200"));
   EXPECT_FALSE(protocol.canonical_address("254"));
+}
+
+// ---------------- What is made of captured replies, whose values belong to no point, and of random
+// ones.
+
+using config::Group;
+using config::Type;
+
+TEST(Set4tmDecode, ValuesWithoutAPointCarryALabel) {
+  config::Device device = MakeDevice("5", {});
+  MeterBus bus;
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
+  const Answer answer =
+      conversation.Interpret(Hex("05 05 00 02 91 28"), Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 "
+                                                           "00 00 00 65 67 40"));
+  ASSERT_EQ(answer.readings.size(), 4U);
+  EXPECT_EQ(answer.readings[0].point, kNoPoint);
+  EXPECT_EQ(answer.readings[0].label, "05 00 02 counts@0");
+  EXPECT_EQ(std::get<std::uint64_t>(answer.readings[3].value), 101U);
+}
+
+TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
+  std::mt19937 random(42);
+  std::vector<config::Point> points;
+  for (const char* read : {"08 1B 02 00 float_le@12", "05 00 00 energy@0", "05 00 00 counts@12",
+                           "08 11 00 power_be@0", "08 04 bcd(7)@0", "08 01 i8@1"}) {
+    points.push_back(MakePoint(read));
+  }
+  for (const char* read : {"04 00 time@0", "08 00 date@4", "08 03 version@0",
+                           "08 0B text_cp1251(16)@0", "08 0E time_min@0"}) {
+    points.push_back(MakePoint(read, Group::fast, Type::string));
+  }
+  for (const char* read : {"08 0A alarm@0", "08 0A flag@40"}) {
+    points.push_back(MakePoint(read, Group::fast, Type::boolean));
+  }
+  config::Device device = MakeDevice("5", points);
+  MeterBus bus;
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
+  for (int round = 0; round < 20'000; ++round) {
+    const Bytes pdu = ParseField(points[random() % points.size()].read)->pdu;
+    Bytes body(random() % 8 == 0 ? random() % 20 + 1 : *LengthOfData(pdu));
+    for (std::uint8_t& byte : body) byte = static_cast<std::uint8_t>(random());
+    const Answer answer =
+        conversation.Interpret(MakeFrame(Hex("05"), pdu), MakeFrame(Hex("05"), body));
+    for (const Reading& reading : answer.readings) {
+      ASSERT_EQ(HasValue(reading.value), IsGood(reading.quality))
+          << ToHex(pdu) << ": " << ToHex(body);
+      if (const auto* number = std::get_if<double>(&reading.value)) {
+        ASSERT_TRUE(std::isfinite(*number));
+      }
+    }
+  }
+}
+
+// ---------------- Integers in place of floats, for meters that have none.
+
+std::string IntegerOf(std::string_view read) {
+  const auto field = ParseField(read);
+  if (!field) return field.error();
+  const auto integer = AsInteger(*field);
+  return integer ? FieldText(*integer) : "";
+}
+
+/// Reference, 9.5 to 9.7: the same parameter byte, four values of three bytes in place of four.
+TEST(Set4tmIntegers, StandAtTheSameParameter) {
+  EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
+  EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");
+  EXPECT_EQ(IntegerOf("08 1B 02 04 float_le@4"), "08 16 04 reactive_be@3");
+  EXPECT_EQ(IntegerOf("08 1B 02 08 float_le@0"), "08 16 08 apparent_be@0");
+  EXPECT_EQ(IntegerOf("08 1B 02 10 float_le@4"), "08 16 10 voltage_be@3");
+  EXPECT_EQ(IntegerOf("08 1B 02 20 float_le@8"), "08 16 20 current_be@6");
+  EXPECT_EQ(IntegerOf("08 1B 02 30 float_le@0"), "08 16 30 factor_be@0");
+  EXPECT_EQ(IntegerOf("08 1B 00 40 float_le@0"), "08 11 40 hundredths_be@0");
+  EXPECT_EQ(IntegerOf("08 1B 00 11 float_le@0"), "08 11 11 voltage_be@0");
+  EXPECT_EQ(IntegerOf("08 1B 02 84 float_le@4"), "08 16 84 hundredths_be@3");
+  EXPECT_EQ(IntegerOf("08 1B 00 70 float_le@0"), "08 01 i8@1");
+}
+
+TEST(Set4tmIntegers, WhatIsNoLiveFloatStays) {
+  EXPECT_EQ(IntegerOf("08 1B 01 11 float_le@0"), "") << "latched";
+  EXPECT_EQ(IntegerOf("08 16 10 voltage_be@3"), "");
+  EXPECT_EQ(IntegerOf("05 00 00 energy@0"), "");
+}
+
+// ---------------- Constants of a SET-4TM meter, without which its counts are no energy.
+
+using ::testing::ElementsAre;
+
+TEST(Set4tmEnergy, OptionsTakeThePlaceOfTheMetersConstants) {
+  config::Device device = MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)});
+  device.options.Set("meter_constant", std::int64_t{5000});
+  device.options.Set("voltage_ratio", 100.0);
+  device.options.Set("current_ratio", 20.0);
+  Talk talk = OpenTalk(device);
+  const Answer answer =
+      talk.Run(Poll(0), Script({"00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("05 00 02"));
+  EXPECT_DOUBLE_EQ(std::get<double>(answer.readings.at(0).value), 2000.2);
+}
+
+TEST(Set4tmEnergy, WithoutTheVariantOnlyTheRawCountIsServed) {
+  Talk talk = OpenTalk(MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow),
+                                        MakePoint("05 00 02 counts@0", Group::slow)}));
+  const Answer answer =
+      talk.Run(Poll(0), Script({"01", "00 01 00 01 00 00 00 00 00 00",
+                                "00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65"}));
+  ASSERT_EQ(answer.readings.size(), 2U);
+  EXPECT_FALSE(HasValue(answer.readings[0].value));
+  EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
+  EXPECT_EQ(std::get<std::uint64_t>(answer.readings[1].value), 10001U);
+}
+
+TEST(Set4tmDecode, LearnsConstantsFromTheCapture) {
+  config::Device device = MakeDevice("5", {MakePoint("05 00 02 energy@0")});
+  MeterBus bus;
+  MeterConversation conversation(device, ReadSettings(device.options), bus);
+  const Bytes request = Hex("05 05 00 02 91 28");
+  const Bytes reply = Hex("05 00 00 27 11 00 00 00 00 00 00 13 89 00 00 00 65 67 40");
+  EXPECT_FALSE(HasValue(conversation.Interpret(request, reply).readings.at(0).value));
+  const auto show = [&](const char* pdu, const char* data) {
+    conversation.Interpret(MakeFrame(Hex("05"), Hex(pdu)), MakeFrame(Hex("05"), Hex(data)));
+  };
+  show("08 12", "10 40 80");
+  show("08 02", "00 01 00 01 00 00 00 00 00 00");
+  EXPECT_EQ(std::get<double>(conversation.Interpret(request, reply).readings.at(0).value), 1.0001);
 }
 
 }  // namespace

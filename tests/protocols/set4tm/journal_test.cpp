@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <set>
+
 #include "gateway/base/text.h"
 #include "protocols/set4tm/archive/journals.h"
+#include "protocols/set4tm/meter/codec.h"
+#include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
 
 namespace baudgate::protocols::set4tm {
@@ -103,6 +111,293 @@ TEST(Journal, BordersOfSummerTime) {
             Events{"E51 2026-03-29T01:30:00 its clock was not set to summer time"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 00 03 07 29 03 26"), Events{"E51 2026-03-29T01:00:00"});
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 23 04 31 12 26"), Events{"E51 2026-12-31T22:59:59"});
+}
+
+// ---------------- Journals that are read while they grow and wrap, over replies that come to the
+// wrong request, batches that are not kept, and restarts: each record is told once and in order.
+
+constexpr std::size_t kRecords = 10;
+
+/// What was raised or told, by journal: code and time.
+using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
+
+class JournalBench {
+ public:
+  JournalBench() { Restart(); }
+
+  /// The program is killed and started again; `said` is what was kept.
+  void Restart() {
+    session_ = std::make_unique<JournalSession>(true, kRecords);
+    EXPECT_FALSE(session_->has_events()) << "nobody knows what was told";
+    session_->OnKept(said);
+    session_->OnMeter(meter);
+    last_reply_.clear();
+  }
+
+  void Raise(std::uint32_t code) {
+    ASSERT_TRUE(twin.Raise({0, code, {}, {}}, wall()));
+    raised[code / 10].emplace_back(code, wall().time_since_epoch() / 1s);
+  }
+
+  /// Whole tasks of events.
+  void Run(int tasks) {
+    for (int i = 0; i < tasks; ++i) Task();
+  }
+
+  void Task() {
+    now_ += 1s;
+    for (int step = 0; step < kMostSteps; ++step) {
+      Bytes pdu;
+      for (int times = 0; times < asks; ++times) pdu = session_->Next(now_);
+      asked.push_back(ToHex(pdu));
+      if (deaf.count(pdu[0] == kJournal ? pdu[1] >> 4U : pdu[1]) > 0) {
+        Answer refusal;
+        refusal.outcome = Outcome::unsupported;
+        if (session_->TakeRefusal(refusal, now_).then == Then::ask_again) continue;
+        return;
+      }
+      Bytes reply = twin.Record(pdu).value_or(Bytes(*LengthOfData(pdu)));
+      const Bytes whole = reply;
+      if (late && late() && last_reply_.size() == reply.size()) reply = last_reply_;
+      last_reply_ = whole;
+      const Answer answer = session_->Take(reply, reader_, now_);
+      if (answer.batch) return Take(*answer.batch);
+      if (answer.then != Then::ask_again) return;
+    }
+    ADD_FAILURE() << "the task does not end";
+  }
+
+  WallTime wall() const { return WallTime(1'790'000'000s) + now_.time_since_epoch(); }
+  JournalSession& session() { return *session_; }
+
+  std::uint32_t meter = kMeter;
+  TwinJournals twin{CivilZone(), kRecords};
+  History raised;
+  History told;
+  std::vector<std::string> asked;
+  int asks = 1;                   // how often each request is asked for
+  std::string said;               // of what is kept
+  std::function<bool()> late;     // the reply to the request before comes in place of this one's
+  std::function<bool()> dropped;  // the batch is not kept
+  std::set<unsigned> deaf;        // journals that this meter refuses
+  std::vector<std::string> gaps;
+
+ private:
+  void Take(const EventBatch& batch) {
+    ASSERT_FALSE(batch.events.empty());
+    if (dropped && dropped()) return session_->OnReconnect();
+    for (const DeviceEvent& event : batch.events) {
+      if (event.code % 10 == 9) {
+        gaps.push_back(event.text);
+        continue;
+      }
+      ASSERT_TRUE(event.time) << event.text;
+      told[event.code / 10].emplace_back(event.code, event.time->time / 1s);
+    }
+    said = batch.said;
+    session_->OnKept(said);
+  }
+
+  Instant now_{1h};
+  std::unique_ptr<JournalSession> session_;
+  const JournalReader reader_{CivilZone(), true};
+  Bytes last_reply_;
+};
+
+TEST(JournalSession, TellsTheWholeHistoryOnce) {
+  JournalBench bench;
+  for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) bench.Raise(code);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  bench.Run(4000);  // more than an hour
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  EXPECT_TRUE(bench.gaps.empty());
+}
+
+TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
+  JournalBench bench;
+  bench.Run(500);
+  EXPECT_EQ(bench.asked.front(), "04 10");
+  const std::vector<std::string> latest(bench.asked.end() - 100, bench.asked.end());
+  const auto urgent = std::ranges::count_if(latest, [](const std::string& pdu) {
+    return pdu.starts_with("04 1") || pdu.starts_with("04 7") || pdu.starts_with("04 8") ||
+           pdu.starts_with("04 9");
+  });
+  EXPECT_EQ(urgent, 50);
+}
+
+/// A request that waits behind a probe is asked for twice.
+TEST(JournalSession, WhatIsAskedStaysUntilItIsAnswered) {
+  JournalBench bench;
+  JournalBench twice;
+  twice.asks = 2;
+  for (JournalBench* one : {&bench, &twice}) {
+    one->Run(500);
+    one->Raise(81);
+    one->Run(100);
+    EXPECT_EQ(one->told, one->raised);
+  }
+  EXPECT_EQ(twice.asked, bench.asked);
+}
+
+TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
+  JournalBench bench;
+  bench.Run(500);
+  const std::size_t before = bench.asked.size();
+  bench.Run(100);
+  EXPECT_EQ(bench.asked.size(), before + 100);
+}
+
+TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
+  JournalBench bench;
+  bench.Run(500);
+  bench.Raise(81);
+  bench.Run(30);
+  EXPECT_EQ(bench.told, bench.raised) << "soon";
+  bench.Raise(82);
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+}
+
+TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
+  JournalBench bench;
+  for (int i = 0; i < 10; ++i) bench.Raise(51);
+  bench.Run(500);
+  ASSERT_EQ(bench.told, bench.raised);
+  for (int i = 0; i < 13; ++i) bench.Raise(51);
+  bench.Restart();
+  bench.Run(500);
+  ASSERT_EQ(bench.gaps.size(), 1U);
+  EXPECT_NE(bench.gaps[0].find("journal 05, energy reset"), std::string::npos);
+  EXPECT_EQ(bench.told[5].size(), 20U) << "what is left of them is told";
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.gaps.size(), 1U);
+}
+
+TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
+  JournalBench bench;
+  bench.Run(500);
+  for (int i = 0; i < 10; ++i) {
+    bench.Raise(51);
+    bench.Run(60);
+  }
+  for (int i = 0; i < 9; ++i) bench.Raise(51);
+  bench.Run(500);
+  EXPECT_TRUE(bench.gaps.empty());
+  EXPECT_EQ(bench.told, bench.raised);
+}
+
+TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
+  JournalBench bench;
+  bench.Raise(71);
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 1U);
+  bench.meter = kMeter + 1;  // that happens to hold the same record
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 2U);
+  bench.Restart();
+  bench.Run(500);
+  EXPECT_EQ(bench.told[7].size(), 2U);
+}
+
+TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
+  JournalBench bench;
+  bench.deaf = {8, 9, 0x3C};
+  bench.Raise(51);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+  EXPECT_TRUE(bench.session().has_events());
+  bench.asked.clear();
+  bench.Run(500);
+  for (const std::string& pdu : bench.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
+}
+
+TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
+  JournalBench bench;
+  bench.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
+  bench.Run(200);
+  EXPECT_FALSE(bench.session().has_events());
+  EXPECT_TRUE(bench.session().has_refused());
+}
+
+/// A damaged reply may look like one.
+TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
+  JournalBench bench;
+  bench.Raise(11);
+  bench.Run(500);
+  bench.deaf = {1};
+  bench.Run(2);
+  bench.deaf = {};
+  bench.Raise(12);
+  bench.Run(500);
+  EXPECT_EQ(bench.told, bench.raised);
+}
+
+TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
+  JournalSession session(true, kRecords);
+  session.OnKept({});
+  Instant now{1h};
+  const Bytes first = session.Next(now);
+  for (int i = 0; i < JournalSession::kMostFailures; ++i) {
+    EXPECT_EQ(session.Next(now), first);
+    session.OnFailure(Outcome::no_reply, now);
+  }
+  EXPECT_NE(session.Next(now)[1] >> 4U, first[1] >> 4U);
+}
+
+TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
+  for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 05:zz", "-1 05:-", "9020001 05",
+                           "9020001 ;;:", "9020001 0G:31301501020902"}) {
+    JournalBench bench;
+    bench.said = said;
+    bench.Restart();
+    bench.Raise(51);
+    bench.Run(500);
+    EXPECT_EQ(bench.told, bench.raised) << said;
+  }
+}
+
+/// Against everything at once.
+TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
+  std::size_t told = 0;
+  for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const auto one_in = [&random](unsigned n) { return random() % n == 0; };
+    JournalBench bench;
+    bench.late = [&] { return one_in(20); };
+    bench.dropped = [&] { return one_in(4); };
+    std::map<std::uint32_t, bool> lost;  // phases and power
+    bench.Run(600);
+    for (int round = 0; round < 30; ++round) {
+      for (std::size_t i = random() % 6; i > 0; --i) {
+        constexpr std::uint32_t kMoments[] = {22, 51, 61, 601};
+        if (one_in(2)) {
+          bench.Raise(kMoments[random() % 4]);
+        } else {
+          constexpr std::uint32_t kIntervals[] = {11, 71, 81, 91, 101};
+          const std::uint32_t code = kIntervals[random() % 5];
+          bench.Raise(code + (lost[code] ? 1 : 0));
+          lost[code] = !lost[code];
+        }
+        bench.Run(static_cast<int>(random() % 3));
+      }
+      bench.Run(static_cast<int>(100 + random() % 150));
+      if (one_in(4)) bench.Restart();
+    }
+    bench.late = bench.dropped = [] { return false; };
+    bench.session().OnReconnect();
+    bench.Run(600);
+    ASSERT_EQ(bench.told, bench.raised);
+    ASSERT_TRUE(bench.gaps.empty());
+    for (const auto& [journal, events] : bench.told) told += events.size();
+  }
+  EXPECT_GT(told, 2000U);
 }
 
 }  // namespace

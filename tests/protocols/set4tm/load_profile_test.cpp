@@ -4,9 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+
 #include "gateway/base/text.h"
 #include "protocols/set4tm/twin/twin_archive.h"
 #include "tests/protocols/set4tm/support.h"
+#include "tests/support/virtual_line.h"
 
 namespace baudgate::protocols::set4tm {
 namespace {
@@ -122,6 +128,221 @@ TEST(LoadPlace, IsTheSameAsText) {
   for (const char* text : {"", "0658", "0658:1414080200023437", "0658:1414080200023437:31",
                            "0658:1414080200023537:1", "x:1414080200023437:1", "0658::1"}) {
     EXPECT_FALSE(LoadPlace::Parse(text)) << text;
+  }
+}
+
+// ---------------- Load profiles on a whole line under virtual time: polls are as punctual as
+// without them, and each record is kept once over kills, dead meters and a disk that takes nothing.
+
+using Utc = CivilZone::Utc;
+
+config::Device Meter(const std::string& name, const std::string& address, bool load,
+                     Duration poll) {
+  config::Device device =
+      MakeDevice(address, {MakePoint("08 1B 02 00 float_le@0"), MakePoint("08 1B 02 10 float_le@4"),
+                           MakePoint("08 1B 02 20 float_le@4")});
+  device.name = name;
+  device.protocol = "set4tm";
+  device.poll = poll;
+  device.events = load;
+  device.options.Set("time_zone", std::string("+03:00"));
+  device.options.Set("meter_constant", std::int64_t{5000});
+  if (load) device.options.Set("load_profile", std::vector<std::string>{"1"});
+  return device;
+}
+
+config::Line LineOf(bool load, Duration poll) {
+  config::Line line;
+  line.name = "meters";
+  line.protocol = "set4tm";
+  line.serial = {.baud = 9600, .data_bits = 8, .parity = config::Parity::odd};
+  line.devices = {Meter("m1", "5", load, poll), Meter("m2", "6", load, poll)};
+  return line;
+}
+
+class Station {
+ public:
+  explicit Station(bool load, Duration poll = 1s) : line(LineOf(load, poll), {&Set4tmProtocol()}) {
+    line.said = [this](std::uint32_t device) { return said[device]; };
+    line.keep = [this](const ReportedEvents& reported) {
+      if (disk_fails && disk_fails()) return false;
+      for (const PastRecord& record : reported.batch.past) told[reported.device].push_back(record);
+      if (told[reported.device].size() < 100 * 48) read_at[reported.device] = line.now().instant;
+      said[reported.device] = reported.batch.said;
+      return true;
+    };
+    for (std::size_t i = 0; i < 2; ++i) twin(i).SetClock(line.now());
+    line.Open();
+  }
+
+  MeterTwin& twin(std::size_t i) { return dynamic_cast<MeterTwin&>(*line.twin(i).twin); }
+  /// The ring has filled since.
+  void Fill(Utc begin) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      *twin(i).load(1) = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, begin);
+    }
+  }
+  Utc utc() const { return std::chrono::floor<std::chrono::seconds>(line.now().wall); }
+
+  VirtualLine line;
+  std::map<std::uint32_t, std::string> said;
+  std::map<std::uint32_t, std::vector<PastRecord>> told;
+  std::map<std::uint32_t, Instant> read_at;  // the last of a hundred days but one
+  std::function<bool()> disk_fails;
+};
+
+/// When each float request was sent, from then on.
+using Polls = std::map<std::string, std::vector<Instant>>;
+Polls PollsSince(Instant begin, const VirtualLine& line) {
+  Polls polls;
+  for (const Sent& sent : line.sent) {
+    const bool poll = sent.text.size() > 2 && sent.text[1] == 0x08 && sent.text[2] == 0x1B;
+    if (poll && sent.at >= begin) polls[sent.text].push_back(sent.at);
+  }
+  return polls;
+}
+
+/// How much later than the same poll of the other run, in that up to `end`.
+std::vector<Duration> Later(const Polls& with, const Polls& without, Instant end) {
+  std::vector<Duration> later;
+  for (const auto& [text, times] : without) {
+    const std::vector<Instant>& others = with.at(text);
+    for (std::size_t i = 0; i < std::min(times.size(), others.size()); ++i) {
+      if (times[i] < end && others[i] > times[i]) later.push_back(others[i] - times[i]);
+    }
+  }
+  return later;
+}
+
+std::size_t MemoryReads(const VirtualLine& line) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      line.sent, [](const Sent& sent) { return sent.text.size() > 1 && sent.text[1] == 0x0C; }));
+}
+
+/// Journals have a rhythm of their own, which is not looked at here.
+std::optional<Bytes> NoJournals(View request) {
+  if (request[1] != kJournal && request[1] != kJournalExtended) return std::nullopt;
+  return MakeFrame(request.first(1), Bytes{0x01});
+}
+
+/// A meter answers 7 to 108 ms behind a request (reference, chapter 4): by request and how often
+/// that came, so that a poll takes the same time in both runs.
+std::function<std::optional<Bytes>(View)> Thinks(Manner& manner, bool journals) {
+  auto times = std::make_shared<std::map<Bytes, std::uint32_t>>();
+  return [&manner, times, journals](View request) {
+    std::uint32_t hash = 2'166'136'261U + (*times)[Bytes(request.begin(), request.end())]++;
+    for (const std::uint8_t byte : request) hash = (hash ^ byte) * 16'777'619U;
+    manner.think = std::chrono::milliseconds(7 + (hash >> 8U) % 102);
+    return journals ? std::optional<Bytes>() : NoJournals(request);
+  };
+}
+
+struct Pace {
+  const char* name;
+  Duration poll;
+  bool thinks = false;
+  bool journals = false;
+};
+void PrintTo(const Pace& pace, std::ostream* out) { *out << pace.name; }
+
+class LoadPace : public testing::TestWithParam<Pace> {
+ protected:
+  static constexpr Duration kLearns = 2min;
+
+  /// A backlog that is there when all is known that is learned at the start.
+  std::unique_ptr<Station> Run(std::chrono::days backlog, Duration time) const {
+    const Pace& pace = GetParam();
+    auto station = std::make_unique<Station>(true, pace.poll);
+    for (std::size_t i = 0; i < 2; ++i) {
+      Manner& manner = station->line.twin(i).manner;
+      manner.instead = pace.journals ? nullptr : NoJournals;
+      if (pace.thinks) manner.instead = Thinks(manner, pace.journals);
+    }
+    station->Fill(station->utc());
+    station->line.RunFor(kLearns);
+    station->Fill(station->utc() - backlog);
+    station->line.RunFor(time);
+    return station;
+  }
+};
+
+TEST_P(LoadPace, ABacklogOfAHundredDaysMakesNoPollLater) {
+  const auto with = Run(std::chrono::days(100), 30min);
+  const auto without = Run(std::chrono::days(0), 30min);
+  ASSERT_GE(with->told[0].size(), 100U * 48) << "all of it came";
+  ASSERT_GE(with->told[1].size(), 100U * 48);
+  EXPECT_GT(MemoryReads(with->line), 2000U);
+  EXPECT_LT(MemoryReads(without->line), 30U);
+  const Instant begin = without->line.sent.front().at + kLearns;
+  const Polls beside = PollsSince(begin, with->line);
+  const Polls alone = PollsSince(begin, without->line);
+  ASSERT_EQ(beside.size(), 6U);
+  ASSERT_GE(alone.begin()->second.size(), 895U);
+  // Behind it each meter still proves once a minute who it is, but in another second of it.
+  const Instant end = std::min(with->read_at[0], with->read_at[1]);
+  EXPECT_GT(end, begin + 8min) << "there is something to compare";
+  EXPECT_EQ(Later(beside, alone, end), std::vector<Duration>());
+}
+
+INSTANTIATE_TEST_SUITE_P(, LoadPace,
+                         testing::Values(Pace{"swift", 1s}, Pace{"slow_answers", 2s, true},
+                                         Pace{"journals", 1s, false, true}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+/// No gap is ever long enough: polls are asked for faster than they can be answered.
+TEST(LoadLine, ALineThatIsNeverIdleGivesABacklogOneExchangeAMinute) {
+  const auto run = [](std::chrono::days backlog) {
+    auto station = std::make_unique<Station>(true, 100ms);
+    for (std::size_t i = 0; i < 2; ++i) station->line.twin(i).manner.instead = NoJournals;
+    station->Fill(station->utc() - backlog);
+    station->line.RunFor(15min);
+    return station;
+  };
+  const auto with = run(std::chrono::days(1));
+  const auto without = run(std::chrono::days(0));
+  for (std::uint32_t device = 0; device < 2; ++device) {
+    EXPECT_GE(with->told[device].size(), 48U) << "an end comes: three hours a minute";
+  }
+  EXPECT_LE(MemoryReads(with->line), 30U);
+  const auto count = [](const Station& station) {
+    std::size_t polls = 0;
+    for (const auto& [text, times] : PollsSince(Instant(), station.line)) polls += times.size();
+    return static_cast<double>(polls);
+  };
+  EXPECT_GT(count(*with) / count(*without), 0.99) << "what polls lose by it";
+}
+
+void ExpectAll(const std::vector<PastRecord>& told, Utc begin, Utc end) {
+  Utc next = begin;
+  for (const PastRecord& record : told) {
+    ASSERT_EQ(Utc(std::chrono::duration_cast<std::chrono::seconds>(record.begin)), next);
+    ASSERT_EQ(record.values.size(), 4U);
+    EXPECT_DOUBLE_EQ(ToDouble(record.values[0].value), TwinLoad::PulsesOf(next)[0] / 10000.0 * 2);
+    next += 30min;
+  }
+  EXPECT_GE(next, end);
+}
+
+TEST(LoadLine, EachRecordIsKeptOnceOverKillsAndADiskThatFails) {
+  Station station(true);
+  const Utc begin = std::chrono::floor<std::chrono::hours>(station.utc()) - std::chrono::days(20);
+  station.Fill(begin);
+  unsigned n = 0;
+  station.disk_fails = [&n] { return ++n % 7 == 0; };
+  for (int i = 0; i < 60; ++i) {
+    station.line.RunFor(std::chrono::seconds(3 + i % 11));
+    station.line.Restart();
+    if (i % 5 == 4) {
+      station.line.twin(0).manner.dead = true;
+      station.line.RunFor(1min);
+      station.line.twin(0).manner.dead = false;
+    }
+  }
+  station.line.RunFor(2h);
+  for (std::uint32_t device = 0; device < 2; ++device) {
+    ExpectAll(station.told[device], begin, station.utc() - 36min);
+    EXPECT_NE(station.said[device].find("|" + std::to_string(kMeter) + " 1:"), std::string::npos)
+        << "whose records are kept: " << station.said[device];
   }
 }
 

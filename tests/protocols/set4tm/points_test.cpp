@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 
+#include <gmock/gmock.h>
+
+#include <bit>
 #include <cmath>
 
+#include "protocols/set4tm/conversation.h"
 #include "protocols/set4tm/meter/plan.h"
+#include "protocols/set4tm/meter/status.h"
 #include "protocols/set4tm/meter/values.h"
 #include "tests/protocols/set4tm/support.h"
 
@@ -212,6 +217,275 @@ TEST(Set4tmSnapshot, SlotsOfGroupReads) {
   EXPECT_FALSE(ParameterAt(Hex("08 1B 01 00"), 0));  // latched
   EXPECT_FALSE(ParameterAt(Hex("08 1B 02 00"), 2));
   EXPECT_FALSE(ParameterAt(Hex("08 1B 00 00"), 4));
+}
+
+// ---------------- Transformer ratios of a SET-4TM meter: those in the meter, and those of the
+// configuration in their place, for floats, integers and energy alike.
+
+using ::testing::ElementsAre;
+
+/// What the meter is programmed with, what the configuration says (0: nothing), what the floats
+/// are.
+struct Site {
+  const char* name;
+  int kn_in_meter;
+  int kt_in_meter;
+  double kn_option;
+  double kt_option;
+  const char* floats;
+};
+
+/// On its terminals each meter sees 57.7 V and 2.5 A: 144.25 W a phase.
+constexpr double kVolts = 57.7;
+constexpr double kAmperes = 2.5;
+
+constexpr Site kSites[] = {
+    {"1:1 and nothing outside", 1, 1, 0, 0, "primary"},
+    {"its own ratios", 100, 20, 0, 0, "primary"},
+    {"1:1, multiplied outside", 1, 1, 100, 20, "primary"},
+    {"its own, and the same outside", 100, 20, 100, 20, "primary"},
+    {"wrong ones, right outside", 60, 30, 100, 20, "primary"},
+    {"only the voltage outside", 1, 20, 100, 0, "primary"},
+    {"only the current outside", 100, 1, 0, 20, "primary"},
+    {"wrong voltage inside", 60, 20, 100, 0, "primary"},
+    {"secondary floats, its own ratios", 100, 20, 0, 0, "secondary"},
+    {"secondary floats, multiplied outside", 1, 1, 100, 20, "secondary"},
+    {"secondary floats, wrong ones inside", 60, 30, 100, 20, "secondary"},
+    {"secondary floats, only the voltage outside", 60, 20, 100, 0, "secondary"},
+};
+
+class Set4tmRatios : public ::testing::TestWithParam<Site> {
+ protected:
+  double Kn() const {
+    return GetParam().kn_option > 0 ? GetParam().kn_option : GetParam().kn_in_meter;
+  }
+  double Kt() const {
+    return GetParam().kt_option > 0 ? GetParam().kt_option : GetParam().kt_in_meter;
+  }
+
+  config::Device Meter(std::vector<config::Point> points) const {
+    config::Device device = MakeDevice("5", std::move(points));
+    device.options.Set("voltage_ratio", GetParam().kn_option);
+    device.options.Set("current_ratio", GetParam().kt_option);
+    device.options.Set("floats", std::string(GetParam().floats));
+    return device;
+  }
+
+  /// The meter's float of what is `secondary` on its terminals.
+  std::string Float(double secondary, bool voltage, bool current) const {
+    double value = secondary;
+    if (std::string(GetParam().floats) == "primary") {
+      if (voltage) value *= GetParam().kn_in_meter;
+      if (current) value *= GetParam().kt_in_meter;
+    }
+    auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(value));
+    Bytes bytes;
+    for (int i = 0; i < 4; ++i, bits >>= 8) bytes.push_back(static_cast<std::uint8_t>(bits));
+    return ToHex(bytes);
+  }
+
+  /// What the point reads; the meter has answered 08 12 and 08 02 where it was asked.
+  double Read(const std::string& read, const std::string& data) const {
+    Talk talk = OpenTalk(Meter({MakePoint(read)}));
+    const Site& site = GetParam();
+    const Answer answer = talk.Run(Poll(0), [&](View request) {
+      const auto parts = SplitFrame(request);
+      const View pdu = parts->body;
+      Bytes body = Hex(data);
+      if (ToHex(pdu) == "08 12") body = Hex("10 40 80");  // Kc 1, Ci 1, A = 5000
+      if (ToHex(pdu) == "08 02") {
+        body = Bytes(10);
+        body[1] = static_cast<std::uint8_t>(site.kn_in_meter);
+        body[3] = static_cast<std::uint8_t>(site.kt_in_meter);
+      }
+      return MakeFrame(parts->address, body);
+    });
+    EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
+    if (answer.readings.empty() || !IsGood(answer.readings[0].quality)) return -1;
+    return ToDouble(answer.readings[0].value);
+  }
+};
+
+TEST_P(Set4tmRatios, VoltagesTakeTheVoltageRatio) {
+  for (const char* rr : {"11", "15", "18", "A1", "A5", "A8"}) {
+    const std::string read = std::string("08 1B 00 ") + rr + " float_le@0";
+    EXPECT_NEAR(Read(read, Float(kVolts, true, false)), kVolts * Kn(), kVolts * Kn() * 1e-6) << rr;
+  }
+  EXPECT_NEAR(Read("08 11 11 voltage_be@0", "00 16 8A"), kVolts * Kn(), 1e-6) << "5770 / 100";
+}
+
+TEST_P(Set4tmRatios, CurrentsTakeTheCurrentRatio) {
+  EXPECT_NEAR(Read("08 1B 00 21 float_le@0", Float(kAmperes, false, true)), kAmperes * Kt(),
+              kAmperes * Kt() * 1e-6);
+  EXPECT_NEAR(Read("08 11 21 current_be@0", "00 61 A8"), kAmperes * Kt(), 1e-6) << "25000 / 10 mA";
+}
+
+TEST_P(Set4tmRatios, PowersTakeBoth) {
+  const double watts = kVolts * kAmperes;
+  const double primary = watts * Kn() * Kt();
+  for (const char* rr : {"00", "01", "04", "08", "E0", "E4"}) {
+    const std::string read = std::string("08 1B 00 ") + rr + " float_le@0";
+    EXPECT_NEAR(Read(read, Float(watts, true, true)), primary, primary * 1e-6) << rr;
+  }
+  EXPECT_NEAR(Read("08 11 00 power_be@0", "02 33 7A"), primary, primary * 1e-6) << "144250 / 1000";
+}
+
+TEST_P(Set4tmRatios, PowerAndEnergyAgree) {
+  const double watts = Read("08 1B 02 00 float_le@0", Float(kVolts * kAmperes, true, true) +
+                                                          " 00 00 00 00 00 00 00 00 00 00 00 00");
+  // 14425 counts of 1 / (2 * 5000) kWh: 144.25 W for 10 h.
+  const double kwh = Read("05 00 00 energy@0", "00 00 38 59 00 00 00 00 00 00 00 00 00 00 00 00");
+  EXPECT_NEAR(kwh, watts * 10 / 1000, kwh * 1e-6);
+}
+
+TEST_P(Set4tmRatios, AnglesAndFrequencyTakeNone) {
+  // Ubat, KI, K2i, K0i, cos, sin, tg, f, T, KU, K2u, K0u, averaged f, averaged KU
+  for (const char* rr :
+       {"1C", "25", "28", "2C", "31", "35", "39", "40", "70", "81", "88", "8C", "90", "B1", "B8"}) {
+    const std::string read = std::string("08 1B 00 ") + rr + " float_le@0";
+    EXPECT_EQ(Read(read, "00 00 40 3F"), 0.75) << rr;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sites, Set4tmRatios, ::testing::ValuesIn(kSites),
+                         [](const auto& site) { return "Site" + std::to_string(site.index); });
+
+TEST(Set4tmRatiosAsked, OnlyWhereTheyAreNeeded) {
+  config::Device device =
+      MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0"), MakePoint("08 1B 00 40 float_le@0")});
+  Talk plain = OpenTalk(device);
+  plain.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(plain), ElementsAre("08 1B 00 11")) << "primary as they come";
+  device.options.Set("voltage_ratio", 100.0);
+  Talk talk = OpenTalk(device);
+  talk.Run(Poll(1), Script({"00 00 48 42"}));
+  talk.Run(Poll(0), Script({"00 01 00 01 00 00 00 00 00 00", "00 80 66 43"}));
+  talk.Run(Poll(0), Script({"00 80 66 43"}));
+  EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 40", "08 02", "08 1B 00 11", "08 1B 00 11"));
+}
+
+TEST(Set4tmRatiosAsked, AScaleBesideThemIsDoubted) {
+  config::Device device =
+      MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0"), MakePoint("08 1B 00 21 float_le@0"),
+                       MakePoint("08 1B 00 40 float_le@0")});
+  for (config::Point& point : device.points) point.scale = 100;
+  EXPECT_TRUE(Set4tmProtocol().doubts(device).empty());
+  device.options.Set("voltage_ratio", 100.0);
+  const auto doubts = Set4tmProtocol().doubts(device);
+  ASSERT_EQ(doubts.size(), 1U);
+  EXPECT_EQ(doubts[0].point, 0U);
+}
+
+/// What it has multiplied its floats with already, nobody knows then.
+TEST(Set4tmRatiosAsked, AMeterThatDoesNotTellThemHasNoGoodFloatsThen) {
+  config::Device device = MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0")});
+  device.options.Set("voltage_ratio", 100.0);
+  Talk talk = OpenTalk(device);
+  const Answer answer = talk.Run(Poll(0), Script({"01", "00 80 66 43"}));
+  EXPECT_EQ(answer.readings.at(0).quality, Quality::bad_configuration);
+  EXPECT_FALSE(HasValue(answer.readings.at(0).value));
+}
+
+// ---------------- What becomes of a request that a SET-4TM meter answers with a status code.
+
+/// A float that is refused asks for the type, which may have no floats.
+TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
+  Talk talk =
+      OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
+  const Answer answer = talk.Run(Poll(0), Script({"01", "10 40 80", "01"}));
+  EXPECT_EQ(answer.outcome, Outcome::unsupported);
+  EXPECT_EQ(answer.then, Then::replan);
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(answer.readings[0].point, 0U);
+  EXPECT_EQ(answer.readings[0].quality, Quality::bad_configuration);
+  ASSERT_EQ(talk->Queries().size(), 1U);
+  EXPECT_THAT(talk->Queries()[0].points, ElementsAre(1));
+  talk->OnReconnect();
+  EXPECT_EQ(talk->Queries().size(), 2U);
+}
+
+TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
+  struct Row {
+    const char* body;
+    Outcome outcome;
+    Duration wait;
+  };
+  const Row kRows[] = {{"02", Outcome::refused, 10s},  {"04", Outcome::refused, 0s},
+                       {"07", Outcome::busy, 0s},      {"08", Outcome::busy, 1s},
+                       {"58", Outcome::busy, 5s},      {"0A", Outcome::refused, 0s},
+                       {"0F", Outcome::no_reply, 0s},  {"0C", Outcome::refused, 10s},
+                       {"00", Outcome::unexpected, 0s}};
+  for (const Row& row : kRows) {
+    Talk talk = OpenTalk(OneFloat());
+    const Answer answer = talk.Run(Poll(0), Script({row.body}));
+    EXPECT_EQ(answer.outcome, row.outcome) << row.body;
+    EXPECT_EQ(answer.wait, row.wait) << row.body;
+    EXPECT_EQ(answer.then, Then::done) << row.body;
+    EXPECT_FALSE(answer.reason.empty()) << row.body;
+    for (const Reading& reading : answer.readings) EXPECT_FALSE(HasValue(reading.value));
+  }
+}
+
+constexpr const char* kSerialPoint = "08 00 u32_be@0";
+
+TEST(Set4tmStatus, ASerialNumberThatIsNotToldIsAskedForOnce) {
+  for (const char* status : {"01", "03"}) {
+    Talk talk = OpenTalk(MakeDevice("5", {MakePoint(kSerialPoint, config::Group::once)}));
+    const Answer answer = talk.Run(Poll(0), Script(std::vector<std::string>(10, status)));
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00")) << status;
+    EXPECT_EQ(answer.then, Then::replan) << status;
+    ASSERT_EQ(answer.readings.size(), 1U) << status;
+    EXPECT_FALSE(HasValue(answer.readings[0].value)) << status;
+    EXPECT_TRUE(talk->Queries().empty()) << status;
+  }
+}
+
+/// A meter of whom nothing was known before, with a memory of its own.
+TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
+  for (const char* status : {"01", "02", "03", "04", "0A"}) {
+    Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
+                                                 MakePoint(kSerialPoint, config::Group::once)}));
+    talk->Recall("", {talk.now, WallTime(1'790'000'000s)});
+    talk.Run(Probe(), Script({"00"}));
+    TakeAsked(talk);
+    for (int poll = 0; poll < 3; ++poll) {
+      talk.Run(Poll(0), [status](View request) {
+        return Script({Is(SplitFrame(request)->body, kAskSerial) ? status : "00 80 66 43"})(
+            request);
+      });
+    }
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00", "08 1B 00 11", "08 1B 00 11", "08 1B 00 11"))
+        << status;
+  }
+}
+
+/// Its values may be another meter's.
+TEST(Set4tmStatus, WhoShouldTellItsSerialNumberAndDoesNotIsAskedRarely) {
+  for (const char* status : {"01", "02", "0A"}) {
+    config::Device device = OneFloat();
+    device.options.Set("serial_number", std::int64_t{kMeter});
+    Talk talk = OpenTalk(device);
+    const Answer answer = talk.Run(Poll(0), Script({status, status, status}));
+    EXPECT_EQ(answer.outcome, Outcome::refused) << status;
+    EXPECT_TRUE(answer.readings.empty()) << status;
+    EXPECT_EQ(answer.wait, 1min) << status;
+    EXPECT_THAT(TakeAsked(talk), ElementsAre("08 00")) << status;
+  }
+}
+
+TEST(Set4tmStatus, NotReadyKeepsTheLastValueAsUncertain) {
+  Talk talk = OpenTalk(OneFloat());
+  const Answer answer = talk.Run(Poll(0), Script({"07"}));
+  ASSERT_EQ(answer.readings.size(), 1U);
+  EXPECT_EQ(answer.readings[0].quality, Quality::uncertain_last_usable);
+}
+
+TEST(Set4tmStatus, RepeatsOnceWhenAsked) {
+  Talk talk = OpenTalk(OneFloat());
+  EXPECT_EQ(talk.Run(Poll(0), Script({"06", "00 80 66 43"})).outcome, Outcome::ok);
+  EXPECT_EQ(TakeAsked(talk).size(), 2U);
+  EXPECT_EQ(talk.Run(Poll(0), Script({"06", "06"})).outcome, Outcome::busy);
+  EXPECT_EQ(TakeAsked(talk).size(), 2U);
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
+#include "gateway/diagnosis/damage/examine.h"
 #include "tests/protocols/telegram/support.h"
 #include "tests/support/times.h"
 
@@ -88,6 +91,83 @@ TEST(TelegramIdentity, AnotherDeviceIsNotWrittenTo) {
   };
   EXPECT_EQ(talk.Run(Write(0, true), other).outcome, Outcome::refused);
   EXPECT_EQ(talk.asked, std::vector<Bytes>{ToBytes("N\r")});
+}
+
+// ---------------- Texts that came in place of an awaited telegram: what is said of them.
+
+using enum Symptom;
+
+/// What comes on a line of telegrams in place of an awaited one.
+Finding LookAtTelegram(const std::string& profile, const std::string& request,
+                       const std::string& heard) {
+  const Protocol& protocol = TelegramProtocol();
+  const config::Device device = ShippedDevice(protocol, profile);
+  const ParsedOptions options = ParseOptions(protocol, device.options);
+  const Bytes asked = ToBytes(request);
+  const auto conversation = protocol.make_conversation(device, options, nullptr);
+  const Expectation expect =
+      asked.empty() ? conversation->Listens()->expect : protocol.expect(asked, options);
+  const Bytes bytes = ToBytes(heard);
+  const Arrival arrivals[] = {{0, 20ms}};
+  return Examine({.protocol = &protocol,
+                  .options = &options,
+                  .request = asked,
+                  .expect = &expect,
+                  .outcome = Outcome::corrupt,
+                  .heard = bytes,
+                  .arrivals = arrivals,
+                  .reply = 100ms,
+                  .gap = 50ms});
+}
+
+TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
+  const struct {
+    std::string profile;
+    std::string request;
+    std::string heard;
+    Symptom symptom;
+    std::string cause;
+  } rows[] = {
+      {"mt-sics", "SI\r\n", "N      100.00 g  \r\n", other_form,
+       "its reply to weight is not as described ('N      100.00 g')"},
+      {"mt-sics", "SI\r\n", "S S     10.00 g\r\n", bytes_lost,
+       "its reply to weight is not as described ('S S     10.00 g')"},
+      {"scpi-instrument", "READ?\n", "1.23456789E-03\r\n", other_setting,
+       "its reply to reading has no sign in front ('1.23456789E-03')"},
+      {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A\r\n", other_setting,
+       "its messages carry no check value ('$WIMWV,214.8,R,0.1,N,A')"},
+      {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*0A\r\n", bad_check, "a text"},
+      {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
+       "2 of the 8 numbers that are described came ('>+04.803+02.819F3')"},
+      {"owen-mv110-8a-telegrams", "#0386\r",
+       ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_setting,
+       "its replies carry no check value ('>+04.800+02.810-00.720+0...')"},
+      {"mt-sics", "SI\r\n", "\r\nplc7 login: ", text, "'\\r\\nplc7 login: '"},
+      {"scpi-instrument", "READ?\n", "+1.22097243E-03 VDC\n", other_setting,
+       "its reply to reading has a unit behind the number ('VDC')"},
+      {"lauda-thermostat", "IN_PV_00\r\n", "PV 24.60 C\r\n", other_form,
+       "its reply to value is not as described ('PV 24.60 C')"},
+      {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*09\r\n", bad_check,
+       "its check value is computed otherwise (xor8 over other characters fits)"},
+      {"owen-mv110-8a-telegrams", "#0386\r",
+       ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.1003E\r", bad_check,
+       "its check value is computed otherwise (xor8 fits)"},
+  };
+  for (const auto& row : rows) {
+    const Finding finding = LookAtTelegram(row.profile, row.request, row.heard);
+    EXPECT_EQ(Name(finding.symptom), Name(row.symptom)) << row.heard;
+    EXPECT_EQ(finding.cause, row.cause) << row.heard;
+  }
+}
+
+/// Of damage it would be another one each time.
+TEST(TelegramRecognise, ByHowMuchACheckValueIsWrong) {
+  const std::string remedy =
+      "it differs from xor8 always by 27: does the profile fit the firmware of the device?";
+  for (const char* const heard :
+       {"$WIMWV,214.8,R,0.1,N,A*0A\r\n", "$WIMWV,215.8,R,0.1,N,A*0B\r\n"}) {
+    EXPECT_EQ(LookAtTelegram("nmea-0183-weather", "", heard).remedy, remedy);
+  }
 }
 
 }  // namespace

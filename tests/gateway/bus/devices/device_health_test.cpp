@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/devices/device_health.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/bus/counters/accounts.h"
+#include "gateway/bus/devices/roster.h"
+#include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
+#include "tests/support/virtual_line.h"
 
 namespace baudgate {
 namespace {
@@ -95,6 +100,219 @@ TEST_F(DeviceHealthTest, ALostPortSaysNothingAboutTheDevice) {
   Task(Outcome::ok, 0s);
   for (int i = 0; i < 50; ++i) Task(Outcome::line_down, i * 1s);
   EXPECT_EQ(health_.state(), DeviceState::online);
+}
+
+// ---------------- Whether silence to a request tells of the device, or of what was asked.
+
+const std::vector<std::size_t> kHeard = {0, 1};
+const std::vector<std::size_t> kNever = {2, 3};
+constexpr Instant kStart{100s};
+
+TEST(HeardPoints, SilenceToWhatWasAnsweredTellsOfTheDevice) {
+  HeardPoints points;
+  EXPECT_TRUE(points.TellsOfDevice(kNever, kStart)) << "nothing has ever come";
+  points.OnValue(1, kStart);
+  EXPECT_TRUE(points.TellsOfDevice(kHeard, kStart + 1s));
+  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 1s));
+}
+
+TEST(HeardPoints, LongBehindTheLastValueSoDoesSilenceToTheRest) {
+  HeardPoints points;
+  points.OnValue(0, kStart);
+  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 10s));
+  EXPECT_TRUE(points.TellsOfDevice(kNever, kStart + 11s));
+  points.OnValue(0, kStart + 12s);
+  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 13s));
+}
+
+TEST(HeardPoints, TheSilenceOfADeviceThatIsLateTellsOfIt) {
+  HeardPoints points;
+  points.OnLate(kStart);
+  points.OnValue(0, kStart + 1s);
+  EXPECT_TRUE(points.TellsOfDevice(kNever, kStart + 2s));
+  points.OnValue(0, kStart + 11min);
+  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 11min));
+}
+
+TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
+  HeardPoints points;
+  points.OnValue(0, kStart);
+  points.Clear();
+  EXPECT_TRUE(points.TellsOfDevice(kNever, kStart));
+}
+
+// ---------------- Who can be asked on a line.
+
+TEST(Roster, DevicesStandInTheOrderOfTheFile) {
+  config::Line line = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
+  line.retries = 5;
+  line.devices[1].retries = 1;
+  line.devices[1].enabled = false;
+  const Roster roster(line, 7, [](const std::string&) -> const Protocol& { return ToyProtocol(); });
+  ASSERT_EQ(roster.devices().size(), 2U);
+  EXPECT_EQ(roster.device(0).index, 7U);
+  EXPECT_EQ(&roster.DeviceAt(8), &roster.device(1));
+  EXPECT_EQ(roster.device(1).place, 1U);
+  EXPECT_EQ(roster.device(0).max_retries, 5);
+  EXPECT_EQ(roster.device(1).max_retries, 1) << "its own go before the line's";
+  EXPECT_FALSE(roster.device(1).in_use);
+  EXPECT_EQ(roster.everyone()[1]->device, &roster.device(1));
+}
+
+TEST(Roster, NoRoutesLeadToALineThatCarriesNoModbus) {
+  const ToyMembers toys;
+  EXPECT_EQ(toys.roster.carrier(), nullptr);
+  EXPECT_EQ(toys.roster.FindSlave(1), nullptr);
+}
+
+TEST(Roster, EntriesOfOneNameAreTheSameOnTheWire) {
+  ToyMembers toys;
+  EXPECT_TRUE(toys.a.IsSame(toys.a));
+  EXPECT_FALSE(toys.a.IsSame(toys.b)) << "nothing is known of their names";
+  toys.a.sender = toys.b.sender = ToBytes("A");
+  EXPECT_TRUE(toys.a.IsSame(toys.b));
+}
+
+// ---------------- Times that a device has asked for itself: the longer of configured and learned
+// counts.
+
+/// Says what times it needs, and nothing else.
+class Slow : public Conversation {
+ public:
+  explicit Slow(config::Timing least) : least_(least) {}
+  std::span<const Query> Queries() const override { return {}; }
+  Result<Request> Ask(const Task&, Instant) override { return Error{"not asked"}; }
+  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Outcome Check(View, View) const override { return Outcome::ok; }
+  Answer Interpret(View, View) override { return {}; }
+  config::Timing LeastTimes(Duration) const override { return least_; }
+
+ private:
+  config::Timing least_;
+};
+
+TEST(RosterTimes, TheLongerOneCounts) {
+  const config::Line line = ToyLine({ToyDevice("a", "A", {"1"})});
+  Roster roster(line, 0, [](const std::string&) -> const Protocol& { return ToyProtocol(); });
+  Device& device = roster.device(0);
+  const LineTimes configured = device.times;
+
+  config::Timing least;
+  least.quiet = configured.quiet + 40ms;
+  least.reply = configured.reply + 2s;
+  least.drain = configured.drain / 2;
+  device.conversation = std::make_unique<Slow>(least);
+  device.LearnTimes();
+  EXPECT_EQ(device.times.quiet, configured.quiet + 40ms);
+  EXPECT_EQ(device.times.reply, configured.reply + 2s);
+  EXPECT_EQ(device.times.drain, configured.drain);
+  EXPECT_EQ(device.times.gap, configured.gap);
+  EXPECT_EQ(device.times.ceiling, configured.ceiling + 2s) << "it begins later, and takes as long";
+  device.LearnTimes();
+  EXPECT_EQ(device.times.ceiling, configured.ceiling + 2s) << "once";
+
+  device.conversation = std::make_unique<Slow>(config::Timing());
+  device.LearnTimes();
+  EXPECT_EQ(device.times.quiet, configured.quiet);
+  EXPECT_EQ(device.times.reply, configured.reply);
+  EXPECT_EQ(device.times.ceiling, configured.ceiling);
+}
+
+// ---------------- The state of a device that is shown and told: out of use from the start,
+// troubles and remarks.
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+/// A device that says what the test says.
+class Saying final : public Conversation {
+ public:
+  std::span<const Query> Queries() const override { return {}; }
+  Result<Request> Ask(const Task&, Instant) override { return Error{"nothing to ask"}; }
+  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Outcome Check(View, View) const override { return Outcome::ok; }
+  Answer Interpret(View, View) override { return {}; }
+  const DeviceTrouble& trouble() const override { return says; }
+
+  DeviceTrouble says;
+};
+
+class DeviceStatesTest : public ::testing::Test, protected PollerListener {
+ protected:
+  void Make() {
+    PollerListener& listener = *this;
+    states_.emplace(members_.roster, store_, listener);
+  }
+  DeviceStatus Status() const {
+    DeviceStatus status;
+    store_.Read(0, [&](const DeviceRecord& record) { status = record.status; });
+    return status;
+  }
+  std::vector<std::string> Told() { return std::exchange(told_, {}); }
+  std::vector<std::string> Warned() { return std::exchange(warned_, {}); }
+
+  ToyMembers members_;
+  config::Config config_ = ToyConfig();
+  PointStore store_{config_};
+  std::optional<DeviceStates> states_;
+
+ private:
+  void OnDeviceState(std::uint32_t, DeviceState from, DeviceState to, const std::string& reason,
+                     Now) override {
+    told_.push_back(std::string(Name(from)) + " -> " + std::string(Name(to)) + ": " + reason);
+  }
+  void OnNews(News news, Now) override { told_.push_back((news.over ? "over: " : "") + news.text); }
+  void OnWarning(std::uint32_t, const std::string& message) override { warned_.push_back(message); }
+
+  std::vector<std::string> told_;
+  std::vector<std::string> warned_;
+};
+
+TEST_F(DeviceStatesTest, ADeviceThatTheConfigurationDoesNotUseIsTakenIntoUse) {
+  members_.a.in_use = false;
+  Make();
+  store_.UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::disabled; });
+  states_->OnState(members_.a, "taken out of use");
+  EXPECT_THAT(Told(), IsEmpty()) << "it was";
+  members_.a.in_use = true;
+  states_->OnState(members_.a, "taken into use");
+  EXPECT_THAT(Told(), ElementsAre("disabled -> never seen: taken into use"));
+  EXPECT_EQ(Status().state, DeviceState::never_seen);
+}
+
+/// A remark is shown, and said once in the log. Values are good meanwhile, so it is no event.
+TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
+  const std::string wrong = "type 0D, the profile says 08";
+  const std::string remark = "gives no events";
+  struct Row {
+    DeviceTrouble says;
+    std::vector<std::string> told;
+    std::vector<std::string> warned;
+  };
+  const Row rows[] = {
+      {{Reason::none, remark}, {}, {remark}},
+      {{Reason::none, ""}, {}, {"no longer so: " + remark}},
+      {{Reason::other_module, wrong}, {wrong}, {wrong}},
+      {{Reason::other_module, wrong}, {}, {}},
+      {{Reason::none, remark}, {"over: "}, {"it is the configured device again; " + remark}},
+      {{Reason::other_module, wrong}, {wrong}, {wrong}},
+      {{Reason::other_module, "type 0E"}, {"type 0E"}, {"type 0E"}},
+      {{Reason::none, ""}, {"over: "}, {"it is the configured device again"}},
+      {{Reason::none, wrong}, {}, {wrong}},
+      {{Reason::other_module, wrong}, {wrong}, {wrong}},  // the same words, and serious now
+      {{Reason::none, wrong}, {"over: "}, {"it is the configured device again; " + wrong}},
+  };
+  auto conversation = std::make_unique<Saying>();
+  Saying& device = *conversation;
+  members_.a.conversation = std::move(conversation);
+  Make();
+  for (const Row& row : rows) {
+    device.says = row.says;
+    states_->OnTrouble(members_.a);
+    EXPECT_EQ(Told(), row.told) << row.says.text;
+    EXPECT_EQ(Warned(), row.warned) << row.says.text;
+    EXPECT_EQ(Status().trouble, row.says.text);
+  }
 }
 
 }  // namespace

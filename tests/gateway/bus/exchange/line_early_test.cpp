@@ -1,6 +1,8 @@
 // Bytes that come before the computed end of transmission: a reply, or not, by what keeps the bit
 // rate.
 // SPDX-License-Identifier: Apache-2.0
+#include <malloc.h>
+
 #include "tests/gateway/bus/exchange/line_fixture.h"
 
 namespace baudgate {
@@ -97,6 +99,252 @@ TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
   line_.Feed(reply_, At(1015ms));
   ASSERT_EQ(frames_.size(), 1U);
 }
+
+// ---------------- Replies that waited while nobody ran: nobody knows when they came.
+
+TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
+  Reach(State::await_first);
+  line_.Feed(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty()) << "nobody knows when it came";
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+  EXPECT_EQ(strays_.size(), 1U);
+}
+
+TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
+  Reach(State::sending);
+  line_.Feed(reply_, At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
+  Reach(State::await_first);
+  line_.Feed(View(reply_).first(3), At(1015ms));
+  line_.Feed(View(reply_).subspan(3), At(5s));
+  EXPECT_TRUE(frames_.empty());
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
+}
+
+// ---------------- Damage and noise in place of a reply, or before it.
+
+TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
+  Reach(State::await_first);
+  Bytes damaged = reply_;
+  damaged[4] ^= 1U;
+  line_.Feed(damaged, At(1010ms));
+  EXPECT_TRUE(ends_.empty()) << "a good frame may still follow";
+  line_.OnTimer(At(1020ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_EQ(ends_[0].reason, "checksum");
+}
+
+TEST_F(LineTest, CorruptWinsOverPartial) {
+  Reach(State::await_first);
+  line_.Feed(ToBytes("zz!A1"), At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::corrupt);
+}
+
+TEST_F(LineTest, GoodFrameBehindDamageIsTaken) {
+  Reach(State::await_first);
+  line_.Feed(ToBytes("zz"), At(1010ms));
+  line_.Feed(reply_, At(1015ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseLeavesTheReplyItsTime) {
+  Reach(State::await_first);
+  line_.Feed(Bytes{0, 0}, At(1010ms));
+  line_.OnTimer(At(1020ms));
+  EXPECT_EQ(line_.state(), State::await_first);
+  EXPECT_EQ(DeadlineIn(), 1104ms);
+  line_.Feed(reply_, At(1090ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
+}
+
+TEST_F(LineTest, HarmlessNoiseAloneIsNoReply) {
+  Reach(State::await_first);
+  line_.Feed(Bytes{0}, At(1100ms));
+  line_.OnTimer(At(1110ms));
+  EXPECT_EQ(ends_.at(0).outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
+  Reach(State::await_first);
+  Duration at = 1010ms;
+  while (ends_.empty() && at < 3s) {
+    if (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
+    line_.Feed(ToBytes("U"), At(at));
+    at += 1ms;
+  }
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::corrupt);
+  EXPECT_GE(at, 1304ms);
+  EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
+}
+
+// ---------------- What the line does about a second reply; which bytes are one:
+// second_reply_test.cpp.
+
+TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
+  Reach(State::await_first);
+  Bytes twice = reply_;
+  Append(twice, reply_);
+  line_.Feed(twice, At(1010ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  ASSERT_EQ(strays_.size(), 1U);
+  EXPECT_EQ(strays_[0].count, reply_.size());
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, TwoDifferentRepliesAtOnceAreUnexpected) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, ToyReply("A1=6"));
+  line_.Feed(both, At(1015ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::unexpected);
+  EXPECT_FALSE(ends_[0].reason.empty());
+  EXPECT_TRUE(frames_.empty()) << "nobody knows which is the awaited one";
+  EXPECT_EQ(line_.state(), State::drain);
+}
+
+TEST_F(LineTest, TheSameReplyTwiceIsOne) {
+  Reach(State::await_first);
+  Bytes both = reply_;
+  Append(both, View(reply_));
+  line_.Feed(both, At(1015ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+  line_.Feed(reply_, At(1030ms));
+  EXPECT_EQ(second_, 0);
+}
+
+TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
+  Reach(State::await_first);
+  line_.Feed(reply_, At(1015ms));
+  EXPECT_TRUE(line_.idle());
+  const Bytes other = ToyReply("A1=6");
+  line_.Feed(View(other).first(3), At(1030ms));
+  EXPECT_EQ(second_, 0);
+  Start(1031ms);
+  EXPECT_EQ(line_.state(), State::quiet);
+  line_.Feed(View(other).subspan(3), At(1033ms));
+  EXPECT_EQ(second_, 1);
+  line_.Feed(other, At(1034ms));
+  EXPECT_EQ(second_, 1) << "told once";
+}
+
+// ---------------- Every kind of fault in every state of the line: loss, babble, timers too early
+// and too late.
+
+/// What a line may hold of all that comes.
+constexpr std::size_t kLittle = 16'384;
+
+std::size_t HeapInUse() { return mallinfo2().uordblks; }
+
+class EveryState : public LineTest, public ::testing::WithParamInterface<State> {};
+
+TEST_P(EveryState, LossOfThePortClosesAndEndsTheExchangeOnce) {
+  const State state = GetParam();
+  Reach(state);
+  ASSERT_EQ(line_.state(), state);
+  line_.OnClosed();
+  const bool under_way = state != State::closed && state != State::idle && state != State::quiet &&
+                         state != State::drain;
+  ASSERT_EQ(ends_.size(), under_way ? 1U : 0U);
+  if (under_way) {
+    EXPECT_EQ(ends_[0].outcome, Outcome::line_down);
+  }
+  EXPECT_EQ(line_.state(), State::closed);
+  EXPECT_FALSE(line_.Deadline());
+  line_.OnClosed();
+  line_.OnTimer(At(5s));
+  line_.Feed(reply_, At(5s));
+  EXPECT_EQ(ends_.size(), under_way ? 1U : 0U);
+  EXPECT_TRUE(frames_.empty());
+}
+
+TEST_P(EveryState, ReopenedLineWorks) {
+  Reach(GetParam());
+  line_.OnClosed();
+  ends_.clear();
+  line_.OnOpened(At(2s));
+  Start(3s);
+  line_.OnTimer(At(3004ms));
+  line_.Feed(reply_, At(3010ms));
+  ASSERT_EQ(ends_.size(), 1U);
+  EXPECT_EQ(ends_[0].outcome, Outcome::ok);
+}
+
+TEST_P(EveryState, AnEarlyTimerDoesNothing) {
+  Reach(GetParam());
+  const auto deadline = line_.Deadline();
+  if (deadline) line_.OnTimer(*deadline - 1ns);
+  EXPECT_EQ(line_.state(), GetParam());
+  EXPECT_EQ(line_.Deadline(), deadline);
+  EXPECT_TRUE(ends_.empty());
+}
+
+TEST_P(EveryState, NoBytesAreNoEvent) {
+  Reach(GetParam());
+  const auto deadline = line_.Deadline();
+  line_.Feed({}, At(1030ms));
+  EXPECT_EQ(line_.state(), GetParam());
+  EXPECT_EQ(line_.Deadline(), deadline);
+  EXPECT_TRUE(strays_.empty());
+}
+
+TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
+  Reach(GetParam());
+  const bool under_way = line_.Deadline().has_value();
+  const Bytes noise(64, 'U');
+  bool idle_again = false;
+  const std::size_t before = HeapInUse();
+  for (Duration at = 1010ms; at < 3s; at += 1ms) {
+    while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
+    idle_again = idle_again || line_.idle();
+    line_.Feed(noise, At(at));
+    strays_.clear();  // the test keeps these
+    ASSERT_LE(HeapInUse(), before + kLittle);
+  }
+  EXPECT_EQ(idle_again, under_way || GetParam() == State::idle);
+  EXPECT_TRUE(frames_.empty());
+}
+
+TEST_P(EveryState, AVeryLateTimerIsAsGoodAsOneInTime) {
+  Reach(GetParam());
+  for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
+  // Times that count from the late event itself (a drain) come due in turn.
+  for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(*line_.Deadline());
+  EXPECT_EQ(line_.state(), GetParam() == State::closed ? State::closed : State::idle);
+}
+
+TEST(LineFlood, BytesDuringALongTransmissionStayBounded) {
+  struct Deaf final : LineClient {
+    Outcome Judge(View, Instant) override { return Outcome::ok; }
+  } client;
+  Line line(client);
+  line.OnOpened(kStart);
+  Exchange exchange;
+  exchange.request.bytes = Bytes(250, '?');
+  exchange.reply_rule = ToyProtocol().reply_rule;
+  exchange.times = kTimes;
+  line.Start(std::move(exchange), kStart + 1s);
+  const Bytes flood(4096, 'U');
+  const std::size_t before = HeapInUse();
+  for (int i = 0; i < 1000; ++i) line.Feed(flood, kStart + 1001ms);
+  EXPECT_LE(HeapInUse(), before + kLittle) << "a pty floods faster than any wire";
+}
+
+INSTANTIATE_TEST_SUITE_P(Line, EveryState,
+                         ::testing::Values(State::closed, State::idle, State::quiet, State::sending,
+                                           State::settle, State::await_first, State::receiving,
+                                           State::drain));
 
 }  // namespace
 }  // namespace baudgate

@@ -5,8 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
+#include <memory>
 #include <thread>
+#include <vector>
 
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
@@ -313,6 +316,204 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   writer.join();
   ageing.join();
   EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
+}
+
+// ---------------- The feed of changes: coalescing, bounded, and woken at once.
+
+class ChangeFeedTest : public ::testing::Test {
+ protected:
+  void Mark(std::uint32_t device, std::vector<std::uint32_t> points) {
+    feed_.MarkPoints(device, points);
+  }
+  Changes Drain() {
+    Changes changes;
+    feed_.Drain(Instant(), changes);
+    return changes;
+  }
+
+  static constexpr std::array<std::size_t, 2> kCounts = {3, 1};
+  ChangeFeed feed_{kCounts};
+};
+
+TEST_F(ChangeFeedTest, NothingPendingIsEmpty) { EXPECT_TRUE(Drain().empty()); }
+
+TEST_F(ChangeFeedTest, RepeatedChangesCoalesce) {
+  for (int i = 0; i < 100'000; ++i) {
+    Mark(0, {0, 2});
+    Mark(1, {0});
+    feed_.MarkDevice(1);
+  }
+  const Changes changes = Drain();
+  EXPECT_EQ(changes.points.size(), 3U) << "never more than there are points";
+  EXPECT_EQ(changes.devices, std::vector<std::uint32_t>{1});
+  EXPECT_TRUE(Drain().empty());
+}
+
+TEST_F(ChangeFeedTest, AChangeAfterTheDrainIsNewAgain) {
+  Mark(0, {1});
+  Drain();
+  Mark(0, {1});
+  feed_.MarkDevice(0);
+  const Changes changes = Drain();
+  ASSERT_EQ(changes.points.size(), 1U);
+  EXPECT_EQ(changes.points[0].device, 0U);
+  EXPECT_EQ(changes.points[0].point, 1U);
+  EXPECT_EQ(changes.devices.size(), 1U);
+}
+
+TEST_F(ChangeFeedTest, WhatTheCallerHeldIsCleared) {
+  Changes changes;
+  changes.points.resize(7);
+  changes.devices.resize(7);
+  feed_.Drain(Instant(), changes);
+  EXPECT_TRUE(changes.empty());
+  Mark(0, {0});
+  EXPECT_EQ(Drain().points.size(), 1U) << "an old result came back as pending";
+}
+
+TEST_F(ChangeFeedTest, WakeEndsAWaitEvenBeforeItBegins) {
+  feed_.Wake();
+  Changes changes;
+  feed_.Drain(Instant::max(), changes);
+  EXPECT_TRUE(changes.empty());
+}
+
+TEST_F(ChangeFeedTest, AWaitingDrainHearsOfAChange) {
+  std::thread producer([this] { Mark(0, {1}); });
+  Changes changes;
+  feed_.Drain(Instant::max(), changes);
+  producer.join();
+  EXPECT_EQ(changes.points.size(), 1U);
+}
+
+TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
+  std::thread producer([this] {
+    for (std::uint32_t i = 0; i < 20'000; ++i) Mark(0, {i % 3});
+    Mark(1, {0});  // the last word
+  });
+  bool last_seen = false;
+  while (!last_seen) {
+    Changes changes;
+    feed_.Drain(Instant::max(), changes);
+    EXPECT_LE(changes.points.size(), 4U);
+    for (const PointRef& ref : changes.points) last_seen = last_seen || ref.device == 1;
+  }
+  producer.join();
+}
+
+// ---------------- A store that gets and loses lines while others use it: numbers stay, and so does
+// what is known.
+
+config::Line LineOf(const std::string& device, std::size_t points = 1) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < points; ++i) names.push_back(std::to_string(i));
+  config::Line line = ToyLine({ToyDevice(device, "A", names)});
+  line.name = "of " + device;
+  return line;
+}
+
+class GrowingStore : public ::testing::Test {
+ protected:
+  GrowingStore() { config_.lines = {LineOf("a"), LineOf("b", 2)}; }
+
+  void Update(std::uint32_t device, double value) {
+    const Sample sample{0, value, Quality::good};
+    store().Update(device, {&sample, 1}, {Instant(1h), WallTime(1h)}, 1ms);
+  }
+  PointRecord RecordOf(std::uint32_t device) {
+    PointRecord copy;
+    store().Read(device, [&](const DeviceRecord& record) { copy = record.points[0]; });
+    return copy;
+  }
+  PointStore& store() {
+    if (!store_) store_ = std::make_unique<PointStore>(config_);
+    return *store_;
+  }
+
+  config::Config config_;
+  std::unique_ptr<PointStore> store_;
+};
+
+TEST_F(GrowingStore, ALineThatComesGetsTheNextNumbersAndIsToldOf) {
+  const auto feed = store().Subscribe();
+  Update(1, 5);
+  const config::Line more = LineOf("c", 3);
+  store().Append(more);
+  EXPECT_EQ(store().device_count(), 3U);
+  EXPECT_EQ(store().LineIndex(more), 2U);
+  EXPECT_EQ(store().device(2).name, "c");
+  Update(2, 7);
+  Changes changes;
+  feed->Drain(Instant(), changes);
+  ASSERT_EQ(changes.points.size(), 2U);
+  EXPECT_EQ(changes.points[1].device, 2U);
+  EXPECT_EQ(std::get<double>(RecordOf(1).value), 5);
+  const auto later = store().Subscribe();
+  Update(2, 8);
+  later->Drain(Instant(), changes);
+  EXPECT_EQ(changes.points.size(), 1U);
+  store().Unsubscribe(later);
+  Update(2, 9);
+  later->Drain(Instant(), changes);
+  EXPECT_TRUE(changes.empty());
+}
+
+TEST_F(GrowingStore, AFeedThatBeginsMeanwhileKnowsEachDeviceThatChanges) {
+  std::atomic<bool> done = false;
+  std::atomic<std::uint32_t> drained = 0;
+  store();
+  std::thread subscriber([&] {
+    Changes changes;
+    while (!done) {
+      const auto feed = store().Subscribe();
+      Update(0, 1);
+      feed->Drain(Instant(), changes);
+      drained += static_cast<std::uint32_t>(changes.points.size());
+      store().Unsubscribe(feed);
+    }
+  });
+  const config::Line more = LineOf("c");
+  for (std::uint32_t device = 2; device < 2000; ++device) {
+    store().Append(more);
+    store().UpdateStatus(device, [](DeviceStatus& status) { status.state = DeviceState::online; });
+  }
+  done = true;
+  subscriber.join();
+  EXPECT_GT(drained, 0U);
+  const auto feed = store().Subscribe();
+  Update(1999, 1);
+  Changes changes;
+  feed->Drain(Instant(), changes);
+  ASSERT_EQ(changes.points.size(), 1U);
+  EXPECT_EQ(changes.points[0].device, 1999U);
+}
+
+TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
+  Update(0, 5);
+  store().Retire(0);
+  EXPECT_TRUE(store().gone(0));
+  EXPECT_FALSE(store().gone(1));
+  EXPECT_EQ(store().device_count(), 2U);
+  EXPECT_EQ(store().present_count(), 1U);
+  EXPECT_EQ(store().LineIndex(config_.lines[1]), 1U);
+  EXPECT_NE(store().LineIndex(config_.lines[0]), 0U) << "its place in memory may be another's";
+  EXPECT_EQ(RecordOf(0).seq, 1U);
+}
+
+TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
+  const auto feed = store().Subscribe();
+  Update(0, 5);
+  Changes changes;
+  feed->Drain(Instant(), changes);
+  config::Line as = config_.lines[0];
+  as.devices[0].unit = 9;
+  store().Reconfigure(0, as);
+  EXPECT_EQ(store().device(0).unit, 9);
+  EXPECT_EQ(std::get<double>(RecordOf(0).value), 5);
+  EXPECT_EQ(RecordOf(0).seq, 1U);
+  feed->Drain(Instant(), changes);
+  EXPECT_EQ(changes.points.size(), 1U) << "outputs look again";
+  EXPECT_EQ(store().LineIndex(config_.lines[0]), 0U) << "the line itself knows it as it was";
 }
 
 }  // namespace

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "gateway/bus/poller/poller.h"
 #include "tests/gateway/bus/poller/poller_fixture.h"
+#include "tests/support/virtual_line.h"
 
 namespace baudgate {
 namespace {
@@ -114,6 +117,364 @@ TEST(Poller, OpeningTwiceIsOpeningAnew) {
   line.Open();
   line.RunFor(5s);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+// ---------------- Devices that are read in a session only, under virtual time.
+
+TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"})}), {&ToyProtocol()});
+  line.twin(0).values.Set(0, 8.0);
+  line.Open();
+  line.RunFor(2500ms);
+  EXPECT_EQ(line.CountSent("OA"), 1U);
+  EXPECT_EQ(line.CountSent("?A1"), 3U);
+  bool closed = true;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (request[0] != '?' || !std::exchange(closed, false)) return std::nullopt;
+    return ToyReply("A1~closed");
+  };
+  line.RunFor(1s);
+  EXPECT_EQ(line.CountSent("OA"), 2U);
+  EXPECT_EQ(line.CountSent("?A1"), 5U) << "within the same period";
+  EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
+}
+
+/// Silence to one request of a task, and to those behind it answers another device: what it says
+/// never stands beside what the first one has said.
+TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
+  line.twin(0).values.Set(0, 1001.0);
+  line.twin(0).values.Set(1, 1002.0);
+  line.Open();
+  line.RunFor(2500ms);
+  ASSERT_EQ(line.QualityOf(0, 1), Quality::good);
+  bool closed = true;
+  bool other = false;
+  line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+    if (request[0] == '?' && std::exchange(closed, false)) return ToyReply("A1~closed");
+    if (request[0] == 'O' && !std::exchange(other, true)) {
+      line.twin(0).values.Set(0, 2001.0);
+      line.twin(0).values.Set(1, 2002.0);
+      return Bytes();
+    }
+    return request[0] == 'P' && other ? std::optional(ToyReply("A0=9")) : std::nullopt;
+  };
+  line.always = [&] {
+    const bool both =
+        line.QualityOf(0, 0) == Quality::good && line.QualityOf(0, 1) == Quality::good;
+    if (both && line.ValueOf(0, 0) == Value(2001.0)) {
+      EXPECT_EQ(line.ValueOf(0, 1), Value(2002.0));
+    }
+  };
+  line.RunFor(3s);
+  EXPECT_TRUE(other);
+  EXPECT_EQ(line.ValueOf(0, 0), Value(2001.0));
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"}), ToyDevice("b", "B", {"1"})}),
+                   {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  Say(line.twin(0), "closed");
+  const std::size_t before = line.CountSent("?A1") + line.CountSent("OA");
+  line.RunFor(1s);
+  EXPECT_LE(line.CountSent("?A1") + line.CountSent("OA") - before, 10U) << "10 steps make a task";
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(Poller, BehindABroadcastTheTaskGoesOn) {
+  std::size_t proofs[2] = {};
+  for (const std::string read : {"1", "N1"}) {
+    VirtualLine line(ToyLine({ToyDevice("a", "A", {read}), ToyDevice("b", "B", {"U1"})}),
+                     {&ToyProtocol()});
+    line.twin(0).values.Set(0, 8.0);
+    line.Open();
+    line.RunFor(3500ms);
+    const bool announced = read == "N1";
+    EXPECT_EQ(line.CountSent("QA1"), announced ? 5U : 0U) << "the first task begins anew";
+    EXPECT_EQ(line.CountSent("?A1"), 4U);
+    EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
+    EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+    EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+    EXPECT_EQ(line.StatusOf(0).retries, 0U);
+    proofs[announced ? 1 : 0] = line.CountSent("P");
+  }
+  EXPECT_EQ(proofs[0], proofs[1]) << "nothing is owed to a broadcast";
+}
+
+TEST(Poller, ABroadcastIsNoProofBeforeTheFirstRead) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(500ms);
+  ASSERT_GE(line.sent.size(), 4U);
+  EXPECT_EQ(line.sent[0].text.substr(0, 1), "Q");
+  EXPECT_EQ(line.sent[1].text.substr(0, 1), "P") << "the read is the first that is answered";
+  EXPECT_EQ(line.sent[line.sent.size() - 2].text.substr(0, 1), "Q");
+  EXPECT_EQ(line.sent.back().text.substr(0, 3), "?A1");
+  EXPECT_EQ(line.CountSent("?A1"), 1U);
+}
+
+TEST(Poller, ABroadcastOfADeviceThatIsAwayEndsNothing) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.dead = true;
+  line.RunFor(1min);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.twin(0).manner.dead = false;
+  line.RunFor(1min);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+}
+
+// ---------------- What the poller tells of its line and devices: counters, use, lateness, the
+// in-use switch, a port that is lent. Under virtual time.
+
+config::Line TwoDevices() {
+  return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
+}
+
+TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.twin(1).manner.dead = true;
+  line.RunFor(20s);
+  const LineStatus status = line.store().ReadLine(0);
+  const DeviceStatus a = line.StatusOf(0);
+  const DeviceStatus b = line.StatusOf(1);
+  EXPECT_EQ(status.exchanges, a.exchanges + b.exchanges);
+  EXPECT_EQ(status.Count(Outcome::ok), a.Count(Outcome::ok) + b.Count(Outcome::ok));
+  EXPECT_EQ(status.Count(Outcome::no_reply), b.Count(Outcome::no_reply));
+  EXPECT_EQ(status.round_trips.count(), status.Count(Outcome::ok));
+  EXPECT_GT(status.probes, 0U);
+  EXPECT_LT(status.probes, b.exchanges);
+  EXPECT_GT(status.bytes_out, 0U);
+  EXPECT_EQ(status.late, 0U);
+}
+
+/// Five milliseconds are shorter than many times of a line: the grid has to hold all the same.
+TEST(FastPoll, FiveMillisecondsAreKeptWhereTheLineHasTheTime) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
+  config.serial.baud = 921'600;
+  config.timing.quiet = 100us;
+  config.devices[0].poll = 5ms;
+  config.devices[0].points[1].poll = 500ms;
+  config.devices[0].points[1].group = config::Group::own;
+  config.devices[0].intervals = {500ms};
+  VirtualLine line(config, {&ToyProtocol()});
+  line.twin(0).manner.think = 1ms;
+  line.Open();
+  line.RunFor(1s);
+  const DeviceStatus before = line.StatusOf(0);
+  line.RunFor(10s);
+  const DeviceStatus after = line.StatusOf(0);
+  EXPECT_NEAR(static_cast<double>(after.Count(Outcome::ok) - before.Count(Outcome::ok)), 2020, 3);
+  EXPECT_EQ(after.missed, before.missed);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
+  EXPECT_EQ(line.QualityOf(0, 1), Quality::good) << "it ages by its own interval";
+  line.twin(0).manner.think = 12ms;  // of three periods one is kept
+  line.RunFor(10s);
+  const DeviceStatus slow = line.StatusOf(0);
+  const auto asked = slow.Count(Outcome::ok) - after.Count(Outcome::ok);
+  const auto missed = slow.missed - after.missed;
+  EXPECT_NEAR(static_cast<double>(asked + missed), 2020, 20) << asked << " and " << missed;
+  EXPECT_GT(missed, 1000U);
+}
+
+TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.twin(0).manner.think = 90ms;
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.store().ReadLine(0).use, 0) << "too short to tell";
+  line.RunFor(25s);
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02) << "of the first half minute";
+  line.RunFor(95s);
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters a second
+  line.Close();
+  EXPECT_EQ(line.store().ReadLine(0).use, 0);
+}
+
+TEST(LateReplies, AreCountedOnceAnExchangeWithTheirLateness) {
+  config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
+  config.timing.reply = 100ms;
+  config.retries = 0;
+  VirtualLine line(config, {&ToyProtocol()});
+  line.Open();
+  line.RunFor(1500ms);
+  line.twin(0).manner.think = 150ms;
+  line.twin(0).manner.fragment = 1;
+  line.RunFor(1s);
+  EXPECT_EQ(line.StatusOf(0).late, 1U);
+  EXPECT_EQ(line.store().ReadLine(0).late, 1U);
+  EXPECT_GE(line.StatusOf(0).lateness, 50ms);
+  EXPECT_LE(line.StatusOf(0).lateness, 60ms);
+}
+
+TEST(BabbleTest, BehindADamagedReplyIsNotLate) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.twin(0).manner.babble = 5s;
+  line.Open();
+  line.RunFor(20s);
+  EXPECT_GT(line.StatusOf(0).Count(Outcome::corrupt), 0U);
+  EXPECT_EQ(line.StatusOf(0).late, 0U);
+  EXPECT_TRUE(line.StatusOf(0).failures.runs().empty()) << "nor an outage";
+}
+
+TEST(InUse, ADeviceTakenOutIsNotAskedAndItsPointsAreOutOfService) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  const std::size_t asked = line.CountSent("?A");
+  line.Write(0, 0, 7.0);
+  line.RunFor(10s);
+  EXPECT_EQ(line.CountSent("?A"), asked);
+  EXPECT_EQ(line.CountSent("W"), 0U);
+  EXPECT_EQ(line.ends, std::vector<WriteEnd>{WriteEnd::not_sent});
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(InUse, ADeviceTakenBackIsPolledAtOnce) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  line.RunFor(10min);
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1s));
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
+TEST(InUse, TheSwitchHoldsOverALostPort) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.poller().SetInUse(0, false, line.now());
+  line.Close();
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::bad_not_connected);
+  line.Open();
+  const std::size_t asked = line.CountSent("?A");
+  line.RunFor(10s);
+  EXPECT_EQ(line.CountSent("?A"), asked);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+}
+
+TEST(DeviceStatusOfLine, LineTimeAndRecentOutcomes) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  const Duration before = line.StatusOf(0).busy;
+  EXPECT_GT(before, 0ms);
+  line.twin(0).manner.dead = true;
+  line.twin(1).manner.copies = 2;
+  line.RunFor(3s);
+  EXPECT_GT(line.StatusOf(0).busy - before, 500ms);
+  EXPECT_LT(line.StatusOf(1).busy, 1s);
+  EXPECT_EQ(line.StatusOf(1).doubled, 0U);
+  EXPECT_GT(line.StatusOf(0).recent.Count(Outcome::no_reply), 0U);
+  line.RunFor(1min);
+  ASSERT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.twin(0).manner.dead = false;
+  line.RunFor(20s);
+  EXPECT_EQ(line.StatusOf(0).recent.Count(Outcome::no_reply), 0U) << "that was the outage";
+  EXPECT_GT(line.StatusOf(0).recent.Count(Outcome::ok), 10U);
+}
+
+TEST(InUse, ADeviceTakenOutStretchesNobodysMaxAge) {
+  config::Line settings = TwoDevices();
+  settings.devices[0].poll = 100ms;
+  settings.devices[1].poll = 10s;
+  VirtualLine line(settings, {&ToyProtocol()});
+  line.twin(1).manner.think = 190ms;
+  line.Open();
+  line.RunFor(15s);
+  const auto max_age = [&] {
+    Duration age{};
+    line.store().Read(0, [&](const DeviceRecord& record) {
+      age = record.age_limits[static_cast<std::size_t>(config::Group::fast)].uncertain_after;
+    });
+    return age;
+  };
+  EXPECT_GT(max_age(), 300ms);
+  line.poller().SetInUse(1, false, line.now());
+  EXPECT_EQ(max_age(), 300ms);
+}
+
+TEST(InUse, BehindAClosedPortNothingComesOnline) {
+  VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.Close();
+  line.poller().SetInUse(0, false, line.now());
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+}
+
+TEST(InUse, ADeviceThatIsDisabledInTheFileCanBeTakenIntoUse) {
+  config::Line config = TwoDevices();
+  config.devices[0].enabled = false;
+  VirtualLine line(config, {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  EXPECT_EQ(line.CountSent("?A"), 0U);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  line.poller().SetInUse(0, true, line.now());
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1s));
+}
+
+TEST(InUse, TakenOutInTheMidstOfItsExchange) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  ASSERT_TRUE(line.RunUntil(
+      [&] { return !line.sent.empty() && line.sent.back().text[1] == 'A' && line.asking(); }, 2s));
+  line.poller().SetInUse(0, false, line.now());
+  line.RunFor(10s);
+  EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
+}
+
+TEST(InUse, NeitherANewPlanNorAProbeBringsADeviceBackThatIsTakenOut) {
+  for (const char* word : {"replan", "busy"}) {
+    VirtualLine line(TwoDevices(), {&ToyProtocol()});
+    line.Open();
+    line.RunFor(5s);
+    line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
+      if (request[0] != '?') return std::nullopt;
+      return ToyReply(std::string("A1~") + word);
+    };
+    const std::size_t before = line.CountSent("?A");
+    ASSERT_TRUE(line.RunUntil([&] { return line.CountSent("?A") > before; }, 2s));
+    line.poller().SetInUse(0, false, line.now());
+    const std::size_t asked = line.CountSent("?A") + line.CountSent("PA");
+    line.RunFor(10s);
+    EXPECT_EQ(line.CountSent("?A") + line.CountSent("PA"), asked) << word;
+  }
+}
+
+TEST(Released, PointsOfALentPortAreOutOfService) {
+  VirtualLine line(TwoDevices(), {&ToyProtocol()});
+  line.Open();
+  line.RunFor(5s);
+  line.Write(0, 0, 7.0);
+  line.poller().OnClosed(line.now(), Quality::bad_out_of_service);
+  EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_out_of_service);
+  EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::line_down);
+  EXPECT_EQ(line.ends, std::vector<WriteEnd>{WriteEnd::not_sent});
+  line.RunFor(1min);
+  line.Open();
+  EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 2s));
 }
 
 }  // namespace

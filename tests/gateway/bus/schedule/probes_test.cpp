@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/turns.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
@@ -192,6 +193,103 @@ TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
   EXPECT_GT(one, 1s) << "b's period";
   PutOffline(b);
   EXPECT_GT(probes_.NoticeBound(kStart), one);
+}
+
+// ---------------- Probes of dead devices: free in idle time, capped where the living wait.
+
+TEST(ProbeBudget, IdleLineProbesAfterThePause) {
+  ProbeBudget budget;
+  EXPECT_EQ(budget.NextProbe(kStart, std::nullopt, kStart, 600ms), kStart);
+  budget.OnProbe(kStart, kStart + 600ms, 0ms);
+  EXPECT_EQ(budget.NextProbe(kStart + 600ms, std::nullopt, kStart + 600ms, 600ms),
+            kStart + 600ms + ProbeBudget::kPause);
+}
+
+TEST(ProbeBudget, IdleTimeThatIsLongEnoughIsFree) {
+  ProbeBudget budget;
+  budget.OnProbe(kStart, kStart + 600ms, 600ms);
+  const Instant later = kStart + 2s;
+  EXPECT_EQ(budget.NextProbe(later, later + 600ms, kStart, 600ms), later);
+  EXPECT_EQ(budget.NextProbe(later, later + 599ms, later, 600ms), std::nullopt)
+      << "it would delay a poll, and the share is not earned yet";
+}
+
+TEST(ProbeBudget, AProbeThatMakesOthersWaitIsSentWhenTheyWaitLeast) {
+  ProbeBudget budget;
+  const Instant due = kStart + 500ms;
+  EXPECT_EQ(budget.NextProbe(kStart, due, kStart, 600ms), kStart) << "they wait 100 ms";
+  EXPECT_EQ(budget.NextProbe(kStart + 200ms, due, kStart, 600ms), std::nullopt);
+  EXPECT_EQ(budget.NextProbe(due, due, kStart, 600ms), std::nullopt) << "it is their turn";
+}
+
+TEST(ProbeBudget, OnlyTheWaitOfOthersIsCharged) {
+  ProbeBudget budget;
+  budget.OnProbe(kStart, kStart + 600ms, 100ms);
+  const Instant earned = kStart + 5s;  // 100 ms / 2 %
+  EXPECT_EQ(budget.NextProbe(earned - 1ms, earned, earned - 1ms, 600ms), std::nullopt);
+  EXPECT_EQ(budget.NextProbe(earned, earned, earned, 600ms), earned);
+}
+
+TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
+  ProbeBudget budget;
+  Duration spent{};
+  for (Instant now = kStart; now < kStart + 1h;) {
+    // A poll is due all the time, and one has just ended.
+    const bool probe = budget.NextProbe(now, now, now, 600ms) == now;
+    const Duration took = probe ? 600ms : 20ms;
+    if (probe) budget.OnProbe(now, now + took, took);
+    if (probe) spent += took;
+    now += took;
+  }
+  const double share =
+      static_cast<double>(spent.count()) / static_cast<double>(Duration(1h).count());
+  EXPECT_LE(share, ProbeBudget::kShare * 1.02);
+  EXPECT_GE(share, ProbeBudget::kShare * 0.9) << "a dead device would never be found again";
+}
+
+TEST(ProbeBudget, TheIntervalIsThatOfThePauseOrOfTheShare) {
+  EXPECT_EQ(ProbeBudget::Interval(600ms, 0ms), 850ms);
+  EXPECT_EQ(ProbeBudget::Interval(600ms, 600ms), 30s);
+}
+
+// ---------------- What ends the hold of a line.
+
+struct HoldRow {
+  const char* what;
+  void (*begin)(Hold&);
+  void (*then)(Hold&);
+  bool holds;
+};
+
+TEST(HoldTest, EndsAsTheTableSays) {
+  const auto wind_up = [](Hold& hold) { hold.WindUp(); };
+  const auto pause = [](Hold& hold) { hold.Pause(kStart); };
+  const auto both = [](Hold& hold) {
+    hold.Pause(kStart);
+    hold.WindUp();
+  };
+  const auto go_on = [](Hold& hold) { EXPECT_TRUE(hold.GoOn()); };
+  const auto close = [](Hold& hold) { hold.OnClosed(); };
+  const auto call_off = [](Hold& hold) { hold.CallOffWindUp(); };
+  const auto open = [](Hold& hold) { hold.OnOpened(); };
+  const HoldRow kRows[] = {
+      {"a pause goes on", pause, go_on, false},
+      {"a pause, and the port closes", pause, close, false},
+      {"a wind-up, and the port closes", wind_up, close, true},
+      {"a wind-up, and the port opens again", wind_up, open, false},
+      {"a wind-up that is called off", wind_up, call_off, false},
+      {"a pause that goes on while the line winds up", both, go_on, true},
+      {"both, and the port opens", both, open, false},
+  };
+  for (const HoldRow& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Hold hold;
+    row.begin(hold);
+    EXPECT_TRUE(hold.holds());
+    row.then(hold);
+    EXPECT_EQ(hold.holds(), row.holds);
+    EXPECT_FALSE(hold.GoOn()) << "there is no pause";
+  }
 }
 
 }  // namespace

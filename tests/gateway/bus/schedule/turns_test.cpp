@@ -5,6 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "gateway/bus/schedule/effects.h"
+#include "gateway/bus/schedule/schedule.h"
+#include "tests/gateway/bus/poller/part_fixture.h"
+#include "tests/support/times.h"
+
 namespace baudgate {
 namespace {
 
@@ -99,6 +104,301 @@ TEST(Turns, FailingDevicesGiveBackWhatTheyTook) {
   }
   turns.Charge(500ms);
   EXPECT_TRUE(turns.HealthyFirst()) << "the first failure counts, too";
+}
+
+// ---------------- When the queries of one group are due, and which periods it has missed.
+
+TEST(Round, BeginsOnItsGridAndSkipsPeriodsThatHavePassedWhole) {
+  const struct {
+    const char* what;
+    Duration period;
+    Duration begun;  // after it was due
+    std::uint32_t missed;
+    std::optional<Duration> next;
+  } kRows[] = {{"not yet due", 5s, -1ms, 0, 0s},
+               {"in time", 5s, 0s, 0, 5s},
+               {"late", 5s, 1s, 0, 5s},
+               {"by two periods", 5s, 12s, 2, 15s},
+               {"once", 0s, 12s, 0, std::nullopt}};
+  for (const auto& row : kRows) {
+    SCOPED_TRACE(row.what);
+    Round round{.queries = {7}, .period = row.period, .due = kStart, .cursor = 1};
+    EXPECT_EQ(round.Passed(kStart + row.begun), row.missed);
+    EXPECT_EQ(round.StartIfDue(kStart + row.begun), row.missed);
+    EXPECT_EQ(round.active(), row.begun >= 0s);
+    EXPECT_EQ(round.due, row.next ? std::optional(kStart + *row.next) : std::nullopt);
+    if (round.active()) {
+      EXPECT_EQ(round.StartIfDue(kStart + 1h), 0U) << "its queries come first";
+    }
+  }
+}
+
+TEST(Round, IsNeverDueWhileItIsHeld) {
+  Round round{.queries = {7}, .period = 5s, .due = kStart + 3s, .cursor = 1};
+  round.Block();
+  round.Restart(kStart);
+  EXPECT_EQ(round.StartIfDue(kStart + 1h), 0U);
+  EXPECT_FALSE(round.active());
+  EXPECT_EQ(round.planned, kStart + 3s);
+}
+
+TEST(Round, IsRepeatedOnceAndOnlyEarlier) {
+  Round round{.queries = {7}, .period = 24h, .due = kStart + 10s, .cursor = 1};
+  round.Repeat(kStart + 20s);
+  EXPECT_EQ(round.due, kStart + 10s);
+  round.Repeat(kStart + 5s);
+  round.Repeat(kStart + 1s);
+  EXPECT_EQ(round.due, kStart + 5s);
+}
+
+// ---------------- Since when a line is idle.
+
+class IdleTimeTest : public ::testing::Test {
+ protected:
+  /// An input: was the line idle before it, and is it afterwards?
+  Duration Input(Duration at, bool before, bool after) {
+    const Duration passed = time_.OnInput({kStart + at, kWall + at}, before);
+    time_.OnHandled(after);
+    return passed;
+  }
+  Duration Since() const { return time_.idle().since - kStart; }
+
+  IdleTime time_;
+};
+
+TEST_F(IdleTimeTest, BeginsWithTheInputThatMadeTheLineIdle) {
+  Input(1s, false, false);
+  EXPECT_EQ(Input(3s, false, true), 2s);
+  EXPECT_EQ(Since(), 3s);
+  EXPECT_EQ(Input(8s, true, true), 5s);
+  EXPECT_EQ(Since(), 3s) << "it is idle still";
+  EXPECT_EQ(time_.idle().now, kStart + 8s);
+  Input(9s, true, false);
+  Input(10s, false, true);
+  EXPECT_EQ(Since(), 10s);
+}
+
+TEST_F(IdleTimeTest, BeginsAnewWhenTheLineGoesOn) {
+  Input(1s, false, true);
+  Input(5s, true, true);
+  time_.Restart();
+  EXPECT_EQ(Since(), 5s);
+}
+
+// ---------------- What can wait: it goes where it holds up no poll, and does not starve.
+
+using Which = Background::Which;
+
+constexpr Duration kRoom = 400ms;
+
+struct FakeLine {
+  FakeLine() {
+    for (int i = 0; i < 2; ++i) {
+      schedule.SetQueries(schedule.AddDevice(1s, 1min), {config::Group::fast});
+      schedule.Restart(static_cast<std::size_t>(i), kStart);
+    }
+  }
+  /// All polls that are due.
+  void Poll(Instant now) {
+    while (schedule.Next(now)) {
+    }
+  }
+  Schedule schedule;
+  Background background{schedule};
+};
+
+TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
+  FakeLine line;
+  line.background.Set(1, kStart, kRoom);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart)) << "polls are due";
+  line.Poll(kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 600ms), 1U);
+  EXPECT_EQ(line.background.NextAt(kStart + 600ms), kStart + 600ms);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 601ms));
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 601ms));
+  EXPECT_EQ(line.background.NextAt(kStart + 601ms), kStart + 1min) << "the next poll ends the wait";
+}
+
+TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  for (int i = 0; i < Background::kFew; ++i) {
+    EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms)) << "too few to know";
+    line.background.NoteEnd(0, i == 3 ? 100ms : 20ms);
+  }
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 800ms), 0U);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 801ms));
+  line.background.NoteEnd(0, Duration::zero());
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms));
+}
+
+TEST(Background, WhatCouldNotBeSentHasNoOtherTurnAtTheSameMoment) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.OnTaken(0, kStart + 100ms);
+  line.background.OnUnsent(0);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 100ms));
+  line.Poll(kStart + 1s);
+  EXPECT_EQ(line.background.NextAt(kStart + 1s), kStart + 1100ms);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 1100ms), 0U);
+  line.background.OnTaken(0, kStart + 1100ms);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 1100ms), 0U) << "this one was sent";
+}
+
+TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  for (int i = 0; i < Background::kFew; ++i) line.background.NoteEnd(0, 100ms);
+  line.background.SetProof(0, kStart, kStart + 300ms);
+  EXPECT_TRUE(line.background.MayProve(0, kStart + 200ms)) << "twice the room, as nobody knows";
+  EXPECT_FALSE(line.background.MayProve(0, kStart + 201ms));
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 299ms), 0U) << "without it";
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 300ms)) << "it has to";
+  line.background.NoteEnd(0, 200ms, true);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 700ms), 0U);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 701ms));
+  line.background.SetProof(0, kStart + 750ms, kStart + 1min);
+  EXPECT_FALSE(line.background.MayProve(0, kStart + 700ms)) << "it is too young";
+}
+
+TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
+  FakeLine line;
+  line.background.Set(0, kStart, 2s);
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 59s));
+  EXPECT_EQ(line.background.Next(Which::that_starves, kStart + 60s), 0U);
+  line.background.OnTaken(0, kStart + 60s);
+  EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 119s));
+  EXPECT_EQ(line.background.Next(Which::that_starves, kStart + 120s), 0U);
+}
+
+TEST(Background, DevicesTakeTurns) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.background.Set(1, kStart, kRoom);
+  line.Poll(kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+  line.background.OnTaken(0, kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 1U);
+  line.background.OnTaken(1, kStart);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+}
+
+TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.AwaitDisk(0);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart));
+  EXPECT_FALSE(line.background.NextAt(kStart));
+  line.background.Release(0);
+  EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
+  line.schedule.Hold(0, kStart + 100ms);
+  EXPECT_FALSE(line.background.Next(Which::that_fits, kStart));
+  EXPECT_EQ(line.background.NextAt(kStart), kStart + 100ms);
+  line.schedule.Suspend(0);
+  EXPECT_FALSE(line.background.NextAt(kStart));
+  line.background.Set(0, std::nullopt, kRoom);
+  EXPECT_FALSE(line.background.NextAt(kStart));
+}
+
+// ---------------- Events from the reply that tells them to the disk.
+
+class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  static EventBatch Batch(std::size_t events, bool drained = false) {
+    EventBatch batch;
+    batch.events.resize(events);
+    batch.drained = drained;
+    return batch;
+  }
+  static EventDelivery::Exchange At(Duration asked, bool background = false) {
+    const Duration answered = asked + 100ms;
+    return {kStart + asked, {kStart + answered, kWall + answered}, background};
+  }
+
+  EventDelivery told_;
+};
+
+TEST_F(EventDeliveryTest, HowOldAnEventCanBe) {
+  struct Row {
+    const char* what;
+    Duration asked;
+    std::size_t events;
+    bool drained;
+    bool kept;
+    std::optional<Duration> oldest;
+  };
+  const Row kRows[] = {
+      {"nobody knows when it was empty", 1s, 2, false, true, std::nullopt},
+      {"nothing is left", 2s, 0, true, false, std::nullopt},
+      {"since then", 5s, 1, false, true, 3100ms},
+      {"and still", 6s, 1, false, true, 4100ms},
+      {"nothing is said, and something may be left", 7s, 0, false, false, std::nullopt},
+      {"the last ones: the device has looked since it was asked", 8s, 1, true, true, 100ms},
+      {"since the last ones", 9s, 1, false, true, 1100ms},
+  };
+  for (const Row& row : kRows) {
+    SCOPED_TRACE(row.what);
+    const auto events = told_.Take(a, Batch(row.events, row.drained), At(row.asked));
+    ASSERT_EQ(events.has_value(), row.kept);
+    if (!events) continue;
+    EXPECT_EQ(events->device, a.index);
+    EXPECT_EQ(events->batch.events.size(), row.events);
+    EXPECT_EQ(events->received.instant, kStart + row.asked + 100ms);
+    EXPECT_EQ(events->received.wall, kWall + row.asked + 100ms);
+    EXPECT_EQ(events->oldest, row.oldest);
+  }
+}
+
+TEST_F(EventDeliveryTest, RecordsOfThePastAreKeptToo) {
+  EventBatch batch;
+  batch.past.resize(1);
+  EXPECT_TRUE(told_.Take(a, batch, At(1s)));
+}
+
+TEST_F(EventDeliveryTest, EachDeviceIsDrainedByItself) {
+  told_.Take(a, Batch(0, true), At(1s));
+  EXPECT_EQ(told_.Take(b, Batch(1), At(2s))->oldest, std::nullopt);
+  EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, 1100ms);
+}
+
+TEST_F(EventDeliveryTest, WhenAnotherDeviceWasDrainedIsNotKnown) {
+  told_.Take(a, Batch(0, true), At(1s));
+  told_.OnReplaced(a);
+  EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, std::nullopt);
+}
+
+TEST_F(EventDeliveryTest, WhatAKeptBatchHasBrought) {
+  using Brought = Schedule::Brought;
+  struct Row {
+    const char* what;
+    bool background;
+    const char* said;
+    Brought brought;
+  };
+  const Row kRows[] = {
+      {"the first one", false, "A", Brought::news},
+      {"another one", false, "B", Brought::news},
+      {"the same once more", false, "B", Brought::no_news},
+      {"in the background", true, "C", Brought::something_else},
+      {"the same once more, asked for", false, "C", Brought::no_news},
+      {"the same once more, in the background", true, "C", Brought::something_else},
+  };
+  for (const Row& row : kRows) {
+    SCOPED_TRACE(row.what);
+    told_.Take(a, Batch(1), At(1s, row.background));
+    EXPECT_EQ(told_.OnKept(a, row.said), row.brought);
+  }
+}
+
+TEST_F(EventDeliveryTest, WhatWasKeptBeforeARestartIsKnown) {
+  EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::news);
+  told_.Take(a, Batch(1), At(1s));
+  EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::no_news);
+  EXPECT_EQ(told_.OnKept(b, "A"), Schedule::Brought::news) << "of another device";
 }
 
 }  // namespace

@@ -4,7 +4,11 @@
 #include "gateway/bus/writes/write_gate.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <string>
+
+#include "gateway/bus/writes/write_command.h"
 #include "tests/support/keeping_sink.h"
 #include "tests/support/times.h"
 
@@ -265,6 +269,102 @@ TEST_F(WriteGateTest, AFullQueueIsBusy) {
   sink_.full = true;
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::busy);
   EXPECT_THAT(sink_.denied, IsEmpty()) << "the sink knows itself";
+}
+
+// ---------------- Who has selected what, and until when.
+
+using Taken = Selections::Verdict;
+
+constexpr Selections::Point kTripOutput{0, 7};
+
+TEST(Selections, AreGoodOnceAndForTheirOwner) {
+  Selections selections;
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::none);
+  selections.Select(1, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart + 1s), Taken::foreign);
+  EXPECT_EQ(selections.Take(1, {0, 8}, kStart + 1s), Taken::none) << "another point";
+  EXPECT_EQ(selections.Take(1, {1, 7}, kStart + 1s), Taken::none) << "another device";
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 2s), Taken::selected);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 3s), Taken::none) << "used up";
+}
+
+TEST(Selections, End) {
+  Selections selections;
+  selections.Select(1, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 10s), Taken::expired);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 10s), Taken::none) << "told once";
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(1, kTripOutput, kStart + 20s);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 15s), Taken::selected) << "made anew";
+  selections.Select(1, kTripOutput, kStart + 30s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart + 31s), Taken::none) << "over for all";
+}
+
+TEST(Selections, TwoClientsMaySelectOnePoint) {
+  Selections selections;
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(2, kTripOutput, kStart + 10s);
+  EXPECT_EQ(selections.Take(2, kTripOutput, kStart), Taken::selected);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::selected);
+}
+
+TEST(Selections, OfSeveralOthersEachCounts) {
+  Selections selections;
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(2, kTripOutput, kStart + 60s);
+  EXPECT_EQ(selections.Take(3, kTripOutput, kStart + 20s), Taken::foreign) << "the second holds";
+  EXPECT_EQ(selections.Take(3, kTripOutput, kStart + 60s), Taken::none);
+}
+
+TEST(Selections, LeaveWithTheirClient) {
+  Selections selections;
+  selections.Select(1, kTripOutput, kStart + 10s);
+  selections.Select(2, {0, 8}, kStart + 10s);
+  selections.Forget(1);
+  EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::none);
+  EXPECT_EQ(selections.Take(2, {0, 8}, kStart), Taken::selected);
+}
+
+TEST(Selections, AreBounded) {
+  Selections selections;
+  for (std::uint32_t i = 0; i < 3 * Selections::kLimit; ++i) {
+    selections.Select(i, {0, i}, kStart + i * 1ms);
+  }
+  EXPECT_EQ(selections.size(), Selections::kLimit);
+  constexpr std::uint32_t kLast = 3 * Selections::kLimit - 1;
+  EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Taken::selected) << "the last stay";
+}
+
+// ---------------- How a write may go on, and how it may end, from each of its states.
+
+struct StateRow {
+  WriteState state;
+  const char* next;  ///< numbers of states
+  const char* ends;
+};
+
+/// Nothing ends ok that was not sent, and nothing that was sent is said not to have been.
+TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
+  const StateRow kRows[] = {
+      {WriteState::asked, "134", "busy not_sent denied "},
+      {WriteState::queued, "234", "refused busy not_sent denied "},
+      {WriteState::sent, "1234", "ok refused busy unknown "},
+      {WriteState::reading_back, "14", "ok differs not_sent "},
+      {WriteState::ended, "", ""},
+  };
+  for (const StateRow& row : kRows) {
+    std::string next;
+    for (std::size_t to = 0; to < kWriteStates; ++to) {
+      if (MayFollow(row.state, static_cast<WriteState>(to))) next += std::to_string(to);
+    }
+    std::string ends;
+    for (std::size_t i = 0; i < kWriteEnds; ++i) {
+      const auto end = static_cast<WriteEnd>(i);
+      if (MayEnd(row.state, end)) ends.append(Name(end)).append(" ");
+    }
+    EXPECT_EQ(next, row.next) << row.ends;
+    EXPECT_EQ(ends, row.ends);
+  }
 }
 
 }  // namespace

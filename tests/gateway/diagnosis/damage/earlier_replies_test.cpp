@@ -5,9 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
+#include "gateway/base/bytes.h"
+#include "gateway/diagnosis/damage/reply_habits.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
@@ -123,6 +126,165 @@ TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   EXPECT_TRUE(earlier_.FindRest(exchange_));
   EXPECT_EQ(earlier_.Take()->finding.symptom, Symptom::split);
   EXPECT_FALSE(earlier_.FindRest(exchange_)) << "told once";
+}
+
+// ---------------- The table of same_again.h.
+
+struct Run {
+  std::string_view asked;
+  bool right = true;  // the first one
+  bool misfit = false;
+  bool numbered = false;
+};
+
+bool ComesAgain(const Run& run) {
+  SameAgain same;
+  bool again = false;
+  bool first = true;
+  for (const char request : run.asked) {
+    again = same.OnCame(ToBytes("1234"), ToBytes(std::string_view(&request, 1)), run.right && first,
+                        run.misfit && !first, run.numbered);
+    first = false;
+  }
+  return again;
+}
+
+TEST(SameAgain, Table) {
+  EXPECT_FALSE(ComesAgain({.asked = "AB"}));
+  EXPECT_FALSE(ComesAgain({.asked = "ABCD"}));
+  EXPECT_TRUE(ComesAgain({.asked = "ABCDE"}));
+  EXPECT_TRUE(ComesAgain({.asked = "ABC", .numbered = true}));
+  EXPECT_FALSE(ComesAgain({.asked = "ABCDE", .right = false})) << "it was never right";
+  EXPECT_FALSE(ComesAgain({.asked = "AAAAAAA"})) << "to one request the same may come";
+  EXPECT_TRUE(ComesAgain({.asked = "ABBBBBB", .misfit = true}));
+}
+
+TEST(SameAgain, AnotherReplyBeginsANewCount) {
+  SameAgain same;
+  for (const char* const request : {"A", "B", "C", "D"}) {
+    EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes(request), true, false, false));
+  }
+  EXPECT_FALSE(same.OnCame(ToBytes("1235"), ToBytes("E"), true, false, false));
+  EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes("F"), true, false, false));
+}
+
+// ---------------- The latest replies that were taken tell copies, and what is missing in a damaged
+// text.
+
+TEST(TakenReplies, TellACopyForAnotherRequest) {
+  TakenReplies taken;
+  taken.Add(ToBytes("?A1\r"), ToBytes("A=5\r"));
+  EXPECT_TRUE(taken.WasForOther(ToBytes("?A2\r"), ToBytes("A=5\r")));
+  EXPECT_FALSE(taken.WasForOther(ToBytes("?A1\r"), ToBytes("A=5\r"))) << "it is its own";
+  EXPECT_FALSE(taken.WasForOther(ToBytes("?A2\r"), ToBytes("A=6\r")));
+  for (int i = 0; i < 8; ++i) taken.Add(ToBytes("?B1\r"), ToBytes("B=1\r"));
+  EXPECT_FALSE(taken.WasForOther(ToBytes("?A2\r"), ToBytes("A=5\r"))) << "forgotten";
+}
+
+TEST(TakenReplies, TellThatATextLacksCharacters) {
+  TakenReplies taken;
+  taken.Add(ToBytes("#01\r"), ToBytes(">+12.50A1\r"));
+  const auto lacks = [&](std::string_view text, std::string_view request = "#01\r") {
+    return taken.IsShorterThanLast(ToBytes(request), ToBytes(text));
+  };
+  EXPECT_TRUE(lacks(">+1.51A2\r"));
+  EXPECT_TRUE(lacks(">+151A2\r"));
+  EXPECT_FALSE(lacks(">+12.51A2\r")) << "a character is another one";
+  EXPECT_FALSE(lacks(">+A2\r")) << "it breaks off";
+  EXPECT_FALSE(lacks("+12.51A2\r")) << "its beginning is missing";
+  EXPECT_FALSE(lacks(">+1.51A2\r", "#02\r")) << "nothing is known of that request";
+  EXPECT_FALSE(lacks(""));
+}
+
+// ---------------- A reply that comes behind other requests tells by its number how late it is.
+
+class NumberedRequestsTest : public ::testing::Test, protected ToyMembers {
+ protected:
+  NumberedRequestsTest() {
+    numbered_.tcp = true;
+    a.protocol = &numbered_;
+  }
+  void Send(std::uint8_t number, Instant now, Duration reply_time = {}) {
+    Request request;
+    request.bytes = {0, number, 3};
+    request.reply = reply_time;
+    sent_.OnSent(a, request, now);
+  }
+  std::optional<Duration> Lateness(std::uint8_t number, Instant came) const {
+    const auto late = sent_.Find(Bytes{0, number, 9, 9}, came);
+    return late ? std::optional(late->after) : std::nullopt;
+  }
+
+  Protocol numbered_ = ToyProtocol();
+  NumberedRequests sent_;
+};
+
+TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
+  Send(1, kStart);
+  EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt) << "nothing was asked since";
+  Send(1, kStart + 1s);  // a retry
+  Send(2, kStart + 2s);
+  EXPECT_EQ(Lateness(1, kStart + 3s), 3s);
+  sent_.OnAnswered(Bytes{0, 1, 9});
+  EXPECT_EQ(Lateness(1, kStart + 3s), 2s) << "the other try";
+  EXPECT_EQ(Lateness(1, kStart + 1100ms), 1100ms) << "that one's reply would not be late";
+  sent_.OnAnswered(Bytes{0, 1, 9});
+  EXPECT_EQ(Lateness(1, kStart + 4s), std::nullopt) << "both tries are answered: it is no reply";
+  EXPECT_EQ(Lateness(2, kStart + 3s), std::nullopt);
+  EXPECT_EQ(Lateness(7, kStart + 3s), std::nullopt) << "nobody here has asked that";
+  EXPECT_FALSE(sent_.Find(Bytes{0}, kStart + 3s));
+}
+
+TEST_F(NumberedRequestsTest, WithATimeOfTheirOwnAreDueLater) {
+  Send(1, kStart);
+  Send(2, kStart, 2s);
+  Send(3, kStart);
+  EXPECT_EQ(sent_.Find(Bytes{0, 1, 9}, kStart + 1500ms)->lateness, 1300ms);
+  EXPECT_EQ(sent_.Find(Bytes{0, 2, 9}, kStart + 1500ms)->lateness, -500ms);
+}
+
+TEST_F(NumberedRequestsTest, KeepTheLatest) {
+  for (std::uint8_t number = 0; number < 200; ++number) Send(number, kStart);
+  EXPECT_EQ(Lateness(190, kStart + 1s), 1s);
+  EXPECT_EQ(Lateness(100, kStart + 1s), std::nullopt);
+}
+
+TEST_F(NumberedRequestsTest, WithoutANumberTellNothing) {
+  numbered_.tcp = false;
+  Send(1, kStart);
+  Send(2, kStart + 1s);
+  EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt);
+}
+
+// ---------------- The table of reply_lag.h.
+
+struct Late {
+  Duration after;
+  std::optional<Duration> next = 12ms;
+};
+
+bool LagsBehind(const std::vector<Late>& replies) {
+  ReplyLag lag;
+  bool lags = false;
+  for (const Late& reply : replies) lags = lag.OnLate(reply.after, reply.next);
+  return lags;
+}
+
+TEST(ReplyLag, Table) {
+  EXPECT_FALSE(LagsBehind({{620ms, std::nullopt}}));
+  EXPECT_FALSE(LagsBehind({{900ms}, {1400ms}, {700ms}})) << "three may be chance";
+  EXPECT_TRUE(LagsBehind({{900ms}, {1400ms}, {700ms}, {950ms}}));
+  EXPECT_TRUE(LagsBehind({{900ms}, {900ms}, {900ms}, {1400ms}}));
+  EXPECT_TRUE(LagsBehind({{900ms}, {900ms}, {900ms, 13ms}, {950ms}}));
+  EXPECT_FALSE(LagsBehind({{900ms}, {910ms, 22ms}, {905ms, 17ms}, {900ms}}))
+      << "it is always as late";
+  EXPECT_FALSE(LagsBehind({{900ms}, {960ms, 42ms}, {905ms, 17ms}, {900ms}})) << "or nearly so";
+}
+
+TEST(ReplyLag, OneThatComesByItselfBeginsANewCount) {
+  const std::vector<Late> replies = {{900ms}, {1400ms}, {700ms}, {800ms, std::nullopt},
+                                     {900ms}, {1400ms}, {700ms}};
+  EXPECT_FALSE(LagsBehind(replies));
 }
 
 }  // namespace

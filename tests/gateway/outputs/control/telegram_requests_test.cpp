@@ -1,6 +1,10 @@
 // `ask` over the control socket: what is completed, allowed and handed to the line.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <sys/socket.h>
+
+#include <future>
+#include <thread>
 
 #include "gateway/outputs/control/request_handler.h"
 #include "protocols/protocol.h"
@@ -100,6 +104,337 @@ TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("too many commands"));
   lines_.protocol = nullptr;
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
+}
+
+// ---------------- What each request does to the lines and answers, without a socket.
+
+using ::testing::IsEmpty;
+
+class ServiceTest : public ::testing::Test {
+ protected:
+  std::string Ask(const std::string& request) {
+    std::string later;
+    const Reply reply = service_.Answer(request, {"user:anna", 1}, kNow,
+                                        [&later](const std::string& text) { later = text; });
+    wish_ = reply.trace;
+    return reply.text.empty() ? later : reply.text;
+  }
+
+  config::Config config_ = TwoLines();
+  PointStore store_{config_};
+  FakeLines lines_{store_};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
+  std::optional<TraceWish> wish_;
+};
+
+TEST_F(ServiceTest, ReleaseLendsThePortForTheTimeGiven) {
+  EXPECT_EQ(Ask(R"({"command":"release","target":"io","for_ms":600000})"),
+            R"({"ok":true,"line":"io","port":"/dev/ttyUSB1","until":"2026-09-21T14:23:20.000Z"})");
+  EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min"));
+}
+
+TEST_F(ServiceTest, ReleaseOverTheNetworkOffersThePort) {
+  const auto release = [this](const std::string& more) {
+    return Ask(R"({"command":"release","target":"io","for_ms":60000,)" + more + "}");
+  };
+  EXPECT_THAT(release(R"("tcp":"localhost:4001","rfc2217":true)"),
+              HasSubstr(R"("at":"127.0.0.1:4001")"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("offer 1 at 127.0.0.1:4001, rfc2217, for 1min"));
+  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001")"), AllOf(HasSubstr("usage"), HasSubstr("--allow")));
+  EXPECT_THAT(release(R"("tcp":"0.0.0.0:4001","allow":"10.0.0.7")"),
+              HasSubstr(R"("at":"0.0.0.0:4001")"));
+  EXPECT_THAT(release(R"("tcp":"gate:4001")"), HasSubstr("is not ADDRESS:PORT of this machine"));
+  EXPECT_THAT(release(R"("tcp":"127.0.0.1:4001","allow":"all")"), HasSubstr("usage"));
+}
+
+TEST_F(ServiceTest, APortThatSomebodyHasIsNotReleasedToAnother) {
+  const auto release = [this](const std::string& more) {
+    return Ask(R"({"command":"release","target":"io","for_ms":60000)" + more + "}");
+  };
+  EXPECT_THAT(release(""), HasSubstr("true"));
+  EXPECT_THAT(release(""), HasSubstr("true")) << "its time begins anew";
+  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"),
+              HasSubstr("is released to another program until"));
+  Ask(R"({"command":"take_back","target":"io"})");
+  const auto set = [this](const std::string& why) {
+    store_.UpdateLine(1, [&](LineStatus& status) {
+      PortService service;
+      service.place = "127.0.0.1:4002";
+      service.visit.emplace().client = "10.0.0.7:40000";
+      service.visit->why = why;
+      status.services = {service};
+    });
+  };
+  set("");
+  for (const char* more : {"", R"(,"tcp":"127.0.0.1:4001")"}) {
+    EXPECT_THAT(release(more), HasSubstr("client 10.0.0.7:40000 has the port of line 'io'"));
+  }
+  EXPECT_THAT(lines_.calls(), testing::SizeIs(3));
+  set("it has left");
+  EXPECT_THAT(release(""), HasSubstr("true"));
+}
+
+TEST_F(ServiceTest, NonsenseTimesAreRefused) {
+  const auto release = [this](const std::string& time) {
+    return Ask(R"({"command":"release","target":"io","for_ms":)" + time + "}");
+  };
+  for (const char* time : {"0", "-5", "999", "86400001"}) {
+    EXPECT_THAT(release(time), HasSubstr("from 1s to 24h")) << time;
+  }
+  for (const char* time : {"1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
+    EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' is a whole number")) << time;
+  }
+  EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+  EXPECT_THAT(Ask(R"({"command":"release","target":"io","for_ms":86400000})"), HasSubstr("true"));
+}
+
+TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
+  const struct {
+    const char* request;
+    const char* says;
+  } wrong[] = {
+      {R"("release","target":"io","for":"x")",
+       "'for' is no member of 'release'; there are: target, for_ms, tcp, rfc2217, allow"},
+      {R"("release","target":7,"for_ms":1000)",
+       "'target' of 'release' is a text in quotation marks, and not 7"},
+      {R"("write","target":"io.ai-1.setting","value":"7","confirm":7)",
+       "'confirm' of 'write' is true or false, and not 7"},
+      {R"("write","target":"io.ai-1.setting","value":7)", "'value' of 'write' is a text"},
+      {R"("may_write","target":"io.ai-1.setting","value":null)", "'value' of 'may_write' is"},
+      {R"("reload","dry_run":"yes")", "'dry_run' of 'reload' is true or false, and not"},
+      {R"("reload","confirm_ms":1.5)", "'confirm_ms' of 'reload' is a whole number, and not 1.5"},
+      {R"("confirm","by":"me")", "'by' is no member of 'confirm'; it has none"},
+      {R"("history","point":"a.b.c","after":[1])", "'after' of 'history' is two whole numbers"},
+      {R"("events","since_ms":"2h")", "'since_ms' of 'events' is a whole number"},
+      {R"("status","target":["io"])", "'target' of 'status' is a text"},
+  };
+  for (const auto& [request, says] : wrong) {
+    const Json answer = Json::parse(Ask(std::string(R"({"command":)") + request + "}"));
+    EXPECT_EQ(answer.value("error", ""), "usage") << request;
+    EXPECT_THAT(answer.value("message", ""), HasSubstr(says)) << request;
+  }
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+}
+
+TEST_F(ServiceTest, TakeBackSaysWhetherThereWasAnythingToTakeBack) {
+  EXPECT_EQ(Ask(R"({"command":"take_back","target":"io"})"),
+            R"({"ok":true,"line":"io","was_released":false})");
+  lines_.Release(1, 10min);
+  EXPECT_THAT(Ask(R"({"command":"take_back","target":"io"})"), HasSubstr(R"("was_released":true)"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("take back 1", "release 1 for 10min", "take back 1"));
+}
+
+TEST_F(ServiceTest, DevicesAreTakenInAndOutOfUse) {
+  EXPECT_EQ(Ask(R"({"command":"disable","target":"bay-1.feeder-2"})"),
+            R"({"ok":true,"line":"bay-1","device":"feeder-2","in_use":false,"enabled":true})");
+  Ask(R"({"command":"enable","target":"io.ai-1"})");
+  EXPECT_THAT(lines_.calls(), ElementsAre("do not use 1", "use 2"));
+  EXPECT_THAT(Ask(R"({"command":"disable","target":"bay-1"})"), HasSubstr("bay-1.DEVICE"));
+}
+
+TEST_F(ServiceTest, UnknownNamesSayWhatThereIs) {
+  const auto ask = [&](const std::string& target) {
+    return Ask(R"({"command":"status","target":")" + target + "\"}");
+  };
+  EXPECT_EQ(ask("bay1"), R"({"error":"unknown","message":"there is no line 'bay1'; did you mean )"
+                         R"('bay-1'? lines: bay-1, io"})");
+  EXPECT_THAT(ask("bay-1.feeder2"),
+              HasSubstr("line 'bay-1' has no device 'feeder2'; did you mean 'feeder-2'? its "
+                        "devices: feeder-1, feeder-2"));
+  EXPECT_THAT(ask("ai-1"), HasSubstr("'ai-1' is a device of line 'io': write io.ai-1"));
+  EXPECT_THAT(ask(""), HasSubstr("name a line"));
+  EXPECT_THAT(ask("bay-1."), HasSubstr("has no device ''"));
+  EXPECT_THAT(ask("io.feeder-1"), HasSubstr("its devices: ai-1"));
+  EXPECT_THAT(Ask(R"({"command":"release","target":"io.ai-1","for_ms":5000})"),
+              HasSubstr("a line as a whole: write io"));
+  EXPECT_THAT(Ask(R"({"command":"trace","target":"io","device":"feeder-1"})"),
+              HasSubstr("has no device 'feeder-1'"));
+  EXPECT_FALSE(wish_);
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+}
+
+TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
+  TraceRecord record;
+  record.kind = TraceRecord::Kind::received;
+  record.hex = "3C 31";
+  for (const char* device : {"feeder-1", "feeder-2"}) {
+    record.device = device;
+    lines_.recorded.push_back(record);
+  }
+  const Json all = Json::parse(Ask(R"({"command":"recorded","target":"bay-1"})"));
+  ASSERT_EQ(all["records"].size(), 2U);
+  EXPECT_EQ(all["records"][0], ToText(lines_.recorded[0]));
+  const Json one =
+      Json::parse(Ask(R"({"command":"recorded","target":"bay-1","device":"feeder-2"})"));
+  ASSERT_EQ(one["records"].size(), 1U);
+  EXPECT_THAT(one["records"][0].get<std::string>(), HasSubstr("feeder-2 < 3C 31"));
+  EXPECT_FALSE(wish_);
+}
+
+// ---------------- `read` and `write` over the control socket: what lines are asked, and what is
+// answered.
+
+config::Config WithWrites() {
+  config::Config config = TwoLines();
+  config::Point setting;
+  setting.name = "setting";
+  setting.type = config::Type::int16;
+  setting.access = config::Access::read_write;
+  setting.writing.allowed = true;
+  setting.writing.max = 10;
+  config::Point trip;
+  trip.name = "trip";
+  trip.type = config::Type::boolean;
+  trip.access = config::Access::write;
+  trip.writing.allowed = true;
+  trip.writing.select = true;
+  config::Device& device = config.lines[1].devices[0];
+  device.points.insert(device.points.begin(), {setting, trip});
+  return config;
+}
+
+class PointRequestsTest : public ::testing::Test {
+ protected:
+  std::string Ask(const std::string& request) {
+    std::string later;
+    const Reply reply = service_.Answer(request, {"user:anna", 1}, kNow,
+                                        [&later](const std::string& text) { later = text; });
+    return reply.text.empty() ? later : reply.text;
+  }
+  std::string Write(const std::string& point, const std::string& value,
+                    const std::string& more = "") {
+    return Ask(R"({"command":"write","target":"io.ai-1.)" + point + R"(","value":")" + value +
+               "\"" + more + "}");
+  }
+
+  config::Config config_ = WithWrites();
+  PointStore store_{config_};
+  FakeLines lines_{store_};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
+};
+
+TEST_F(PointRequestsTest, AWriteGoesToTheLineAndItsEndComesBack) {
+  EXPECT_EQ(Write("setting", "7"), R"({"end":"ok","reason":"","read_back":true})");
+  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2"));
+  lines_.result = {WriteEnd::unknown, "no reply"};
+  EXPECT_EQ(Write("setting", "-7"), R"({"end":"unknown","reason":"no reply","read_back":false})");
+}
+
+TEST_F(PointRequestsTest, TheSameRequestAgainIsNotWrittenAgain) {
+  const char* const night = R"(,"client":"night","seq":7)";
+  EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":true})");
+  EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":false})");
+  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2"));
+  EXPECT_THAT(Write("setting", "8", night), HasSubstr("this seq for another request"));
+  EXPECT_THAT(Write("trip", "on", R"(,"client":"night","seq":8)"), HasSubstr("\"needs\""));
+  EXPECT_THAT(Write("setting", "7", R"(,"client":"night")"), HasSubstr("belong together"));
+  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"), HasSubstr("belong together"));
+  EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2",
+                                          HasSubstr("user:anna may not write true")));
+}
+
+TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
+  EXPECT_THAT(Write("setting", "11"), HasSubstr(R"({"end":"denied","reason":"'setting': 11 is)"));
+  EXPECT_THAT(Write("trip", "on"), HasSubstr(R"("needs":"confirm")"));
+  EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"("end":"ok")"));
+  config_.lines[1].devices[0].points[0].writing.allowed = false;
+  EXPECT_THAT(Write("setting", "7"), HasSubstr(R"("needs":"write: allow")"));
+  lines_.full = true;
+  EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"({"end":"busy")"));
+}
+
+TEST_F(PointRequestsTest, WhetherAWriteWouldPassIsToldWithoutIt) {
+  const auto may = [&](const std::string& point, const std::string& value) {
+    return Ask(R"({"command":"may_write","target":"io.ai-1.)" + point + R"(","value":")" + value +
+               "\"}");
+  };
+  EXPECT_EQ(may("setting", "7"), R"({"may_write":true,"reason":""})");
+  EXPECT_THAT(may("setting", "11"),
+              HasSubstr(R"({"may_write":false,"reason":"'setting': 11 is above)"));
+  EXPECT_EQ(may("trip", "on"), R"({"may_write":true,"reason":""})") << "as if it were confirmed";
+  EXPECT_THAT(may("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
+  EXPECT_THAT(may("nothing", "7"), HasSubstr("setting, trip"));
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+}
+
+TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
+  EXPECT_THAT(Write("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
+  EXPECT_THAT(Write("settin", "7"), HasSubstr("did you mean 'setting'?"));
+  EXPECT_THAT(Ask(R"({"command":"write","target":"io.ai-1","value":"7"})"),
+              HasSubstr("name a point: io.ai-1.POINT; its points: setting, trip"));
+  EXPECT_THAT(Ask(R"({"command":"write","target":"io","value":"7"})"), HasSubstr("name a point"));
+  EXPECT_THAT(Ask(R"({"command":"write"})"), HasSubstr("name a line"));
+  EXPECT_THAT(lines_.calls(), IsEmpty());
+}
+
+TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
+  const Sample sample{0, std::int64_t{5}, Quality::good};
+  store_.Update(2, {&sample, 1}, kNow, 10ms);
+  const Json one = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  EXPECT_EQ(one["read"], true);
+  ASSERT_EQ(one["points"].size(), 1U);
+  EXPECT_EQ(one["points"][0]["point"], "setting");
+  EXPECT_EQ(one["points"][0]["value"], 5);
+  const Json all = Json::parse(Ask(R"({"command":"read","target":"io.ai-1"})"));
+  EXPECT_EQ(all["points"].size(), config_.lines[1].devices[0].points.size() - 1)
+      << "trip cannot be read";
+  EXPECT_EQ(lines_.calls().at(0), "user:anna reads 0 of device 2");
+}
+
+TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
+  lines_.result = {.reason = "the device is offline"};
+  const Json answer = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  EXPECT_EQ(answer["read"], false);
+  EXPECT_EQ(answer["reason"], "the device is offline");
+  EXPECT_EQ(answer["points"][0]["value"], nullptr);
+  EXPECT_EQ(answer["points"][0]["fresh"], false);
+  const Sample sample{0, std::int64_t{5}, Quality::good};
+  store_.Update(2, {&sample, 1}, {kNow.instant - 1s, kNow.wall - 1s}, 10ms);
+  const Json old = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  EXPECT_EQ(old["points"][0]["value"], 5);
+  EXPECT_EQ(old["points"][0]["fresh"], false) << "it is from before";
+  lines_.full = true;
+  EXPECT_THAT(Ask(R"({"command":"read","target":"io.ai-1"})"), HasSubstr("too many commands"));
+  EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));
+}
+
+/// A write waits for its line, and its client does something.
+class WaitingWrite : public ControlTest {
+ protected:
+  WaitingWrite() : ControlTest(WithWrites()) {
+    lines_.hold = &held_;
+    StartServer();
+    client_.emplace(Connect());
+    client_->Send(R"({"command":"write","target":"io.ai-1.setting","value":"7"})"
+                  "\n");
+    command_ = held_.get_future().get();
+  }
+  bool abandoned() const { return command_.abandoned && *command_.abandoned; }
+
+  std::optional<RawClient> client_;
+  WriteCommand command_;
+
+ private:
+  std::promise<WriteCommand> held_;
+};
+
+TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
+  EXPECT_FALSE(abandoned());
+  client_.reset();
+  const Instant until = ReadClocks().instant + 20s;
+  while (!abandoned() && ReadClocks().instant < until) std::this_thread::yield();
+  EXPECT_TRUE(abandoned());
+  command_.done({WriteEnd::not_sent, "its client has left"});
+}
+
+/// As `socat` does behind the end of its input.
+TEST_F(WaitingWrite, GoesOnWhenItsClientOnlySaysNothingMore) {
+  ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
+  Ask(Connect(), kStatus);  // the server has seen it by now
+  EXPECT_FALSE(abandoned());
+  command_.done({.read_back = true});
+  EXPECT_THAT(client_->ReceiveLine().value_or(""), HasSubstr(R"("end":"ok")"));
 }
 
 }  // namespace

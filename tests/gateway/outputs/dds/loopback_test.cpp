@@ -4,10 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <future>
 
+#include "gateway/base/text.h"
 #include "gateway/outputs/dds/fast/subscriber.h"
+#include "gateway/outputs/dds/fast/types.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "gateway/outputs/dds/publisher.h"
 #include "tests/gateway/outputs/dds/fixture.h"
+#include "tests/gateway/outputs/dds/raw_writer.h"
 
 namespace baudgate::dds {
 namespace {
@@ -230,6 +235,114 @@ TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
   const auto writer = CreateFastWriter(config, store);
   ASSERT_FALSE(writer.ok());
   EXPECT_THAT(writer.error(), ::testing::HasSubstr("192.0.2.1"));
+}
+
+// ---------------- Key hashes against those that were computed apart from this code.
+
+TEST(KeyHash, IsWhatEveryVendorComputes) {
+  PointSample point;
+  point.gateway = "sub-7", point.device = "feeder-1", point.point = "current_l1";
+  EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
+  point.value = 7;  // no part of the key
+  EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
+  DeviceSample device;
+  device.gateway = "sub-7", device.device = "feeder-1";
+  EXPECT_EQ(ToHex(HashKey(device)), "85 15 01 FE B4 1F 4A E8 6E 90 8F F1 06 94 FA 6B");
+  GatewaySample gateway;
+  gateway.gateway = "sub-7", gateway.start_time_ns = 7;
+  EXPECT_EQ(ToHex(HashKey(gateway)), "2C C4 20 7D 86 5D 85 C9 56 B2 53 AC 57 6B 24 86");
+  RequestSample request;
+  request.gateway = "sub-7", request.client = "plc-1", request.seq = 7;
+  EXPECT_EQ(ToHex(HashKey(request)), "95 F9 18 16 00 1F 3F F8 E6 FC 89 D5 9D 2B 83 E7");
+  ReplySample reply;
+  reply.gateway = "sub-7", reply.client = "plc-1";
+  EXPECT_EQ(HashKey(reply), HashKey(request));
+}
+
+// ---------------- What a subscriber does with thousands of samples, with what cannot be read, and
+// with the names of writers.
+
+using testing::RawWriter;
+
+PointSample Named(std::string point, std::uint64_t seq) {
+  PointSample sample;
+  sample.gateway = "g", sample.device = "d", sample.point = std::move(point), sample.seq = seq;
+  return sample;
+}
+
+Bytes Encoded(const PointSample& sample) {
+  Bytes bytes(kMaxBytes<PointSample>);
+  bytes.resize(Encode(sample, bytes));
+  return bytes;
+}
+
+// While a callback takes its time, five thousand points change: nobody waits for it, and the rest
+// comes in a few takes.
+TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
+  constexpr std::size_t kPoints = 5000;
+  Published heard;
+  std::promise<void> first;
+  std::promise<void> go_on;
+  SubscriberCallbacks callbacks = heard.Callbacks();
+  callbacks.on_point = [&, note = callbacks.on_point](const PointSample& sample,
+                                                      const Origin& origin) {
+    if (sample.seq == 0) first.set_value(), go_on.get_future().wait();
+    note(sample, origin);
+  };
+  auto writer = CreateFastWriter(TestSubscriber().participant, {.points = kPoints, .devices = 1});
+  ASSERT_TRUE(writer.ok()) << writer.error();
+  const auto subscriber = DdsSubscriber::Create(TestSubscriber(), callbacks);
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+  ASSERT_EQ((*writer)->Write(Named("p0", 0)), Sent::yes);
+  first.get_future().wait();
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    ASSERT_EQ((*writer)->Write(Named("p" + std::to_string(i), 1)), Sent::yes);
+  }
+  EXPECT_TRUE((*writer)->WaitAcknowledged(20s));
+  go_on.set_value();
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 1 + kPoints; }));
+  EXPECT_EQ(heard.points.size(), kPoints);
+  EXPECT_LE((*subscriber)->counters().takes, 1U + 2U);
+  EXPECT_EQ((*subscriber)->counters().refused, 0U);
+}
+
+TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
+  Published heard;
+  const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+  RawWriter writer(kPointTopic, "baudgate::v1::PointSample");
+  Bytes strange = Encoded(Named("strange", 1));
+  strange[1] = 3;  // a parameter list
+  Bytes cut = Encoded(Named("cut", 1));
+  cut.pop_back();
+  // The longest name that fits, made one longer.
+  Bytes over_long = Encoded(Named(std::string(kMaxKey, 'x'), 1));
+  const auto name = std::search_n(over_long.begin(), over_long.end(), kMaxKey, 'x');
+  *(name - 4) += 1;
+  *(name + kMaxKey) = 'x';
+  for (const Bytes& bytes : {strange, cut, over_long, Encoded(Named("good", 1))}) {
+    ASSERT_TRUE(writer.Write(bytes));
+  }
+  // What came before a sample is taken before the next one.
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 1; }));
+  ASSERT_TRUE(writer.Write(Encoded(Named("good too", 1))));
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 2; }));
+  EXPECT_EQ((*subscriber)->counters().refused, 3U);
+  EXPECT_TRUE(heard.points.contains({"d", "good"}));
+}
+
+TEST(Subscriber, NamesTheWriterAndSaysWhenItLeaves) {
+  Published heard;
+  const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
+  ASSERT_TRUE(subscriber.ok()) << subscriber.error();
+  auto writer = std::make_unique<RawWriter>(kPointTopic, "baudgate::v1::PointSample");
+  ASSERT_TRUE(writer->Write(Encoded(Named("p", 1))));
+  ASSERT_TRUE(heard.WaitFor([&] { return heard.writers.size() == 1; }));
+  const WriterId id = *heard.writers.begin();
+  EXPECT_EQ(Text(id), writer->guid());
+  EXPECT_EQ(Text(id.publisher), writer->guid().substr(0, writer->guid().find('|')));
+  writer.reset();
+  EXPECT_TRUE(heard.WaitFor([&] { return heard.publishers_left.contains(id.publisher); }));
 }
 
 }  // namespace

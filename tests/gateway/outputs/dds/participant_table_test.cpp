@@ -2,7 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <future>
+
 #include "gateway/outputs/dds/fast/domain_tables.h"
+#include "gateway/outputs/dds/fast/participant.h"
+#include "gateway/outputs/dds/fast/subscriber.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {
@@ -113,6 +118,215 @@ TEST(ParticipantTable, RemembersTheAddressThatAParticipantSpeaksFrom) {
   table.Describe(GuidPrefixOf(1), {8, 7410}, false, true);
   table.Confirmed(GuidPrefixOf(1));
   EXPECT_EQ(table.Reached(kStart), (std::vector{UdpAddress{7, 7410}}));
+}
+
+// ---------------- Readers and writers of others under virtual time: too many of one, of all, too
+// fast.
+
+Guid Endpoint(std::uint8_t participant, std::uint32_t number) {
+  Guid guid{};
+  guid[0] = participant;
+  for (std::size_t i = 0; i < 4; ++i) guid[12 + i] = static_cast<std::uint8_t>(number >> (8 * i));
+  return guid;
+}
+
+class EndpointTableTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::uint8_t number = 1; number <= 20; ++number) Join(number);
+  }
+  void Join(std::uint8_t number) {
+    ASSERT_EQ(participants_.Announce(PrefixOf(Endpoint(number, 0)), number, 20s, kStart),
+              Refusal::none);
+  }
+  /// How many of them got in.
+  std::size_t Announce(std::uint8_t participant, std::uint32_t first, std::uint32_t count,
+                       Instant now = kStart) {
+    std::size_t in = 0;
+    for (std::uint32_t number = first; number < first + count; ++number) {
+      if (table_.Announce(Endpoint(participant, number), participants_, now)) ++in;
+    }
+    return in;
+  }
+
+  ParticipantTable participants_{ParticipantLimits{}};
+  EndpointTable table_{EndpointLimits{}};
+};
+
+TEST_F(EndpointTableTest, OneParticipantHas512) {
+  EXPECT_EQ(Announce(1, 1, 600), 512U);
+  EXPECT_EQ(Announce(1, 1, 512), 512U) << "they are there already";
+  EXPECT_EQ(Announce(2, 1, 10), 10U) << "others are not touched";
+  EXPECT_EQ(Announce(1, 1000, 1, kStart + 1h), 0U);
+  table_.Left(Endpoint(1, 7));
+  EXPECT_EQ(Announce(1, 1000, 1, kStart + 1h), 1U);
+}
+
+TEST_F(EndpointTableTest, AllHave8192) {
+  std::size_t in = 0;
+  for (std::uint8_t number = 1; number <= 20; ++number) in += Announce(number, 1, 512);
+  EXPECT_EQ(in, 8192U);
+  EXPECT_EQ(table_.size(), 8192U);
+  table_.ParticipantLeft(PrefixOf(Endpoint(3, 0)));
+  EXPECT_EQ(Announce(20, 1, 512), 512U);
+}
+
+TEST_F(EndpointTableTest, WhoComesAndGoesWithoutEndIsSlowedDown) {
+  std::size_t in = 0;
+  for (std::uint32_t number = 1; number <= 10'000; ++number) {
+    in += Announce(1, number, 1);
+    table_.Left(Endpoint(1, number));
+  }
+  EXPECT_EQ(in, 512U);
+  EXPECT_EQ(Announce(1, 20'000, 1000, kStart + 1s), 100U);
+}
+
+TEST_F(EndpointTableTest, WhoeverIsNoParticipantIsNotCounted) {
+  EXPECT_EQ(Announce(99, 1, 10'000), 10'000U);
+  EXPECT_EQ(table_.size(), 0U);
+}
+
+TEST_F(EndpointTableTest, WhatParticipantsLeaveBehindIsForgotten) {
+  Announce(1, 1, 512);
+  participants_.Left(PrefixOf(Endpoint(1, 0)));
+  EXPECT_EQ(Announce(2, 1, 1), 1U);
+  EXPECT_EQ(table_.size(), 1U);
+}
+
+// ---------------- What people are told of a participant that gets nothing.
+
+TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
+  const std::string both_sides =
+      "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
+  const struct {
+    std::string host;
+    bool own;
+    std::vector<std::string> interfaces;
+    std::string cure;
+  } rows[] = {
+      {"10.0.0.9",
+       false,
+       {"127.0.0.1"},
+       "name the address of this machine in its network in dds.interfaces"},
+      {"10.0.0.5",
+       true,
+       {"10.0.0.5"},
+       "it is on this machine, so name 127.0.0.1 in dds.interfaces as well"},
+      {"10.0.0.5",
+       true,
+       {"127.0.0.1"},
+       "it is on this machine, so name 10.0.0.5 in dds.interfaces as well"},
+      {"10.0.0.5",
+       true,
+       {"10.1.0.5"},
+       "it is on this machine, so name 127.0.0.1 and 10.0.0.5 in dds.interfaces as well"},
+      {"127.0.0.1",
+       true,
+       {"10.0.0.5"},
+       "it is on this machine, so name 127.0.0.1 in dds.interfaces as well"},
+      {"127.0.0.1", true, {"127.0.0.1", "10.0.0.5"}, both_sides},
+      {"10.0.0.5", true, {"127.0.0.1", "10.0.0.5"}, both_sides},
+      {"127.0.0.1", true, {}, both_sides},
+      {"127.0.0.1", true, {"0.0.0.0"}, both_sides},
+  };
+  for (const auto& row : rows) {
+    EXPECT_EQ(UnansweredRemark(row.host, row.own, row.interfaces),
+              row.host + " was heard and cannot be answered: " + row.cure);
+  }
+}
+
+// ---------------- How far writers may jump, under virtual time.
+
+Guid WriterGuid(std::uint32_t number, std::uint8_t kind) {
+  Guid guid{};
+  for (std::size_t i = 0; i < 4; ++i) guid[i] = static_cast<std::uint8_t>(number >> (8 * i));
+  guid[15] = kind;
+  return guid;
+}
+
+constexpr std::uint8_t kDiscovery = 0xC2;
+constexpr std::uint8_t kOfSamples = 0x02;
+constexpr WindowLimits kSmall{.burst = 1000, .each_second = 100, .first_of_samples = 5000};
+
+TEST(SequenceWindow, AllShareWhatMayBeSkipped) {
+  SequenceWindow window(kSmall);
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart)) << "again: nothing new";
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 10, 0, kStart)) << "nor is what is old";
+  EXPECT_FALSE(window.Advance(WriterGuid(2, kDiscovery), 401, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(2, kDiscovery), 400, 0, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 601, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 700, 0, kStart + 1s)) << "100 a second";
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 1701, 0, kStart + 1h))
+      << "never above 1000";
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 1700, 0, kStart + 1h));
+}
+
+TEST(SequenceWindow, AGapCostsItsLengthEachTime) {
+  SequenceWindow window(kSmall);
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
+}
+
+TEST(SequenceWindow, AWriterOfSamplesBeginsWhereItIs) {
+  SequenceWindow window(kSmall);
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 5001, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kOfSamples), 5000, 0, kStart));
+  EXPECT_TRUE(window.Advance(WriterGuid(1, kOfSamples), 6000, 0, kStart));
+  EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 6001, 0, kStart));
+}
+
+TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
+  SequenceWindow window(kSmall);
+  const Guid known = WriterGuid(1, kOfSamples);
+  EXPECT_TRUE(window.Advance(known, 5000, 0, kStart));
+  for (std::uint32_t number = 2; number < 100'000; ++number) {
+    window.Advance(WriterGuid(number, kOfSamples), 1, 0, kStart);
+    EXPECT_TRUE(window.Advance(known, 5000, 0, kStart + 1ms));
+  }
+  EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";
+}
+
+// ---------------- When a subscriber takes its samples: at once when there are few, in lots when
+// there are many.
+
+TEST(TakingThread, RestsLongerAfterLongerRounds) {
+  struct Row {
+    Duration round;
+    Duration rest;
+  };
+  for (const Row& row : {Row{0us, 0us}, Row{5us, 45us}, Row{1ms, 9ms}, Row{5ms, 45ms},
+                         Row{6ms, 50ms}, Row{10s, 50ms}}) {
+    EXPECT_EQ(RestAfter(row.round), row.rest) << FormatDuration(row.round);
+  }
+}
+
+TEST(TakingThread, WhatComesDuringARoundIsTakenInTheNext) {
+  std::promise<void> in_first;
+  std::promise<void> go_on;
+  std::promise<void> second;
+  int rounds = 0;
+  TakingThread thread([&]() -> Duration {
+    ++rounds;
+    if (rounds == 1) in_first.set_value(), go_on.get_future().wait();
+    if (rounds == 2) second.set_value();
+    return {};
+  });
+  thread.Wake();
+  in_first.get_future().wait();
+  for (int i = 0; i < 100; ++i) thread.Wake();
+  go_on.set_value();
+  second.get_future().wait();
+  thread.Stop();
+  EXPECT_EQ(rounds, 2);
+}
+
+TEST(TakingThread, NothingRunsAfterStop) {
+  std::atomic<int> rounds = 0;
+  TakingThread thread([&]() -> Duration { return ++rounds, 0ns; });
+  thread.Stop();
+  thread.Wake();
+  EXPECT_EQ(rounds, 0);
 }
 
 }  // namespace

@@ -1,15 +1,20 @@
 // The file: what is written is read back, restarts, room, and files that are none.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <map>
 
 #include "gateway/records/audit/audit_file.h"
+#include "gateway/records/audit/audit_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/gateway/records/audit/fixture.h"
+#include "tests/gateway/records/audit/remembering_log.h"
 
 namespace baudgate::audit {
 namespace {
@@ -287,6 +292,214 @@ TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
   disk.open_error = 0;
   EXPECT_TRUE(Keep(audit, book));
   EXPECT_EQ(ReadAll("/events.db", disk.vfs()).size(), 1U);
+}
+
+// ---------------- Writes that come again and again are one record a minute, and hostile ones never
+// fill the memory.
+
+class RepeatsTest : public ::testing::Test {
+ protected:
+  /// What the file has after all due records went to it.
+  const std::vector<WriteRecord>& Rows() {
+    std::vector<Draft> drafts = book_.Due();
+    for (Draft& draft : drafts) {
+      WriteRecord& record = draft.record;
+      if (record.seq == 0) {
+        record.seq = static_cast<std::int64_t>(rows_.size()) + 1;
+        rows_.emplace_back();
+      }
+      rows_[static_cast<std::size_t>(record.seq) - 1] = record;
+    }
+    book_.OnWritten(drafts);
+    return rows_;
+  }
+  void Add(WriteRecord record) {
+    record.last = kWall + (now_ - kStart);
+    repeats_.Add(std::move(record), now_);
+  }
+
+  AuditBook book_;
+  Repeats repeats_{book_};
+  Instant now_ = kStart;
+  std::vector<WriteRecord> rows_;
+};
+
+TEST_F(RepeatsTest, ASetPointEvery30MsIsARowAMinute) {
+  for (std::int64_t i = 0; i < 4000; ++i, now_ += 30ms) {
+    Add(RouteWrite("192.0.2.5:40312", i));
+    if (i % 33 == 0) repeats_.Tick(now_);
+  }
+  repeats_.Close();
+  const auto& rows = Rows();
+  ASSERT_GE(rows.size(), 2U);
+  ASSERT_LE(rows.size(), 3U);
+  std::uint64_t count = 0;
+  for (const WriteRecord& row : rows) count += row.count;
+  EXPECT_EQ(count, 4000U);
+  EXPECT_EQ(ToText(rows[0].first), "0");
+  EXPECT_EQ(std::get<std::int64_t>(rows[0].value), static_cast<std::int64_t>(rows[0].count) - 1);
+  EXPECT_GT(rows[0].last, rows[0].time + 59s);
+  EXPECT_EQ(ToText(rows.back().value), "3999");
+}
+
+TEST_F(RepeatsTest, TheFirstIsThereAtOnceAndASingleOneIsNoRepeat) {
+  Add(RouteWrite("a", 5));
+  ASSERT_EQ(Rows().size(), 1U);
+  EXPECT_FALSE(HasValue(Rows()[0].first));
+  EXPECT_EQ(Rows()[0].count, 1U);
+}
+
+TEST_F(RepeatsTest, AnotherOutcomeRegisterOrClientIsAnotherRow) {
+  Add(RouteWrite("192.0.2.5:1", 5));
+  Add(RouteWrite("192.0.2.5:2", 5));  // it has connected anew
+  WriteRecord refused = RouteWrite("192.0.2.5:1", 5);
+  refused.end = WriteEnd::refused;
+  Add(refused);
+  WriteRecord other = RouteWrite("192.0.2.5:1", 5);
+  other.point = "06 holding 101";
+  Add(other);
+  Add(RouteWrite("192.0.2.6:1", 5));
+  repeats_.Tick(now_ + 1s);
+  ASSERT_EQ(Rows().size(), 4U);
+  EXPECT_EQ(Rows()[0].count, 2U);
+}
+
+TEST_F(RepeatsTest, ManyAddressesShareOneRecord) {
+  constexpr int kWrites = 10'000;
+  for (int i = 0; i < kWrites; ++i) {
+    WriteRecord denied =
+        WrittenPoint("10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256) + ":502");
+    denied.kind = Kind::denied;
+    denied.end = WriteEnd::denied;
+    Add(denied);
+  }
+  repeats_.Close();
+  const auto& rows = Rows();
+  EXPECT_EQ(rows.size(), Repeats::kMost + 1);
+  std::uint64_t count = 0;
+  for (const WriteRecord& row : rows) count += row.count;
+  EXPECT_EQ(count, static_cast<std::uint64_t>(kWrites)) << "all are counted";
+  EXPECT_EQ(rows.back().client, Repeats::kManyClients);
+  EXPECT_EQ(book_.unwritten(), 0U);
+}
+
+TEST_F(RepeatsTest, AFloodHidesNobodyElse) {
+  for (int i = 0; i < 5000; ++i) {
+    WriteRecord record = RouteWrite("192.0.2.66:" + std::to_string(i), i);
+    record.point = "06 holding " + std::to_string(i);
+    Add(record);
+    record.kind = Kind::denied;
+    record.client = "10.1." + std::to_string(i / 256) + "." + std::to_string(i % 256) + ":1";
+    Add(record);
+  }
+  Add(RouteWrite("192.0.2.5:40312", 7));
+  repeats_.Tick(now_ + 1s);
+  const auto& rows = Rows();
+  EXPECT_EQ(rows.size(), Repeats::kMostOfClient + 1 + Repeats::kMost + 1 + 1);
+  EXPECT_EQ(rows.back().client, "192.0.2.5:40312");
+  EXPECT_EQ(rows.back().point, "06 holding 100");
+  const auto shared = std::ranges::find(rows, Repeats::kManyPoints, &WriteRecord::point);
+  ASSERT_NE(shared, rows.end());
+  EXPECT_EQ(AddressOf(shared->client), "192.0.2.66");
+  EXPECT_EQ(shared->count, 5000U - Repeats::kMostOfClient);
+  repeats_.Tick(now_ + 2min);
+  EXPECT_TRUE(repeats_.empty());
+  Add(RouteWrite("192.0.2.66:1", 7));
+  EXPECT_EQ(Rows().back().point, "06 holding 100") << "it has room again";
+}
+
+TEST_F(RepeatsTest, AddressesLoseTheirPort) {
+  EXPECT_EQ(AddressOf("192.0.2.5:40312"), "192.0.2.5");
+  EXPECT_EQ(AddressOf("[2001:db8::1]:502"), "[2001:db8::1]");
+  EXPECT_EQ(AddressOf("user:root"), "user:root");
+  EXPECT_EQ(AddressOf("/dev/ttyS1"), "/dev/ttyS1");
+}
+
+// ---------------- What a routed write is called, and that each leaves one record whatever becomes
+// of it.
+
+RoutedWrite Write(View pdu) { return {"10.0.0.7:1", "drive", 20, false, pdu, {kStart, kWall}}; }
+
+std::string Said(const Bytes& pdu) {
+  const WriteRecord record = RecordOf(Write(pdu));
+  return record.point + " = " + ToText(record.value);
+}
+
+TEST(RoutedRecord, SaysFunctionAddressAndValues) {
+  EXPECT_EQ(Said({5, 0, 3, 0xFF, 0}), "05 coil 3 = 1");
+  EXPECT_EQ(Said({5, 0, 3, 0, 0}), "05 coil 3 = 0");
+  EXPECT_EQ(Said({6, 0, 100, 1, 2}), "06 holding 100 = 258");
+  EXPECT_EQ(Said({16, 0, 100, 0, 2, 4, 0, 1, 0, 2}), "16 holding 100-101 = 1 2");
+  EXPECT_EQ(Said({16, 0, 100, 0, 1, 2, 0, 9}), "16 holding 100 = 9");
+  EXPECT_EQ(Said({15, 0, 8, 0, 3, 1, 0x05}), "15 coil 8-10 = 1 0 1");
+  EXPECT_EQ(Said({22, 0, 4, 0, 0xF2, 0, 0x25}), "22 holding 4 = and 242 or 37");
+  EXPECT_EQ(Said({23, 0, 3, 0, 6, 0, 14, 0, 1, 2, 0, 255}), "23 holding 14 = 255");
+  EXPECT_EQ(Said({66, 1, 2, 3}), "66 = ");
+  const WriteRecord record = RecordOf(Write(Bytes{6, 0, 1, 0, 0}));
+  EXPECT_EQ(record.line + ", " + record.device, "drive, unit 20");
+}
+
+TEST(RoutedRecord, DamagedRequestsHaveNoValues) {
+  EXPECT_EQ(Said({16, 0, 100, 0, 2, 4, 0, 1}), "16 = ");
+  EXPECT_EQ(Said({23, 0, 3, 0, 6, 0, 14, 0, 200, 2, 0, 255}), "23 = ");
+  EXPECT_EQ(Said({22, 0}), "22 = ");
+  EXPECT_EQ(Said({6}), "06 = ");
+}
+
+TEST(RoutedRecord, OfManyValuesSixteenAreTold) {
+  Bytes pdu = {16, 0, 0, 0, 100, 200};
+  pdu.resize(206, 0);
+  EXPECT_THAT(Said(pdu), HasSubstr("0 0 0 … (100)"));
+}
+
+class WitnessTest : public ::testing::Test {
+ protected:
+  const WriteRecord& After(const RoutedReply& reply, bool broadcast = false) {
+    const Bytes pdu = {6, 0, 1, 0, 2};
+    RoutedWrite write = Write(pdu);
+    write.broadcast = broadcast;
+    Witness::Watch(std::make_shared<Witness>(log_, write), [](RoutedReply) {})(reply);
+    return log_.noted.back();
+  }
+  static RoutedReply Reply(Outcome outcome, bool sent, Bytes pdu = {}) {
+    RoutedReply reply;
+    reply.outcome = outcome;
+    reply.sent = sent;
+    reply.pdu = std::move(pdu);
+    reply.reason = "silence";
+    return reply;
+  }
+  RememberingLog log_;
+};
+
+TEST_F(WitnessTest, TellsWhatIsKnown) {
+  EXPECT_EQ(After(Reply(Outcome::ok, true, {6, 0, 1, 0, 2})).end, WriteEnd::ok);
+  EXPECT_EQ(After(Reply(Outcome::refused, true, {0x86, 2})).end, WriteEnd::refused);
+  EXPECT_THAT(log_.noted.back().reason, HasSubstr("exception 02"));
+  EXPECT_EQ(After(Reply(Outcome::no_reply, true)).end, WriteEnd::unknown);
+  EXPECT_EQ(log_.noted.back().reason, "silence");
+  EXPECT_EQ(After(Reply(Outcome::no_reply, false)).end, WriteEnd::not_sent);
+  EXPECT_EQ(After(Reply(Outcome::ok, true), true).end, WriteEnd::unknown)
+      << "nobody answers a broadcast";
+}
+
+TEST_F(WitnessTest, ADroppedRequestLeavesARecordAndNoSuccess) {
+  const Bytes pdu = {6, 0, 1, 0, 2};
+  { const auto done = Witness::Watch(std::make_shared<Witness>(log_, Write(pdu)), {}); }
+  ASSERT_EQ(log_.noted.size(), 1U);
+  EXPECT_EQ(log_.noted[0].end, WriteEnd::unknown);
+}
+
+TEST_F(WitnessTest, WhatIsNotLetInIsOneRecord) {
+  const Bytes pdu = {6, 0, 1, 0, 2};
+  {
+    const auto witness = std::make_shared<Witness>(log_, Write(pdu));
+    const auto done = Witness::Watch(witness, {});
+    witness->Deny(WriteEnd::busy, "full");
+  }
+  ASSERT_EQ(log_.noted.size(), 1U);
+  EXPECT_EQ(log_.noted[0].end, WriteEnd::busy);
+  EXPECT_EQ(log_.noted[0].kind, Kind::denied);
 }
 
 }  // namespace

@@ -2,10 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/disk/database_file.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <fstream>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "gateway/records/disk/disk.h"
+#include "gateway/records/disk/events_file.h"
+#include "gateway/records/disk/state_folder.h"
 
 namespace baudgate {
 namespace {
@@ -155,6 +163,181 @@ TEST_F(DatabaseFileTest, FramesOfTheLastRoundAreNoLoss) {
   ASSERT_TRUE(made.database->Execute("INSERT INTO t VALUES (1)"));
   ASSERT_GE(frames(), 5u);
   EXPECT_EQ(LogDamage(file()), std::nullopt);
+}
+
+struct ShownDisk {
+  Disk disk = Disk::opening;
+  std::string trouble;
+  WallTime since{};
+};
+
+TEST(DiskCondition, ATroubleIsToldOnceAndItsEndOnce) {
+  const WallTime start(1000s);
+  DiskCondition disk(start);
+  struct Row {
+    Disk disk;
+    std::string trouble;
+    bool begun;
+    std::string ended;
+  };
+  const Row rows[] = {
+      {Disk::fine, "", false, ""},        {Disk::stalled, "late", true, ""},
+      {Disk::stalled, "late", false, ""}, {Disk::failing, "full", false, ""},
+      {Disk::fine, "", false, "full"},    {Disk::fine, "", false, ""},
+      {Disk::failing, "gone", true, ""},  {Disk::fine, "", false, "gone"},
+  };
+  WallTime now = start;
+  for (const Row& row : rows) {
+    now += 1s;
+    const DiskCondition::News news = disk.Set(row.disk, row.trouble, now);
+    EXPECT_EQ(news.begun, row.begun) << row.trouble;
+    EXPECT_EQ(news.ended ? news.ended->trouble : std::string(), row.ended);
+    ShownDisk state;
+    disk.Fill(state);
+    EXPECT_EQ(state.disk, row.disk);
+    EXPECT_EQ(disk.trouble(), row.trouble);
+  }
+}
+
+TEST(DiskCondition, SinceIsThatOfTheDiskAsItIs) {
+  ShownDisk state;
+  DiskCondition disk(WallTime(1s));
+  disk.Set(Disk::failing, "full", WallTime(2s));
+  disk.Set(Disk::failing, "gone", WallTime(3s));
+  disk.Fill(state);
+  EXPECT_EQ(state.since, WallTime(2s));
+  EXPECT_EQ(state.trouble, "gone");
+  const auto news = disk.Set(Disk::fine, "", WallTime(4s));
+  ASSERT_TRUE(news.ended);
+  EXPECT_EQ(news.ended->since, WallTime(2s));
+}
+
+// ---------------- State of a newer baudgate is left alone.
+
+const std::string kNextEvents = std::to_string(kEventsVersion + 1);
+
+class Versions : public ::testing::Test {
+ protected:
+  Versions() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Versions() override { fs::remove_all(folder_); }
+
+  /// A file of a program that knows one version more.
+  void MakeNewer(const std::string& name, std::int64_t application) const {
+    Database database((folder_ / name).string(), Database::Mode::write);
+    EXPECT_TRUE(
+        database.Execute("PRAGMA journal_mode=WAL; CREATE TABLE novel (x); PRAGMA application_id=" +
+                         std::to_string(application) +
+                         "; PRAGMA user_version=" + std::to_string(KnownVersion(application) + 1)));
+  }
+  std::map<std::string, std::string> Files() const {
+    std::map<std::string, std::string> files;
+    for (const auto& one : fs::directory_iterator(folder_)) {
+      std::ostringstream text;
+      text << std::ifstream(one.path(), std::ios::binary).rdbuf();
+      if (one.path().filename() != "lock") files[one.path().filename()] = text.str();
+    }
+    return files;
+  }
+  /// The sentence, and that nothing was changed.
+  void ExpectRefused(const std::string& file, const std::string& versions) const {
+    const auto before = Files();
+    const auto failure = StateFolder(folder_).Open();
+    ASSERT_TRUE(failure);
+    EXPECT_TRUE(failure->in_use) << "it must not start without its state";
+    EXPECT_EQ(failure->text, (folder_ / file).string() + " was written by a newer baudgate (" +
+                                 versions +
+                                 "); nothing was changed. Start the newer one, or give this one "
+                                 "another gateway.state");
+    EXPECT_EQ(Files(), before);
+  }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-versions";
+};
+
+TEST_F(Versions, TodaysAndForeignFilesAreFine) {
+  {
+    OpenedEvents opened = OpenEvents(folder_ / "events.db");
+    ASSERT_TRUE(opened.database) << opened.error;
+    std::ofstream(folder_ / "devices.json") << R"({"version": 1, "devices": []})";
+    std::ofstream(folder_ / "empty.db");
+    std::ofstream(folder_ / "text.db") << std::string(200, 'x');
+    Database foreign((folder_ / "foreign.db").string(), Database::Mode::write);
+    ASSERT_TRUE(foreign.Execute("CREATE TABLE t (x); PRAGMA user_version=99"));
+    EXPECT_EQ(NewerStateIn(folder_), "") << "while it is open, with a log";
+  }
+  EXPECT_FALSE(StateFolder(folder_).Open());
+  EXPECT_EQ(NewerStateIn(folder_ / "none"), "");
+}
+
+TEST_F(Versions, NewerEventsAreLeftAlone) {
+  MakeNewer("events.db", kEventsApplication);
+  ExpectRefused("events.db", "version " + kNextEvents + " of the file, this one knows " +
+                                 std::to_string(kEventsVersion));
+}
+
+TEST_F(Versions, NewerValuesAndTrendsAreLeftAlone) {
+  MakeNewer("values-20261123.db", 0x42477661);
+  ExpectRefused("values-20261123.db", "version 2 of the file, this one knows 1");
+  fs::remove(folder_ / "values-20261123.db");
+  MakeNewer("trends.db", 0x42477472);
+  ExpectRefused("trends.db", "version 2 of the file, this one knows 1");
+}
+
+TEST_F(Versions, NewerFactsOfDevicesAreLeftAlone) {
+  std::ofstream(folder_ / "devices.json") << R"({"version": 2, "novel": []})";
+  ExpectRefused("devices.json", "version 2 of the file, this one knows 1");
+}
+
+/// kill -9 leaves the version in the log alone: the file itself says 0 as yet.
+TEST_F(Versions, ALogThatWasLeftCounts) {
+  const fs::path away = folder_ / "away.db";
+  {
+    Database database(away.string(), Database::Mode::write);
+    ASSERT_TRUE(database.Execute(
+        "PRAGMA journal_mode=WAL; CREATE TABLE novel (x); PRAGMA application_id=" +
+        std::to_string(kEventsApplication) + "; PRAGMA user_version=" + kNextEvents));
+    for (const char* tail : {"", "-wal"}) {
+      fs::copy_file(away.string() + tail, (folder_ / "events.db").string() + tail);
+    }
+  }
+  fs::remove(away);
+  ASSERT_GT(fs::file_size(folder_ / "events.db-wal"), 0U);
+  EXPECT_NE(NewerStateIn(folder_).find("version " + kNextEvents + " of the file"),
+            std::string::npos);
+}
+
+using ::testing::ElementsAre;
+
+TEST(DiskCalls, AResultComesBack) {
+  DiskCalls calls("test", 1min);
+  EXPECT_EQ(calls.Wait([] { return 7; }), 7);
+}
+
+/// Time: a patience of zero never waits.
+TEST(DiskCalls, ADiskThatHangsHoldsNobodyAndNothingIsLost) {
+  std::promise<void> disk;
+  std::vector<int> done;
+  {
+    DiskCalls calls("test", Duration::zero());
+    const auto hang = [&done, answers = disk.get_future().share()](int call) {
+      answers.wait();
+      done.push_back(call);
+      return call;
+    };
+    EXPECT_EQ(calls.Wait([hang] { return hang(1); }), std::nullopt);
+    EXPECT_EQ(calls.Wait([hang] { return hang(2); }), std::nullopt);
+    EXPECT_FALSE(calls.Offer([hang] { hang(3); })) << "another call is under way";
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_EQ(calls.Wait([] { return 4; }), std::nullopt);
+    }
+    disk.set_value();
+    calls.Stop();
+    EXPECT_FALSE(calls.Offer([hang] { hang(5); })) << "it has stopped";
+  }
+  EXPECT_THAT(done, ElementsAre(1, 2));
 }
 
 }  // namespace

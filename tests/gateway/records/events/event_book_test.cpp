@@ -2,6 +2,13 @@
 #include "gateway/records/events/event_book.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "gateway/records/events/event_log.h"
+#include "gateway/records/events/event_queue.h"
+#include "gateway/records/events/event_record.h"
 
 namespace baudgate::events {
 namespace {
@@ -158,6 +165,150 @@ TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
   EXPECT_EQ(book.newest(), 6);
   book.OnOpened(0, {}, {kept});
   EXPECT_TRUE(book.alarms().empty()) << "what it knows itself goes before";
+}
+
+using config::EventState;
+
+constexpr WallTime kHappened = WallTime(std::chrono::hours(498'000)) + 12s;
+
+config::Device Relay() {
+  config::Device device;
+  device.name = "feeder-1";
+  device.event_texts = {{std::nullopt, 1, EventState::on, "stage I> started"},
+                        {2, 1, EventState::off, "blocking released"},
+                        {std::nullopt, 51, EventState::message, "event register overflow"}};
+  return device;
+}
+
+TEST(EventRecord, HasTheWordsOfTheProfile) {
+  const SaidTime said{11s, 1min};
+  const EventBatch batch{
+      {{0, 1, said, ""}, {2, 1, said, ""}, {3, 51, said, "7"}, {0, 9, said, ""}, {0, 0, {}, "?"}},
+      {},
+      "",
+      false,
+      false};
+  const auto records = RecordsOf(batch, "bay-1", Relay(), kHappened, 2s);
+  ASSERT_EQ(records.size(), 5U);
+  EXPECT_EQ(records[0].line, "bay-1");
+  EXPECT_EQ(records[0].device, "feeder-1");
+  EXPECT_EQ(records[0].received, kHappened);
+  EXPECT_EQ(records[0].device_time, kHappened - 1s);
+  EXPECT_EQ(records[0].clock, ClockQuality::device);
+  EXPECT_EQ(records[0].text, "stage I> started");
+  EXPECT_EQ(records[0].state, EventState::on);
+  EXPECT_EQ(records[1].text, "blocking released") << "of its channel";
+  EXPECT_EQ(records[1].state, EventState::off);
+  EXPECT_EQ(records[2].text, "event register overflow: 7");
+  EXPECT_EQ(records[3].text, "") << "not in the table";
+  EXPECT_EQ(records[3].code, 9U);
+  EXPECT_EQ(records[3].state, EventState::message);
+  EXPECT_EQ(records[4].text, "?") << "what cannot be read";
+  EXPECT_EQ(records[4].clock, ClockQuality::none);
+  EXPECT_EQ(records[4].device_time, kHappened);
+}
+
+TEST(EventRecord, MarksItsAlarm) {
+  config::Device relay = Relay();
+  relay.event_texts[0].alarm = config::AlarmPriority::high;
+  relay.event_texts[0].until = 2;
+  relay.event_texts[2].alarm = config::AlarmPriority::low;
+  const EventBatch batch{
+      {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, {}, "", false, false};
+  const auto records = RecordsOf(batch, "bay-1", relay, kHappened, {});
+  EXPECT_EQ(records[0].mark.step, AlarmMark::Step::raise);
+  EXPECT_EQ(records[0].mark.priority, config::AlarmPriority::high);
+  EXPECT_EQ(records[0].subject, "0:1");
+  EXPECT_EQ(records[1].mark.step, AlarmMark::Step::clear);
+  EXPECT_EQ(records[1].subject, "3:1") << "of its channel";
+  EXPECT_EQ(records[2].mark.step, AlarmMark::Step::pulse) << "it has no end";
+  EXPECT_EQ(records[3].mark.step, AlarmMark::Step::none) << "that of the channel is another";
+}
+
+TEST(EventRecord, CutsNoCharacterInTwo) {
+  std::string text = std::string(kLongestText - 1, 'x') + "é";
+  Shorten(text);
+  EXPECT_EQ(text.size(), kLongestText - 1);
+}
+
+TEST(EventRecord, CutsLongTexts) {
+  const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, {}, "", false, false};
+  EXPECT_EQ(RecordsOf(batch, "l", Relay(), kHappened, {})[0].text.size(), kLongestText);
+}
+
+// ---------------- The rounds of the writing thread alone: what a round that fails leaves for the
+// next one.
+
+class EventRoundsTest : public ::testing::Test {
+ protected:
+  EventRoundsTest() {
+    rounds_.OnOpened({.ok = true});
+    EventRounds::Round first = rounds_.Take();
+    rounds_.Done(first, {});
+  }
+  static LogOptions OptionsAt(const Instant& now) {
+    LogOptions options;
+    options.file = "/events.db";
+    options.sources = {{"bay-1", "feeder-1"}};
+    options.clocks = [&now] { return Now{now, {}}; };
+    options.warn = options.inform = [](const std::string&) {};
+    return options;
+  }
+  void Add(const std::string& said) {
+    queue_.Add({.source = 0, .said = said, .events = {{}}, .line = "bay-1", .device = "feeder-1"});
+  }
+
+  Instant now_{1h};
+  const LogOptions options_ = OptionsAt(now_);
+  PendingEvents pending_{options_, [] {}};
+  EventRounds rounds_{options_, pending_};
+  EventQueue queue_{options_, pending_};
+};
+
+/// Its device would be asked for more, and would throw away what is not on the disk.
+TEST_F(EventRoundsTest, ABatchIsKeptOnlyByARoundThatSucceeds) {
+  Add("a");
+  EventRounds::Round fails = rounds_.Take();
+  EXPECT_THAT(rounds_.Done(fails, Error{"it is full"}), IsEmpty());
+  EventRounds::Round next = rounds_.Take();
+  ASSERT_EQ(next.batches.size(), 1U);
+  EXPECT_EQ(next.batches[0].said, "a");
+  EXPECT_THAT(rounds_.Done(next, {}), ElementsAre(0U));
+}
+
+TEST_F(EventRoundsTest, ADiskThatFailsIsLeftInPeaceForASecond) {
+  Add("a");
+  ASSERT_TRUE(rounds_.Begin());
+  EventRounds::Round round = rounds_.Take();
+  rounds_.Done(round, Error{"it is full"});
+  EXPECT_FALSE(rounds_.Begin());
+  EXPECT_EQ(rounds_.NextRound(), now_ + 1s);
+  now_ += 1s;
+  EXPECT_TRUE(rounds_.Begin());
+}
+
+// ---------------- When events are written timer.
+
+constexpr Instant kNow = Instant() + 1h;
+
+TEST(RoundTimerTest, WaitsOnlyForADiskThatFailsOrForWork) {
+  RoundTimer timer;
+  EXPECT_EQ(timer.At(false, true, {}), kWhenWoken);
+  EXPECT_LE(timer.At(false, false, {}), kNow) << "there is work";
+  timer.Rest(kNow + 1s);
+  EXPECT_EQ(timer.At(true, false, {}), kNow + 1s) << "the disk is left in peace";
+  EXPECT_LE(timer.At(false, false, {}), kNow) << "it works again";
+}
+
+TEST(RoundTimerTest, TheEarliestLookCounts) {
+  RoundTimer timer;
+  timer.Look(kNow + 2s);
+  timer.Look(kNow + 1s);
+  timer.Look(kNow + 3s);
+  EXPECT_EQ(timer.At(false, true, {}), kNow + 1s);
+  EXPECT_EQ(timer.At(false, true, kNow + 500ms), kNow + 500ms) << "what was left out is told first";
+  timer.Begin();
+  EXPECT_EQ(timer.At(false, true, kNow + 4s), kNow + 4s);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <fstream>
+#include <future>
 
 #include "gateway/records/audit/audit_log.h"
 #include "tests/gateway/records/events/event_log_fixture.h"
@@ -231,6 +232,308 @@ TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
   const auto page = ReadPage(file(), {});
   ASSERT_TRUE(page) << page.error();
   EXPECT_EQ(page->records.size(), 2U);
+}
+
+// ---------------- Alarms while their disk works, fails and hangs; who has seen them, and which the
+// configuration still has.
+
+EventRecord Raised(const std::string& name) {
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-1";
+  record.text = record.subject = name;
+  record.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+  return record;
+}
+Watched Only(const std::string& name,
+             config::AlarmPriority priority = config::AlarmPriority::high) {
+  return [=](const Alarm& alarm) {
+    return alarm.name == name ? std::optional(priority) : std::nullopt;
+  };
+}
+Acknowledged Ack(EventLog& log, const AckQuery& query) {
+  std::promise<Acknowledged> done;
+  log.Acknowledge(query, [&done](const Acknowledged& told) { done.set_value(told); });
+  return done.get_future().get();
+}
+
+std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
+  std::vector<std::string> alarms;
+  for (const std::string& line : heard) {
+    if (line.starts_with("alarm: ")) alarms.push_back(line.substr(7));
+  }
+  return alarms;
+}
+
+/// The disk that fails is an alarm itself: it must not wait for that disk. Each change is told
+/// once, whenever it is kept.
+TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->queue().Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.write_error = SQLITE_FULL;
+  log->queue().Tell(Raised("disk"));
+  while (log->Alarms().empty()) std::this_thread::yield();
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "");
+  while (log->Alarms()[0].state != AlarmState::acknowledged) std::this_thread::yield();
+  while (AlarmsIn(heard()).size() < 2) std::this_thread::yield();
+  disk.write_error = 0;
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  log->queue().Tell(Raised("next"));
+  while (AlarmsIn(heard()).size() < 3) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()),
+              ElementsAre("disk raised active", "disk acknowledged", "next raised active"));
+  EXPECT_EQ(log->Alarms().size(), 2U);
+}
+
+TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->queue().Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.Hang(true);
+  log->queue().Tell(Raised("first"));
+  disk.WaitUntilItHangs();
+  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
+  log->queue().Tell(Raised("second"));
+  log->Watch();
+  EXPECT_EQ(log->state().disk, Disk::stalled);
+  EXPECT_EQ(log->state().alarms_active, 2U);
+  EXPECT_THAT(heard(), Contains(HasSubstr("warn: events: the disk does not answer in time")));
+  EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "") << "nobody waits for it";
+  log->Watch();
+  disk.Hang(false);
+  while (log->state().disk != Disk::fine || log->state().waiting > 0) std::this_thread::yield();
+  log->queue().Tell(Raised("third"));
+  while (AlarmsIn(heard()).size() < 5) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()),
+              ElementsAre("first raised active", "second raised active", "first acknowledged",
+                          "second acknowledged", "third raised active"))
+      << "each once";
+}
+
+TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
+  const auto log = Start({});
+  log->queue().Tell(Raised("disk"));
+  while (log->Alarms().empty()) std::this_thread::yield();
+  while (AlarmsIn(heard()).empty()) std::this_thread::yield();
+  EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk raised active"));
+}
+
+TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
+  const AckQuery of_device{.line = "bay-1", .device = "feeder-1", .by = "user:anna"};
+  {
+    const auto log = Start(file());
+    log->queue().Tell(Raised("a"));
+    log->queue().Tell(Raised("b"));
+    while (log->state().newest < 2) std::this_thread::yield();
+    EXPECT_EQ(log->state().alarms_active, 2U);
+    EXPECT_EQ(log->state().alarms_unacknowledged, 2U);
+    const Acknowledged one = Ack(*log, {.seq = 1, .by = "user:bob"});
+    EXPECT_EQ(one.alarms, 1U);
+    EXPECT_EQ(one.trouble, "");
+    EXPECT_EQ(log->state().newest, 3) << "it is on the disk when it is told";
+    EXPECT_EQ(log->state().alarms_unacknowledged, 1U);
+    EXPECT_EQ(Texts(*log).back(), "acknowledged by user:bob: a");
+    EXPECT_EQ(Ack(*log, {.seq = 1}).alarms, 0U);
+  }
+  const auto log = Start(file());
+  EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
+  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  EXPECT_EQ(Ack(*log, of_device).alarms, 1U);
+  const auto alarms = log->Alarms();
+  ASSERT_EQ(alarms.size(), 2U);
+  EXPECT_EQ(alarms[0].name, "a");
+  EXPECT_EQ(alarms[0].by, "user:bob");
+  EXPECT_EQ(alarms[1].by, "user:anna");
+  EXPECT_EQ(alarms[1].state, AlarmState::acknowledged);
+  EXPECT_EQ(alarms[1].priority, config::AlarmPriority::high);
+  std::filesystem::remove(file());
+  log->queue().Tell(Raised("c"));
+  while (log->state().newest < 5) std::this_thread::yield();
+  Database database(file().string(), Database::Mode::read);
+  EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
+}
+
+TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
+  {
+    const auto log = Start(file());
+    log->queue().Tell(Raised("a"));
+    log->queue().Tell(Raised("b"));
+  }
+  watches_ = Only("b");
+  const auto log = Start(file());
+  while (log->state().newest < 3) std::this_thread::yield();
+  EXPECT_EQ(Texts(*log).back(), "not in the configuration any more: a");
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
+}
+
+TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
+  const auto log = Start(file());
+  log->queue().Tell(Raised("a"));
+  log->queue().Tell(Raised("b"));
+  while (log->state().newest < 2) std::this_thread::yield();
+  log->queue().Tell(Raised("c"));  // maybe not on the disk yet
+  log->queue().Renumber({{"bay-1", "feeder-1"}}, Only("b"));
+  while (log->state().newest < 5) std::this_thread::yield();
+  EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
+                                       "not in the configuration any more: c"));
+  EXPECT_EQ(log->state().alarms_active, 1U);
+  EXPECT_EQ(log->state().alarms_unacknowledged, 3U);
+}
+
+TEST_F(EventLogTest, AChangedPriorityReachesAnActiveAlarm) {
+  const auto log = Start(file());
+  log->queue().Tell(Raised("a"));
+  while (log->state().newest < 1) std::this_thread::yield();
+  log->queue().Renumber({{"bay-1", "feeder-1"}}, Only("a", config::AlarmPriority::low));
+  while (log->state().newest < 2) std::this_thread::yield();
+  EXPECT_THAT(Texts(*log), ElementsAre("a", "priority low, was high: a"));
+  const auto alarms = log->Alarms();
+  ASSERT_EQ(alarms.size(), 1U);
+  EXPECT_EQ(alarms[0].priority, config::AlarmPriority::low);
+  EXPECT_EQ(alarms[0].state, AlarmState::active);
+  EXPECT_EQ(alarms[0].text, "a") << "that of the event that raised it";
+}
+
+TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs());
+  log->queue().Tell(Raised("a"));
+  while (log->state().newest < 1) std::this_thread::yield();
+  disk.write_error = SQLITE_FULL;
+  const Acknowledged done = Ack(*log, {.seq = 1});
+  EXPECT_EQ(done.alarms, 1U);
+  EXPECT_THAT(done.trouble, HasSubstr("full"));
+  disk.write_error = 0;
+  while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
+}
+
+// ---------------- What outputs get of the events: from memory, and from the file where they have
+// been away.
+
+TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
+  const auto begin = [this] {
+    feed_ = std::make_shared<EventFeed>(FeedLimits{.events = 10});
+    cursors_ = std::make_shared<CursorBook>(std::set<std::string>{"dds"});
+  };
+  begin();
+  const auto take = [this](std::int64_t after) {
+    for (;;) {
+      if (auto events = feed_->Take(after, 100); !events.empty()) return events;
+      std::this_thread::yield();
+    }
+  };
+  {
+    const auto log = Start(file());
+    Batch batch = BatchOf(0, "a");
+    for (int i = 0; i < 499; ++i) batch.events.push_back(batch.events.front());
+    log->queue().Add(batch);
+    AwaitKept(1);
+    EXPECT_EQ(take(495).size(), 5U);
+    const auto read = take(20);
+    ASSERT_EQ(read.size(), 100U);
+    EXPECT_EQ(read.front().record.seq, 21);
+    EXPECT_EQ(read.back().source, 0U);
+    EXPECT_EQ(take(120).back().record.seq, 220) << "of the same page";
+    EXPECT_EQ(take(220).back().record.seq, 320);
+    cursors_->Set("dds", {320, true});
+    EXPECT_EQ(log->state().consumers.front().lost, 0);
+  }
+  begin();
+  const auto log = Start(file());
+  while (!cursors_->Of("dds")) std::this_thread::yield();
+  EXPECT_EQ(cursors_->Of("dds"), (Cursor{320, true}));
+  EXPECT_EQ(take(320).front().record.seq, 321);
+  // A file that lacks what he has not had.
+  std::filesystem::remove(file());
+  log->queue().Add(BatchOf(0, "b"));
+  AwaitKept(2);
+  EXPECT_EQ(take(330).front().record.seq, 492) << "what is in memory";
+  EXPECT_EQ(log->state().oldest, 501);
+  ASSERT_EQ(log->state().consumers.size(), 1U);
+  EXPECT_EQ(log->state().consumers[0].lost, 180);
+  cursors_->Set("dds", {501, false});
+  for (Database database(file().string(), Database::Mode::read);;) {
+    if (ToText(database.First("SELECT seq FROM event_cursors")) == "501") break;
+    std::this_thread::yield();
+  }
+}
+
+TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
+  auto log = Start(file(), {}, {}, true);
+  log->queue().Started("1");
+  log->queue().End(1h);
+  EXPECT_EQ(Fed(), (std::vector<std::string>{"baudgate 1 has started", "the gateway ends"}));
+  log.reset();
+  EXPECT_EQ(Fed().size(), 2U);
+  feed_ = std::make_shared<EventFeed>();
+  Start(file(), {}, {}, true)->queue().Started("2");
+  EXPECT_EQ(Fed().back(), "the gateway ends") << "also where nobody asked for it before";
+}
+
+TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
+  FaultyDisk disk;
+  disk.write_error = SQLITE_FULL;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->queue().Started("1");
+  log->queue().End(1h);
+  EXPECT_TRUE(Fed().empty());
+  disk.write_error = 0;
+}
+
+TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
+  const auto log = Start(file(), {}, {}, true);
+  log->queue().Started("1");
+  EventRecord record;
+  record.line = "bay-1";
+  record.device = "feeder-2";
+  record.text = "does not answer";
+  log->queue().Tell(record);
+  while (Fed().size() < 2) std::this_thread::yield();
+  const auto fed = feed_->Take(0, 10);
+  EXPECT_EQ(fed[0].source, kGateway);
+  EXPECT_EQ(fed[1].source, 1U);
+  EXPECT_EQ(fed[1].record.text, "does not answer");
+}
+
+/// A reload gives a device another number while its batch is being written.
+TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
+  FaultyDisk disk;
+  const auto log = Start("/events.db", disk.vfs(), {}, true);
+  log->queue().Add(BatchOf(0, "a"));
+  AwaitKept(1);
+  disk.Hang(true);
+  log->queue().Add(BatchOf(1, "12.345 E1"));
+  EventRecord own;
+  own.line = "bay-1";
+  own.device = "feeder-2";
+  log->queue().Tell(own);
+  disk.WaitUntilItHangs();
+  log->queue().Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-1"}, {"bay-1", "feeder-2"}}, {});
+  disk.Hang(false);
+  AwaitKept(2);
+  while (Fed().size() < 3) std::this_thread::yield();
+  EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
+  EXPECT_EQ(feed_->Show(3, 0, 7).events.size(), 2U);
+  EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
+}
+
+/// One reload takes a device out, and a later one brings it back.
+TEST_F(EventLogTest, FindsADeviceThatComesBackByItsName) {
+  const auto log = Start(file());
+  log->queue().Add(BatchOf(1, "12.345 E1"));
+  AwaitKept(1);
+  log->queue().Renumber({{"", ""}, {"", ""}}, {});
+  EXPECT_EQ(feed_->Take(0, 1).front().source, kGateway) << "not configured";
+  log->queue().Renumber({{"", ""}, {"", ""}, {"bay-1", "feeder-2"}}, {});
+  EXPECT_EQ(log->queue().said(2), "12.345 E1");
+  EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
+  EXPECT_EQ(feed_->Take(0, 1).front().source, 2U);
 }
 
 }  // namespace

@@ -1,12 +1,16 @@
 // What meters have kept themselves, in events.db: written with what its source has said, in one
 // transaction, read back page by page, and the same behind hundreds of power cuts.
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
 #include <random>
 
+#include "gateway/records/events/event_book.h"
 #include "gateway/records/events/event_file.h"
+#include "gateway/records/events/event_record.h"
+#include "gateway/records/events/own_records.h"
 #include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 #include "tests/support/long_run.h"
@@ -180,6 +184,231 @@ TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
     kept += promised;
   }
   EXPECT_GT(kept, static_cast<std::int64_t>(10 * LongRun(60))) << "else it shows little";
+}
+
+// ---------------- Seconds of a minute become a time: over the borders of minute, hour and year,
+// and what cannot be known.
+
+using namespace std::chrono;  // NOLINT: dates read like dates
+
+WallTime At(sys_days day, Duration time) { return WallTime(day) + time; }
+const sys_days kDay = 2026y / 11 / 23;
+const sys_days kNewYear = 2027y / 1 / 1;
+
+std::optional<SaidTime> Seconds(Duration time) { return SaidTime{time, 1min}; }
+
+PlacedTime PlaceOne(Duration said, WallTime received, std::optional<Duration> oldest) {
+  return Place({Seconds(said)}, received, oldest).front();
+}
+
+struct Case {
+  const char* name;
+  Duration said;
+  WallTime received;
+  std::optional<Duration> oldest;
+  WallTime time;
+  ClockQuality quality;
+};
+
+TEST(PlacedTime, IsCompletedFromWhenItWasHeard) {
+  using Q = ClockQuality;
+  const Case cases[] = {
+      {"within the minute", 12'345ms, At(kDay, 10h + 13s), 1s, At(kDay, 10h + 12'345ms), Q::device},
+      {"at once", 13s, At(kDay, 10h + 13s), 0s, At(kDay, 10h + 13s), Q::device},
+      {"the minute before", 59'900ms, At(kDay, 10h + 5min + 300ms), 1s,
+       At(kDay, 10h + 4min + 59'900ms), Q::device},
+      {"the hour before", 59'999ms, At(kDay, 10h), 2s, At(kDay, 10h - 1ms), Q::device},
+      {"the year before", 59'999ms, At(kNewYear, 1ms), 1s, At(kNewYear, -1ms), Q::device},
+      {"its clock is ahead", 13'900ms, At(kDay, 10h + 12s), 1s, At(kDay, 10h + 13'900ms),
+       Q::device},
+      {"ahead over the minute", 500ms, At(kDay, 10h - 1s), 1s, At(kDay, 10h + 500ms), Q::device},
+      {"its clock is behind", 9'100ms, At(kDay, 10h + 12s), 1s, At(kDay, 10h + 9'100ms), Q::device},
+      {"too far ahead", 15s, At(kDay, 10h + 12s), 1s, At(kDay, 10h - 45s), Q::out_of_step},
+      {"too far behind", 5s, At(kDay, 10h + 12s), 1s, At(kDay, 10h + 5s), Q::out_of_step},
+      {"half a minute away", 42s, At(kDay, 10h + 12s), 1s, At(kDay, 10h - 18s), Q::out_of_step},
+      {"asked after 50 s", 20s, At(kDay, 10h + 12s), 53s, At(kDay, 10h - 40s), Q::device},
+      {"asked after a minute", 10s, At(kDay, 10h + 12s), 61s, At(kDay, 10h + 10s),
+       Q::minute_guessed},
+      {"asked after a minute, and but one fits", 40s, At(kDay, 10h + 12s), 61s, At(kDay, 10h - 20s),
+       Q::device},
+      {"after a start", 10s, At(kDay, 10h + 12s), std::nullopt, At(kDay, 10h + 10s),
+       Q::minute_guessed},
+      {"before 1970", 59s, WallTime(Duration(30s)), 40s, WallTime(Duration(-1s)), Q::device},
+  };
+  for (const Case& one : cases) {
+    const PlacedTime placed = PlaceOne(one.said, one.received, one.oldest);
+    EXPECT_EQ(FormatWallTime(placed.time), FormatWallTime(one.time)) << one.name;
+    EXPECT_EQ(placed.time, one.time) << one.name;
+    EXPECT_EQ(Name(placed.quality), Name(one.quality)) << one.name;
+  }
+}
+
+/// An event between two looks of 1 s, and up to 2 s until the reply is through.
+TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
+  for (const WallTime border : {At(kDay, 10h), At(kDay, 10h + 1min), At(kNewYear, 0s)}) {
+    for (Duration before = -61s; before <= 61s; before += 97ms) {
+      for (const Duration delay : {0ms, 1ms, 300ms, 999ms, 2'000ms}) {
+        const WallTime happened = border + before;
+        const Duration said = happened.time_since_epoch() % 1min;
+        const PlacedTime placed = PlaceOne(said, happened + delay, delay + 1s);
+        ASSERT_EQ(placed.time, happened) << before.count() << " " << delay.count();
+        ASSERT_EQ(placed.quality, ClockQuality::device);
+      }
+    }
+  }
+}
+
+TEST(PlacedTime, OfABatchKeepsItsOrder) {
+  // 59.900 came before 00.100, so that it is not of the minute that has just begun.
+  const auto placed =
+      Place({Seconds(59'900ms), Seconds(100ms), Seconds(100ms)}, At(kDay, 10h + 58s), {});
+  EXPECT_EQ(placed[0].time, At(kDay, 10h - 100ms));
+  EXPECT_EQ(placed[1].time, At(kDay, 10h + 100ms));
+  EXPECT_EQ(placed[2].time, At(kDay, 10h + 100ms));
+  // Over several minutes: 30, 20, 10 took two of them at least.
+  const auto long_ago = Place({Seconds(30s), Seconds(20s), Seconds(10s)}, At(kDay, 10h + 12s), {});
+  EXPECT_EQ(long_ago[0].time, At(kDay, 10h - 90s));
+  EXPECT_EQ(long_ago[1].time, At(kDay, 10h - 40s));
+  EXPECT_EQ(long_ago[2].time, At(kDay, 10h + 10s));
+  EXPECT_EQ(long_ago[0].quality, ClockQuality::minute_guessed);
+  // A clock that is set back by a second does not make an event a minute older.
+  const auto set_back = Place({Seconds(11s), Seconds(10s)}, At(kDay, 10h + 12s), 3s);
+  EXPECT_EQ(set_back[0].time, At(kDay, 10h + 11s));
+  EXPECT_EQ(set_back[1].time, At(kDay, 10h + 10s));
+}
+
+TEST(PlacedTime, OfNothingSaidIsWhenItWasHeard) {
+  const auto placed = Place({std::nullopt, Seconds(11s)}, At(kDay, 10h + 12s), 3s);
+  EXPECT_EQ(placed[0].time, At(kDay, 10h + 12s));
+  EXPECT_EQ(placed[0].quality, ClockQuality::none);
+  EXPECT_EQ(placed[1].quality, ClockQuality::device);
+}
+
+TEST(PlacedTime, OfAWholeDateIsThatDate) {
+  const WallTime date = At(kDay, 9h);
+  const auto placed = Place({SaidTime{date.time_since_epoch(), {}}}, At(kDay, 10h), 1s);
+  EXPECT_EQ(placed[0].time, date);
+  EXPECT_EQ(placed[0].quality, ClockQuality::device);
+}
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+EventRecord Port(const std::string& line, const std::string& text) {
+  EventRecord record;
+  record.line = line;
+  record.code = CodeOf(OwnCode::port_down);
+  record.text = text;
+  return record;
+}
+
+class SharesTest : public ::testing::Test {
+ protected:
+  bool Take(const std::string& line, const std::string& text = "", bool room = true) {
+    return shares_.Take(Port(line, text), room, now_.instant);
+  }
+  void Pass(Duration time) {
+    now_.instant += time;
+    now_.wall += time;
+  }
+  int Taken(const std::string& line, int events) {
+    int taken = 0;
+    for (int i = 0; i < events; ++i) taken += Take(line, std::to_string(i)) ? 1 : 0;
+    return taken;
+  }
+  void Keep(const std::string& line, int events) {
+    for (int i = 0; i < events; ++i) shares_.OnKept(Port(line, ""));
+  }
+
+  Now now_{Instant() + 1h, WallTime() + 1h};
+  Shares shares_;
+};
+
+TEST_F(SharesTest, OfOneAreNotTakenFromAnother) {
+  EXPECT_EQ(Taken("a", 1000), Shares::kAtOnce);
+  EXPECT_EQ(Taken("b", 5), 5);
+  EXPECT_EQ(shares_.left_out(), 1000U - Shares::kAtOnce);
+}
+
+TEST_F(SharesTest, TellHowManyAndTheLast) {
+  Taken("a", 40);
+  Keep("a", Shares::kAtOnce);
+  EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
+  ASSERT_EQ(shares_.NextAt(), now_.instant + Shares::kSettles);
+  Pass(Shares::kSettles);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].code, CodeOf(OwnCode::left_out));
+  EXPECT_EQ(told[0].line, "a");
+  EXPECT_THAT(told[0].text, HasSubstr("19 events"));
+  EXPECT_EQ(told[1].code, CodeOf(OwnCode::port_down));
+  EXPECT_EQ(told[1].text, "39");
+  EXPECT_EQ(shares_.NextAt(), std::nullopt);
+  EXPECT_FALSE(Take("a"));
+  EXPECT_EQ(shares_.NextAt(), now_.instant + 2 * Shares::kSettles);
+  Pass(2 * Shares::kSettles);
+  EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
+}
+
+/// Every 2.5 s for an hour: more and more seldom, at last one a minute and a few.
+TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
+  Taken("a", Shares::kAtOnce);
+  Keep("a", Shares::kAtOnce);
+  std::size_t told = 0;
+  for (Duration passed{}; passed < 1h; passed += 2500ms) {
+    if (Take("a")) {
+      ++told;
+      Keep("a", 1);
+    }
+    Pass(2500ms);
+    for (const EventRecord& one : shares_.TakeLeftOut(now_)) {
+      told += one.code == CodeOf(OwnCode::port_down) ? 1 : 0;
+      Keep("a", 1);
+    }
+  }
+  EXPECT_LE(told, 65U);
+}
+
+/// That some were left out is no alarm, whatever they were.
+TEST_F(SharesTest, WhatWasLeftOutRaisesNothing) {
+  EventRecord flaps = Port("a", "on");
+  flaps.subject = "a above 5";
+  flaps.record = "trip";
+  flaps.mark = {.step = AlarmMark::Step::raise, .priority = config::AlarmPriority::high};
+  for (int i = 0; i < 40; ++i) shares_.Take(flaps, true, now_.instant);
+  Pass(Shares::kEach);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[0].mark.step, AlarmMark::Step::none);
+  EXPECT_EQ(told[0].record, "");
+  EXPECT_EQ(told[1].mark.step, AlarmMark::Step::raise);
+}
+
+TEST_F(SharesTest, AreAllToldAtTheEnd) {
+  Taken("a", 40);
+  EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
+  const auto told = shares_.TakeLeftOut(now_, true);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1].text, "39");
+}
+
+TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
+  EXPECT_EQ(Taken("a", Shares::kAtOnce), Shares::kAtOnce);
+  Keep("a", Shares::kAtOnce);
+  Pass(Shares::kAtOnce * Shares::kEach);
+  EXPECT_EQ(Taken("a", 100), Shares::kAtOnce);
+}
+
+/// While the disk fails nothing is kept, however long: memory has an end.
+TEST_F(SharesTest, WaitInBoundedMemory) {
+  int taken = 0;
+  for (int minute = 0; minute < 10'000; ++minute, Pass(Shares::kEach)) taken += Take("a") ? 1 : 0;
+  EXPECT_EQ(taken, Shares::kAtOnce);
+  EXPECT_FALSE(Take("b", "last", false)) << "no room for anybody";
+  Keep("a", Shares::kAtOnce);
+  const auto told = shares_.TakeLeftOut(now_);
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(told[2].text, "last");
 }
 
 }  // namespace

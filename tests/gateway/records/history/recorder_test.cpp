@@ -3,6 +3,11 @@
 #include "gateway/records/history/recorder.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "gateway/records/history/batch.h"
 
 namespace baudgate::history {
 namespace {
@@ -187,6 +192,117 @@ TEST_F(RecorderTest, SpansAreOfEveryReading) {
   EXPECT_EQ(out_.trends[1].width, kHour);
   EXPECT_EQ(out_.trends[1].trend.count, 90);
   EXPECT_EQ(out_.runs.back().until, kBegin + 90 * kSecond);
+}
+
+// ---------------- Which readings are kept.
+
+constexpr LogRule kPlain{};
+const LogRule kHalf{.deadband = 0.5};
+constexpr LogRule kEvery{.every = true};
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+const Quality kGood = Quality::good;
+const Quality kOld = Quality::uncertain_last_usable;
+const Quality kSilent = Quality::bad_communication;
+const Quality kOpen = {Quality::bad_sensor_failure, Reason::open_sensor};
+
+struct Row {
+  const char* why;
+  LogRule rule;
+  Value from;
+  Quality was;
+  Value to;
+  Quality is;
+  Millis later;
+  bool kept;
+};
+
+const Row kRows[] = {
+    {"the same", kPlain, 1.0, kGood, 1.0, kGood, 1000, false},
+    {"any change", kPlain, 1.0, kGood, 1.0000001, kGood, 1000, true},
+    {"within the deadband", kHalf, 10.0, kGood, 10.4, kGood, 1000, false},
+    {"just the deadband", kHalf, 10.0, kGood, 10.5, kGood, 1000, false},
+    {"beyond it", kHalf, 10.0, kGood, 10.6, kGood, 1000, true},
+    {"beyond it, downwards", kHalf, 10.0, kGood, 9.4, kGood, 1000, true},
+    {"whole numbers, too", kHalf, std::int64_t{1}, kGood, std::int64_t{2}, kGood, 1000, true},
+    {"a switch within a deadband", LogRule{.deadband = 2}, false, kGood, true, kGood, 1000, false},
+    {"text has no deadband", kHalf, std::string("a"), kGood, std::string("b"), kGood, 1000, true},
+    {"the same text", kHalf, std::string("a"), kGood, std::string("a"), kGood, 1000, false},
+    {"from infinite to itself", kHalf, kInfinite, kGood, kInfinite, kGood, 1000, false},
+    {"from infinite", kHalf, kInfinite, kGood, 1.0, kGood, 1000, true},
+    {"quality within the deadband", kHalf, 1.0, kGood, 1.0, kOld, 1, true},
+    {"quality back", kHalf, 1.0, kOld, 1.0, kGood, 1, true},
+    {"another reason", kHalf, Value(), kSilent, Value(), kOpen, 1, true},
+    {"bad as before", kPlain, Value(), kSilent, Value(), kSilent, 1000, false},
+    {"before max_gap", kPlain, 1.0, kGood, 1.0, kGood, 10 * kMinute - 1, false},
+    {"at max_gap", kPlain, 1.0, kGood, 1.0, kGood, 10 * kMinute, true},
+    {"bad at max_gap", kPlain, Value(), kSilent, Value(), kSilent, 10 * kMinute, true},
+    {"every reading", kEvery, 1.0, kGood, 1.0, kGood, 1, true},
+};
+
+TEST(LogRule, Table) {
+  for (const Row& row : kRows) {
+    const Entry last{5000, row.from, row.was};
+    const Entry now{5000 + row.later, row.to, row.is};
+    EXPECT_EQ(IsKept(row.rule, &last, now), row.kept) << row.why;
+    EXPECT_TRUE(IsKept(row.rule, nullptr, now)) << row.why;
+  }
+}
+
+// ---------------- Values that wait for the disk: the numbers of their runs, and how many of them
+// may wait.
+
+using testing::IsEmpty;
+using testing::SizeIs;
+
+Batch Of(std::int64_t run, Millis began, Millis until, std::vector<Millis> times) {
+  Batch batch;
+  batch.runs = {{.number = run, .began = began, .until = until}};
+  for (const Millis time : times) {
+    batch.samples.push_back({.run = run, .entry = {.time = time, .value = 1.0}});
+  }
+  return batch;
+}
+
+TEST(PendingValues, ContinueTheRunsOfTheFiles) {
+  PendingValues pending;
+  EXPECT_FALSE(pending.has_begun());
+  pending.Begin(40);
+  pending.Add(Of(1, 100, 200, {100}));
+  ASSERT_THAT(pending.batch().runs, SizeIs(1));
+  EXPECT_EQ(pending.batch().runs[0].number, 41);
+  EXPECT_EQ(pending.batch().samples[0].run, 41);
+  EXPECT_FALSE(pending.TakeLost());
+}
+
+TEST(PendingValues, BeginAnotherRunWhereTheFileOfTheFirstIsLost) {
+  PendingValues pending;
+  pending.Begin(40);
+  pending.Add(Of(1, 100, 200, {150}));
+  pending.CutRun();
+  pending.Add(Of(1, 100, 300, {250}));
+  ASSERT_THAT(pending.batch().runs, SizeIs(1));
+  EXPECT_EQ(pending.batch().runs[0].number, 42);
+  EXPECT_EQ(pending.batch().runs[0].began, 150) << "nothing is known of the time before";
+  EXPECT_EQ(pending.batch().runs[0].until, 300);
+  EXPECT_EQ(pending.batch().runs[0].why, RunBegin::dropped);
+  EXPECT_EQ(pending.batch().samples[1].run, 42);
+  EXPECT_TRUE(pending.TakeLost());
+  EXPECT_FALSE(pending.TakeLost());
+}
+
+TEST(BatchQueue, HasPlacesForSamplesAndOthersForSpans) {
+  BatchQueue queue(3);
+  EXPECT_EQ(queue.Add(Of(1, 0, 200, {100, 101})), 0U);
+  EXPECT_EQ(queue.Room(), 1U);
+  Batch spans;
+  spans.trends.resize(2);
+  EXPECT_EQ(queue.Add(Batch(spans)), 0U);
+  EXPECT_EQ(queue.Add(Batch(spans)), 2U) << "the queue has room for one of them only";
+  const Batch all = queue.TakeAll();
+  EXPECT_THAT(all.samples, SizeIs(2));
+  EXPECT_THAT(all.trends, SizeIs(2));
+  EXPECT_EQ(queue.Room(), 3U);
+  EXPECT_THAT(queue.TakeAll().samples, IsEmpty());
 }
 
 }  // namespace

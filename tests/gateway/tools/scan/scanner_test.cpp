@@ -319,5 +319,190 @@ TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   for (const auto& [frame, serial] : bench.sent) EXPECT_NE(frame[1], 3) << ToHex(frame);
 }
 
+// ---------------- What single exchanges of a scan are taken for.
+
+using What = Verdict::What;
+
+constexpr config::SerialSettings kEven{.data_bits = 7, .parity = config::Parity::even};
+constexpr config::SerialSettings kOdd{.data_bits = 7, .parity = config::Parity::odd};
+
+Verdict JudgeText(const std::string& protocol, std::size_t mode, const std::string& asked,
+                  const Bytes& heard, std::uint32_t damaged = 0) {
+  const Tongue tongue = TongueOf(*FindProtocol(protocol));
+  Gathered gathered;
+  gathered.heard = heard;
+  gathered.damaged = damaged;
+  return Judge(tongue, mode, ToBytes(asked), gathered);
+}
+
+struct Case {
+  const char* name;
+  const char* protocol;
+  std::size_t mode;
+  const char* asked;
+  const char* heard;
+  What what;
+};
+constexpr Case kCases[] = {
+    {"Nothing", "spabus", 0, ">1RF:21\r", "", What::silence},
+    {"Echo", "spabus", 0, ">1RF:21\r", ">1RF:21\r", What::echo},
+    {"Name", "spabus", 0, ">1RF:21\r", "\n<1D:SPCJ 4D29:18\r\n", What::device},
+    {"EchoAndName", "spabus", 0, ">1RF:21\r", ">1RF:21\r\n<1D:SPCJ 4D29:18\r\n", What::device},
+    {"Refusal", "spabus", 0, ">1RF:21\r", "\n<1N:5:76\r\n", What::device},
+    {"OtherMaster", "spabus", 0, ">1RF:21\r", ">2RI1/5:06\r", What::foreign},
+    {"Damage", "spabus", 0, ">1RF:21\r", "\n<1D:SPCJ 4D\x7F:18\r\n", What::garbled},
+    {"NameOfModule", "dcon", 0, "$01M\r", "!017017\r", What::device},
+    {"Invalid", "dcon", 0, "$01M\r", "?01\r", What::device},
+    {"ChecksumOfModule", "dcon", 1, "$01MD2\r", "!01701751\r", What::device},
+    {"NoChecksum", "dcon", 1, "$01MD2\r", "!017017\r", What::garbled},
+    {"LateModule", "dcon", 0, "$02M\r", "!017017\r", What::other},
+    {"Configuration", "dcon", 0, "$012\r", "!01080600\r", What::device},
+    {"NoConfiguration", "dcon", 0, "$012\r", "!01XYZ\r", What::garbled},
+};
+
+class JudgeTest : public ::testing::TestWithParam<Case> {};
+
+TEST_P(JudgeTest, Exchange) {
+  const Case& one = GetParam();
+  EXPECT_EQ(JudgeText(one.protocol, one.mode, one.asked, ToBytes(one.heard)).what, one.what);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, JudgeTest, ::testing::ValuesIn(kCases),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(JudgeParity, SevenBitsHeardAsEightAreNamed) {
+  const Bytes reply = ToBytes("\n<1D:SPCJ 4D29:18\r\n");
+  for (const auto& [serial, parity] :
+       {std::pair(kEven, config::Parity::even), std::pair(kOdd, config::Parity::odd)}) {
+    const FromWire heard = FromWireBits(ToWire(reply, serial), config::SerialSettings{});
+    EXPECT_EQ(heard.damaged, 0U);
+    const Verdict verdict = JudgeText("spabus", 0, ">1RF:21\r", heard.bytes);
+    EXPECT_EQ(verdict.what, What::device);
+    EXPECT_EQ(verdict.parity, parity);
+  }
+}
+
+TEST(JudgeParity, DamagedCharactersAreAWrongParity) {
+  const FromWire heard = FromWireBits(ToWire(ToBytes("\n<1D:SPCJ 4D29:18\r\n"), kOdd), kEven);
+  EXPECT_GT(heard.damaged, 0U);
+  EXPECT_EQ(JudgeText("spabus", 0, ">1RF:21\r", heard.bytes, heard.damaged).what, What::damaged);
+}
+
+TEST(JudgeTwo, RepliesBehindEachOtherAreTwoDevices) {
+  const std::string reply = "\n<1D:SPCJ 4D29:18\r\n";
+  EXPECT_TRUE(JudgeText("spabus", 0, ">1RF:21\r", ToBytes(reply + reply)).doubled);
+  EXPECT_FALSE(JudgeText("spabus", 0, ">1RF:21\r", ToBytes(reply)).doubled);
+}
+
+TEST(JudgeEcho, ALinkTestProvesNobody) {
+  const ScanRule& rule = *FindProtocol("set4tm")->scan;
+  const Tongue tongue = TongueOf(*FindProtocol("set4tm"));
+  const Bytes link = rule.ask(20, 0, 0);
+  Gathered gathered;
+  gathered.heard = link;
+  EXPECT_EQ(Judge(tongue, 0, link, gathered).what, What::maybe);
+  Append(gathered.heard, std::string_view(">2RI1/5:06\r"));
+  const Verdict before_others = Judge(tongue, 0, link, gathered);
+  EXPECT_EQ(before_others.what, What::maybe);
+  EXPECT_FALSE(before_others.echoed) << "somebody else has spoken behind the reply";
+  const Bytes serial = rule.ask(20, 0, 1);
+  gathered.heard = serial;
+  EXPECT_EQ(Judge(tongue, 0, serial, gathered).what, What::echo);
+  Bytes closed = {20, 5};
+  AppendCrc16(closed);
+  gathered.heard = closed;
+  EXPECT_EQ(Judge(tongue, 0, serial, gathered).what, What::device) << "its channel is closed";
+}
+
+TEST(JudgeTalk, TheMasterAndItsFormatAreNamed) {
+  const Wish wish = WishFor();
+  const FromWire heard = FromWireBits(ToWire(ToBytes(">2RI1/5:06\r"), kEven), {});
+  EXPECT_THAT(WhoTalks(wish.tongues, heard.bytes, {}).text,
+              testing::AllOf(HasSubstr("it has asked slave 2"), HasSubstr("spabus, 9600 7E1")));
+  EXPECT_THAT(WhoTalks(wish.tongues, ToBytes("hello"), {}).text,
+              HasSubstr("somebody sends on this line, 5 characters were heard at 9600 bit/s"));
+}
+
+// ---------------- What a scan plans, as values.
+
+TEST(Plan, BeginsWithTheUsualSettingOfEachProtocol) {
+  const Wish wish = WishFor();
+  const auto sweeps = LikelySweeps(wish);
+  ASSERT_GE(sweeps.size(), wish.tongues.size());
+  for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
+    EXPECT_EQ(sweeps[i].tongue, i);
+    EXPECT_TRUE(SameWire(sweeps[i].serial, wish.tongues[i].rule().serials.front()));
+    EXPECT_EQ(sweeps[i].addresses, (Addresses{1, 32}));
+  }
+}
+
+TEST(Plan, AQuickOneFitsIntoAMinute) {
+  for (const char* protocol : {"", "spabus", "dcon", "set4tm", "modbus_rtu", "modbus_ascii"}) {
+    Wish wish = WishFor(protocol);
+    wish.quick = true;
+    Duration time = TimeOf(LikelySweeps(wish), wish);
+    for (const Listening& listen : ListenFirst(wish)) time += listen.time;
+    EXPECT_LT(time, 50s) << protocol;
+    EXPECT_GT(time, 20s) << protocol;
+    EXPECT_THAT(ThoroughSweeps(wish, {}), IsEmpty());
+  }
+}
+
+TEST(Plan, WhereSomethingHasAnsweredAllIsAskedFirst) {
+  const Wish wish = WishFor("dcon");
+  const config::SerialSettings fast{.baud = 115200};
+  const auto sweeps = ThoroughSweeps(wish, std::span(&fast, 1));
+  ASSERT_THAT(sweeps, SizeIs(2));
+  EXPECT_EQ(sweeps[0].serial.baud, 115200);
+  EXPECT_EQ(sweeps[0].addresses, (Addresses{0, 255}));
+  EXPECT_EQ(sweeps[0].finds, 0b11U);
+  EXPECT_EQ(sweeps[1].serial.baud, 9600);
+}
+
+TEST(Plan, ASerialServerHasOneSetting) {
+  Wish wish = WishFor();
+  wish.network = true;
+  EXPECT_THAT(LikelySweeps(wish), SizeIs(wish.tongues.size()));
+  EXPECT_THAT(ListenFirst(wish), SizeIs(1));
+}
+
+TEST(Plan, AddressesAreReadAsARange) {
+  EXPECT_EQ(*ParseAddresses("7"), (Addresses{7, 7}));
+  EXPECT_EQ(*ParseAddresses("1-32"), (Addresses{1, 32}));
+  for (const char* wrong : {"", "-", "3-1", "1-", "a", "1-1000", "1 - 3"}) {
+    EXPECT_FALSE(ParseAddresses(wrong)) << wrong;
+  }
+}
+
+TEST(Plan, OtherFormatsHoldTheCharactersOfTheProtocol) {
+  EXPECT_THAT(OtherFormats({}, *FindProtocol("modbus_rtu")), SizeIs(2));
+  EXPECT_THAT(OtherFormats({}, *FindProtocol("spabus")), SizeIs(4));
+  EXPECT_EQ(OtherFormats({}, *FindProtocol("dcon")).front().ToString(), "9600 8E1")
+      << "no module has seven bits";
+}
+
+TEST(Plan, EveryRuleOfAProtocolIsWhole) {
+  for (const Protocol* protocol : AllProtocols()) {
+    if (protocol->scan == nullptr) continue;
+    const ScanRule& rule = *protocol->scan;
+    EXPECT_FALSE(rule.serials.empty()) << protocol->name;
+    EXPECT_GE(rule.modes.size(), rule.quick_modes) << protocol->name;
+    EXPECT_EQ(rule.quick_finds & ~rule.finds, 0U) << protocol->name;
+    EXPECT_GT(rule.usual, Duration::zero()) << protocol->name;
+    for (const ScanMode& mode : rule.modes) {
+      const auto named = [&](const OptionSpec& spec) { return spec.name == mode.key; };
+      EXPECT_TRUE(mode.key.empty() || std::ranges::any_of(protocol->options, named));
+    }
+    EXPECT_NE(protocol->telegram, nullptr) << protocol->name;
+    for (std::size_t mode = 0; mode < rule.modes.size(); ++mode) {
+      for (std::size_t question = 0; question < rule.questions; ++question) {
+        const Bytes asked = rule.ask(rule.last_address, mode, question);
+        EXPECT_TRUE(protocol->telegram->is_read(asked, TongueOf(*protocol).options[mode]))
+            << protocol->name << " question " << question;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::scan

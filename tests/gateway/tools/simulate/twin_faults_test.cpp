@@ -3,8 +3,11 @@
 #include "gateway/tools/simulate/twin_faults.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
+#include <string>
 
 #include "tests/gateway/tools/simulate/twin_faults_fixture.h"
 
@@ -161,6 +164,138 @@ TEST(TwinFaults, PiecesAreNeverFasterThanTheWire) {
     }
   }
   EXPECT_GT(bytes, 2000 * kReply.size());
+}
+
+// ---------------- When faults of twins strike: after, for, every, at a rate, repeatable by their
+// seed.
+
+TEST(FaultSchedule, BeginsEndsAndRepeats) {
+  const Fault always = Parsed("loss");
+  EXPECT_TRUE(always.IsDue(0s));
+  EXPECT_TRUE(always.IsDue(100h));
+  const Fault once = Parsed("loss:after=30s,for=20s");
+  for (const auto& [when, due] :
+       {std::pair<Duration, bool>{29999ms, false}, {30s, true}, {49999ms, true}, {50s, false}}) {
+    EXPECT_EQ(once.IsDue(when), due) << FormatDuration(when);
+    EXPECT_EQ(once.IsDue(when + 1h), false);
+  }
+  const Fault again = Parsed("loss:after=30s,for=20s,every=1min");
+  for (const Duration round : {Duration(0s), Duration(1min), Duration(10h)}) {
+    EXPECT_FALSE(again.IsDue(29999ms + round)) << FormatDuration(round);
+    EXPECT_TRUE(again.IsDue(30s + round));
+    EXPECT_TRUE(again.IsDue(49999ms + round));
+    EXPECT_FALSE(again.IsDue(50s + round));
+  }
+}
+
+TEST(FaultSchedule, OutsideOfItRepliesAreWhole) {
+  TwinFaults faults = Make({"loss:after=30s,for=20s,every=1min"});
+  int lost = 0;
+  for (Duration time = 0s; time < 3min; time += 1s) {
+    const auto said = Said(faults, time);
+    if (said.empty()) ++lost;
+    EXPECT_TRUE(said.empty() || said[0] == "15ms 0123456789");
+  }
+  EXPECT_EQ(lost, 3 * 20);
+  EXPECT_EQ(faults.Counts()[0].struck, 60U);
+  EXPECT_EQ(faults.Counts()[0].exchanges, 180U);
+  EXPECT_EQ(faults.Counts()[0].fault, "loss:after=30s,for=20s,every=1min");
+}
+
+std::string Pattern(const std::string& fault, int exchanges) {
+  TwinFaults faults = Make({fault});
+  std::string pattern;
+  for (int i = 0; i < exchanges; ++i) pattern += Said(faults, i * 1s).empty() ? 'x' : '.';
+  return pattern;
+}
+
+TEST(FaultRate, IsTheShareOfRepliesThatItStrikes) {
+  for (const auto& [text, share] : {std::pair("loss:rate=0.25", 0.25), {"loss:rate=0.01", 0.01}}) {
+    const std::string pattern = Pattern(text, 10'000);
+    const auto struck = static_cast<double>(std::count(pattern.begin(), pattern.end(), 'x'));
+    EXPECT_NEAR(struck, share * 10'000, 150) << text;
+  }
+  EXPECT_EQ(Pattern("loss:rate=0", 50), std::string(50, '.'));
+  EXPECT_EQ(Pattern("loss:rate=1", 50), std::string(50, 'x'));
+}
+
+TEST(FaultSeed, RepeatsARunOnEveryMachine) {
+  EXPECT_EQ(Pattern("loss:rate=0.5", 32), "...xx..xxxxxx.xxxx..xxxx.xx....x");
+  EXPECT_EQ(Pattern("loss:rate=0.5,seed=2", 32), ".xx..x......xxxx.....xxx.x...x.x");
+  EXPECT_EQ(Pattern("loss:rate=0.5,seed=1", 200), Pattern("loss:rate=0.5", 200));
+}
+
+// ---------------- How faults of twins are written.
+
+using ::testing::HasSubstr;
+
+std::string ErrorOf(const std::string& text) {
+  const auto fault = ParseFault(text);
+  return fault ? "no error" : fault.error();
+}
+
+TEST(FaultText, KindsHaveDefaults) {
+  const Fault loss = Parsed("loss");
+  EXPECT_EQ(loss.kind, Fault::Kind::loss);
+  EXPECT_EQ(loss.rate, 1);
+  EXPECT_EQ(loss.seed, 1U);
+  EXPECT_EQ(loss.text, "loss");
+  EXPECT_EQ(Parsed("bits").count, 1U);
+  EXPECT_EQ(Parsed("garbage_before").count, 8U);
+  EXPECT_EQ(Parsed("stall").pause, 200ms);
+  EXPECT_EQ(Parsed("dribble").pause, 20ms);
+  EXPECT_EQ(Parsed("late").pause, 1s);
+  EXPECT_EQ(Parsed("late").exchanges, 0U);
+  EXPECT_EQ(Parsed("late:exchanges=3").pause, 0s);
+  for (const char* name : {"echo", "garbage_after", "wrong_address", "double", "death"}) {
+    EXPECT_EQ(Name(Parsed(name).kind), name);
+  }
+}
+
+TEST(FaultText, KeysAreRead) {
+  const Fault bits = Parsed("bits:rate=0.25,seed=7,count=3,after=30s,for=20s,every=1min");
+  EXPECT_EQ(bits.kind, Fault::Kind::bits);
+  EXPECT_EQ(bits.rate, 0.25);
+  EXPECT_EQ(bits.seed, 7U);
+  EXPECT_EQ(bits.count, 3U);
+  EXPECT_EQ(bits.after, 30s);
+  EXPECT_EQ(bits.lasts, 20s);
+  EXPECT_EQ(bits.every, 1min);
+  EXPECT_EQ(Parsed("garbage_after:bytes=20").count, 20U);
+  EXPECT_EQ(Parsed("late:delay=300ms").pause, 300ms);
+  EXPECT_EQ(Parsed("late:exchanges=2").exchanges, 2U);
+  EXPECT_EQ(Parsed("double:pause=0ms").pause, 0s);
+}
+
+TEST(FaultText, RareFaultsHaveAnExponent) {
+  EXPECT_DOUBLE_EQ(Parsed("loss:rate=1e-9").rate, 1e-9);
+  EXPECT_DOUBLE_EQ(Parsed("loss:rate=2.5E-3,seed=7").rate, 0.0025);
+  EXPECT_EQ(Parsed("loss:rate=1e0").rate, 1);
+  for (const char* rate : {"1e", "e-9", "1e-9x", "1e-1.5", "1e1", "-1e-9", "0e999", "1e9999999999"})
+    EXPECT_THAT(ErrorOf(std::string("loss:rate=") + rate), HasSubstr("write a number from 0"));
+}
+
+TEST(FaultText, ErrorsSayWhatMayStandThere) {
+  EXPECT_THAT(ErrorOf("los"), HasSubstr("no fault 'los'; did you mean 'loss'?"));
+  EXPECT_THAT(ErrorOf(""), HasSubstr("loss, bits, echo, stall, dribble"));
+  EXPECT_THAT(ErrorOf("bits:cuont=2"), HasSubstr("fault bits: there is no key 'cuont'; did you "
+                                                 "mean 'count'? there are: count, rate, seed"));
+  EXPECT_THAT(ErrorOf("loss:count=2"), HasSubstr("fault loss: there is no key 'count'"));
+  EXPECT_THAT(ErrorOf("death:rate=0.5"), HasSubstr("there are: after, for, every"));
+  EXPECT_THAT(ErrorOf("loss:"), HasSubstr("fault loss: there is no key ''"));
+  EXPECT_THAT(ErrorOf("loss:rate"), HasSubstr("key rate has no value"));
+  EXPECT_THAT(ErrorOf("loss:seed=1,seed=2"), HasSubstr("seed= stands there twice"));
+  EXPECT_THAT(ErrorOf("loss:rate=2"), HasSubstr("fault loss: rate=2: write a number from 0"));
+  EXPECT_THAT(ErrorOf("loss:rate=often"), HasSubstr("rate=often: write a number from 0"));
+  EXPECT_THAT(ErrorOf("loss:seed=-1"), HasSubstr("seed=-1: write a whole number from 0"));
+  EXPECT_THAT(ErrorOf("bits:count=0"), HasSubstr("write a whole number from 1 to 1024"));
+  EXPECT_THAT(ErrorOf("late:exchanges=17"), HasSubstr("write a whole number from 1 to 16"));
+  EXPECT_THAT(ErrorOf("loss:after=30"), HasSubstr("'30' has no unit"));
+  EXPECT_THAT(ErrorOf("loss:for=0s"), HasSubstr("for=0s: write a duration from 1ms"));
+  EXPECT_THAT(ErrorOf("stall:pause=1h"), HasSubstr("write a duration from 1ms to 10min"));
+  EXPECT_THAT(ErrorOf("loss:every=1min"), HasSubstr("fault loss: every= needs for="));
+  EXPECT_THAT(ErrorOf("loss:every=1s,for=1s"), HasSubstr("every= has to be longer than for="));
+  EXPECT_THAT(ErrorOf("late:delay=1s,exchanges=1"), HasSubstr("not both"));
 }
 
 }  // namespace

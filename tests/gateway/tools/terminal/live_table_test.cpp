@@ -4,10 +4,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <limits>
+#include <sstream>
 
 #include "gateway/base/shown.h"
+#include "gateway/tools/terminal/tables.h"
 
 namespace baudgate {
 namespace {
@@ -115,6 +118,135 @@ TEST(LiveTable, FormatsAges) {
   EXPECT_EQ(FormatAge(5min), "5 min");
   EXPECT_EQ(FormatAge(3h), "3 h");
   EXPECT_EQ(FormatAge(49h), "2 d");
+}
+
+// ---------------- Rows of tables that fit a terminal.
+
+TEST(ColumnLayout, StandsSideBySideWhereItFits) {
+  const ColumnLayout layout({{5}, {6, true}, {0}, {4}}, 20);
+  EXPECT_EQ(layout.Row({"a", "12.5", "", "good"}), "a        12.5  good\n");
+  EXPECT_EQ(layout.Row({"\u00B0C", "1", "", ""}), "\u00B0C          1\n");
+}
+
+TEST(ColumnLayout, FoldsLaterColumnsAndWrapsTheLast) {
+  const ColumnLayout layout({{10}, {10}, {2}, {60}}, 30);
+  EXPECT_EQ(layout.Row({"2026-11-27", "user:anna", "ok", "a reason that goes on and on here"}),
+            "2026-11-27  user:anna   ok\n"
+            "    a reason that goes on and\n"
+            "    on here\n");
+  EXPECT_EQ(layout.Row({"2026-11-27", "user:anna", "ok", ""}), "2026-11-27  user:anna   ok\n");
+}
+
+TEST(ColumnLayout, WithoutALimitNothingIsFolded) {
+  const ColumnLayout layout({{3}, {60}}, 0);
+  EXPECT_EQ(layout.Row({"a", "a reason that goes on and on, for longer than any terminal is wide"}),
+            "a    a reason that goes on and on, for longer than any terminal is wide\n");
+}
+
+TEST(ColumnLayout, IsThatOfBothKindsOfTables) {
+  std::ostringstream out;
+  StreamTable stream({{"point", 36}, {"count", 8, true}, {"reason"}}, 30);
+  stream.Print({{"bay-1.a", "12", "one two three four five six"}}, out);
+  config::TextTable table({"point", "none", "text"});
+  table.Add({"a", "", "one two three four five six seven"});
+  table.PrintAligned(out, "  ", 24);
+  EXPECT_EQ(out.str(),
+            "point    count\n"
+            "    reason\n"
+            "bay-1.a     12\n"
+            "    one two three four five\n"
+            "    six\n"
+            "  point\n"
+            "      text\n"
+            "  a\n"
+            "      one two three four\n"
+            "      five six seven\n");
+}
+
+// ---------------- Frames on a terminal.
+
+TEST(LiveScreen, IsLeftAsItWas) {
+  std::ostringstream out;
+  {
+    const LiveScreen screen(out);
+    EXPECT_EQ(out.str(), "\x1b[?1049h\x1b[?25l\x1b[2J");
+    out.str({});
+  }
+  EXPECT_EQ(out.str(), "\x1b[?25h\x1b[?1049l");
+}
+
+TEST(LiveScreen, OverwritesWithoutClearingFirst) {
+  std::ostringstream out;
+  LiveScreen screen(out);
+  out.str({});
+  screen.Draw("a\nb\n", 0);
+  EXPECT_EQ(out.str(), "\x1b[Ha\x1b[K\nb\x1b[K\x1b[J");
+  out.str({});
+  screen.Draw("a\nb\n", 0);
+  EXPECT_EQ(out.str(), "") << "nothing is another";
+  screen.Draw("a\n\nc\nd", 3);
+  EXPECT_EQ(out.str(), "\x1b[Ha\x1b[K\n\x1b[K\n\u2026 2 more\x1b[K\x1b[J")
+      << "what does not fit would scroll";
+}
+
+TEST(LiveScreen, NeedsATerminal) {
+  int ends[2] = {};
+  ASSERT_EQ(::pipe(ends), 0);
+  EXPECT_EQ(LiveScreen::Possible(ends[1]).error(), "standard output is no terminal");
+  ::close(ends[0]);
+  ::close(ends[1]);
+}
+
+// ---------------- A table whose rows come one after the other.
+
+TEST(StreamTable, IsOneTableWhereTheColumnsAreWideEnough) {
+  StreamTable table({{"point", 8}, {"outcome"}, {"reason"}});
+  std::ostringstream out;
+  table.Print({{"a", "ok", ""}}, out);
+  table.Print({}, out);
+  table.Print({{"bb\u00B0", "denied", "as long as it likes, without a column behind it"}}, out);
+  EXPECT_EQ(out.str(),
+            "point     outcome  reason\n"
+            "a         ok\n"
+            "bb\u00B0       denied   as long as it likes, without a column behind it\n");
+}
+
+TEST(StreamTable, GrowsWithWhatComes) {
+  StreamTable table({{"point"}, {"outcome"}});
+  std::ostringstream out;
+  table.Print({{"a", "ok"}, {"bay-1.a", "ok"}}, out);
+  table.Print({{"bay-1.feeder", "ok"}}, out);
+  table.Print({{"b", "ok"}}, out);
+  EXPECT_EQ(out.str(),
+            "point    outcome\n"
+            "a        ok\n"
+            "bay-1.a  ok\n"
+            "point         outcome\n"
+            "bay-1.feeder  ok\n"
+            "b             ok\n");
+}
+
+// ---------------- Sentences in a terminal.
+
+using ::testing::ElementsAre;
+
+TEST(Wrap, BreaksAtWords) {
+  EXPECT_THAT(WrapLines("check power, address and wiring", 14),
+              ElementsAre("check power,", "address and", "wiring"));
+  EXPECT_THAT(WrapLines("exactly 10", 10), ElementsAre("exactly 10"));
+  EXPECT_THAT(WrapLines("/dev/serial/by-id/usb x", 10),
+              ElementsAre("/dev/seria", "l/by-id/us", "b x"));
+  EXPECT_THAT(WrapLines("\u00B0\u00B0\u00B0\u00B0 \u00B0", 4),
+              ElementsAre("\u00B0\u00B0\u00B0\u00B0", "\u00B0"));
+  EXPECT_THAT(WrapLines("as long as it likes", 0), ElementsAre("as long as it likes"));
+  EXPECT_THAT(WrapLines("", 5), ElementsAre(""));
+}
+
+TEST(Wrap, IndentsFurtherLines) {
+  EXPECT_EQ(WrapSentence("bay-1.feeder-2: has never answered; check power", 28),
+            "bay-1.feeder-2: has never\n  answered; check power\n");
+  EXPECT_EQ(WrapSentence("one", 28), "one\n");
+  EXPECT_EQ(WrapSentence("no terminal, no limit", 0), "no terminal, no limit\n");
 }
 
 }  // namespace

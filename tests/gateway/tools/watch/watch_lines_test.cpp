@@ -2,12 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <functional>
 #include <limits>
+#include <new>
+#include <sstream>
 
+#include "gateway/tools/watch/guarded.h"
 #include "gateway/tools/watch/point_feed.h"
+#include "gateway/tools/watch/point_image.h"
 
 namespace baudgate {
 namespace {
@@ -73,6 +82,296 @@ TEST(WatchLines, JsonHasEachFieldOfTheContract) {
             R"({"gateway":"g","line":"l","device":"d","name":"n","point":"","state":"returned",)"
             R"("priority":"high","seq":412,"raised":"2026-09-21T14:13:20.000Z",)"
             R"("changed":"2026-09-21T14:13:20.000Z","text":"tripped","acknowledged_by":""})");
+}
+
+// ---------------- Something that dies is begun anew; something that ends is not.
+
+constexpr Duration kAtOnce[] = {Duration::zero()};
+
+/// A number that parent and children share.
+class SharedCount {
+ public:
+  SharedCount()
+      : count_(new (::mmap(nullptr, sizeof(int), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS,
+                           -1, 0)) int(0)) {}
+  ~SharedCount() { ::munmap(count_, sizeof(int)); }
+  SharedCount(const SharedCount&) = delete;
+  SharedCount& operator=(const SharedCount&) = delete;
+  int& operator*() const { return *count_; }
+
+ private:
+  int* count_;
+};
+
+TEST(Guarded, GivesTheExitCodeOfWhatEnds) {
+  std::ostringstream err;
+  EXPECT_EQ(RunGuarded([] { return 4; }, kAtOnce, err), 4);
+  EXPECT_EQ(err.str(), "");
+}
+
+TEST(Guarded, BeginsAnewWhatDies) {
+  const SharedCount runs;
+  std::ostringstream err;
+  const auto run = [&runs] {
+    const int number[] = {SIGABRT, SIGKILL};
+    if (*runs < 2) ::raise(number[(*runs)++]);
+    return 3;
+  };
+  EXPECT_EQ(RunGuarded(run, kAtOnce, err), 3);
+  EXPECT_EQ(*runs, 2);
+  EXPECT_EQ(err.str(),
+            "watch: the DDS library was ended by signal 6; begun anew\n"
+            "watch: the DDS library was ended by signal 9; begun anew\n");
+}
+
+TEST(Guarded, PassesTheSignalToStopOn) {
+  const SharedCount runs;
+  std::ostringstream err;
+  const auto run = [&runs] {
+    ++*runs;
+    ::kill(::getppid(), SIGTERM);  // as a user would
+    for (;;) ::pause();
+    return 0;
+  };
+  EXPECT_EQ(RunGuarded(run, kAtOnce, err), 128 + SIGTERM);
+  EXPECT_EQ(*runs, 1);
+  EXPECT_EQ(err.str(), "");
+}
+
+// ---------------- When the subscriber of `watch` is made anew.
+
+TEST(Listening, BeginsAnewUntilItSucceeds) {
+  dds::OwnAddresses own = {{"10.0.0.5", 2}};
+  Status outcome;
+  int opened = 0;
+  Listening listening(
+      {"10.0.0.5"},
+      [&] {
+        ++opened;
+        return outcome;
+      },
+      [&] { return own; });
+  ASSERT_TRUE(listening.Start());
+  struct Row {
+    Duration at;
+    unsigned index;  ///< of the interface; 0: there is none
+    const char* outcome;
+    std::string told;
+    int opened;
+  };
+  const Row rows[] = {
+      {1s, 2, "", "", 1},
+      {2s, 0, "", "", 1},
+      {2500ms, 7, "", "", 1},  // once a second is enough
+      {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
+      {4s, 7, "no room", "", 3},
+      {5s, 7, "no port", "no port", 4},
+      {6s, 7, "", "begun anew", 5},
+      {7s, 7, "", "", 5},
+      {8s, 9, "", "the interface of 10.0.0.5 was made anew; begun anew", 6},
+  };
+  for (const Row& row : rows) {
+    own.clear();
+    if (row.index != 0) own["10.0.0.5"] = row.index;
+    const std::string wrong = row.outcome;
+    outcome = wrong.empty() ? Status() : Status(Error{wrong});
+    EXPECT_EQ(listening.Look(Instant(row.at)).value_or(""), row.told);
+    EXPECT_EQ(listening.failure().value_or(""), wrong) << row.at.count();
+    EXPECT_EQ(opened, row.opened);
+  }
+}
+
+// ---------------- In which order the points of a device are shown.
+
+using ::testing::ElementsAre;
+
+using Points = std::vector<std::string>;
+
+PointOrder Order() {
+  std::istringstream profiles(
+      "voltage current_l1 current_l2 -reset\n"
+      "current_l2 current_l1 energy -clear tariff\n"
+      "clear reset_all -reset\n");
+  return PointOrder(profiles);
+}
+
+Points Sorted(Points points, const PointOrder& order = Order()) {
+  order.Sort(points);
+  return points;
+}
+
+TEST(PointOrder, IsThatOfTheProfileThatHasTheMostOfThem) {
+  EXPECT_THAT(Sorted({"current_l1", "current_l2", "voltage"}),
+              ElementsAre("voltage", "current_l1", "current_l2"));
+  EXPECT_THAT(Sorted({"current_l1", "current_l2", "energy"}),
+              ElementsAre("current_l2", "current_l1", "energy"));
+  EXPECT_THAT(Sorted({"current_l1", "current_l2"}), ElementsAre("current_l1", "current_l2"))
+      << "the profile with the fewest others";
+}
+
+TEST(PointOrder, OthersComeBehindAsPeopleCount) {
+  EXPECT_THAT(Sorted({"input_10", "input_2", "voltage", "a"}),
+              ElementsAre("voltage", "a", "input_2", "input_10"));
+  EXPECT_THAT(Sorted({"p10", "p2", "p02", "p"}, {}), ElementsAre("p", "p02", "p2", "p10"));
+}
+
+TEST(PointOrder, KnowsPointsThatCanOnlyBeWritten) {
+  EXPECT_TRUE(Order().IsWriteOnly("reset"));
+  EXPECT_FALSE(Order().IsWriteOnly("clear")) << "another profile reads it";
+  EXPECT_FALSE(Order().IsWriteOnly("voltage"));
+}
+
+// ---------------- Stories of publishers, told one event after the other: who may take over, and
+// who is an alarm.
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// One letter is a publisher: A to Z.
+dds::PublisherId Id(char letter) {
+  dds::PublisherId id;
+  id.bytes.fill(static_cast<std::uint8_t>(letter));
+  return id;
+}
+
+class Story {
+ public:
+  /// `letter` publishes seq of the point, this time after the beginning.
+  Story& Sample(char letter, std::uint64_t seq, Duration at, const char* point = "p") {
+    dds::PointSample sample;
+    sample.gateway = "g", sample.device = "d", sample.point = point, sample.seq = seq;
+    dds::Origin origin;
+    origin.writer.publisher = Id(letter);
+    origin.received = WallTime(at);
+    publishers.OnSample(sample, origin, Instant(at));
+    return Tick(at);
+  }
+  Story& Start(char letter, std::int64_t seconds) {
+    publishers.OnStart({"g", seconds * 1'000'000'000, "1"}, Id(letter));
+    return *this;
+  }
+  Story& Left(char letter) { return publishers.OnLeft(Id(letter)), *this; }
+  Story& Tick(Duration at) { return publishers.Tick(Instant(at)), *this; }
+  /// Notes left out.
+  std::vector<std::string> Told() {
+    for (const Remark& remark : publishers.TakeRemarks()) {
+      if (remark.weight != Remark::Weight::note) told.push_back(remark.text);
+    }
+    return told;
+  }
+
+  Publishers publishers;
+  std::vector<std::string> told;
+};
+
+TEST(Publishers, OnePublisherIsANoteAndNoAlarm) {
+  Story story;
+  story.Sample('A', 1, 0s).Sample('A', 1, 10s).Sample('A', 900, 20s);
+  const auto remarks = story.publishers.TakeRemarks();
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_THAT(remarks[0].text, HasSubstr("gateway g is published by 41.41."));
+  EXPECT_THAT(story.publishers.Alarms(), IsEmpty());
+}
+
+TEST(Publishers, AStartIsNotedOnce) {
+  Story story;
+  story.Start('A', 1'700'000'000).Start('A', 1'700'000'000);
+  const auto remarks = story.publishers.TakeRemarks();
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_THAT(remarks[0].text, HasSubstr("was started at 2023-11-14T22:13:20.000Z, version 1"));
+}
+
+TEST(Publishers, OneThatLeftMayBeFollowed) {
+  EXPECT_THAT(Story().Sample('A', 9, 0s).Left('A').Sample('B', 1, 1s).Tick(60s).Told(),
+              ElementsAre(HasSubstr("took over from 41.")));
+}
+
+TEST(Publishers, ARestartWithinTheLeaseTakesOver) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('B', 1, 1s).Sample('B', 2, 2s);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  EXPECT_THAT(story.Left('A').Tick(60s).Told(), ElementsAre(HasSubstr("took over from 41.")));
+}
+
+TEST(Publishers, WhatTheFirstSentBeforeIsNoAlarm) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('A', 9, 0s, "q").Sample('B', 1, 2s).Sample('A', 10, 1s, "q");
+  EXPECT_THAT(story.Told(), IsEmpty());
+}
+
+TEST(Publishers, TwoThatBothSpeakAreAnAlarmAtOnceAndOnce) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('B', 10, 1s).Sample('A', 11, 2s).Sample('B', 12, 3s);
+  story.Sample('A', 13, 60s).Tick(90s);
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("d p has two live writers, 41.41")));
+  EXPECT_EQ(story.publishers.Alarms().size(), 1U);
+}
+
+TEST(Publishers, AFirstThatIsSilentButStaysIsAnAlarmAfterTheLease) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('B', 10, 1s).Tick(1s + Publishers::kRivalsMayGo - 1ms);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  EXPECT_THAT(story.Tick(1s + Publishers::kRivalsMayGo).Told(), ElementsAre(HasSubstr("ALARM")));
+}
+
+TEST(Publishers, ANewerStartTakesOverAtOnce) {
+  for (const bool start_comes_first : {true, false}) {
+    Story story;
+    story.Start('A', 100).Sample('A', 9, 0s).Sample('A', 9, 0s, "q");
+    if (start_comes_first) story.Start('B', 200);
+    story.Sample('B', 1, 1s).Start('B', 200).Sample('B', 1, 1s, "q").Tick(60s);
+    EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from 41.")));
+  }
+}
+
+TEST(Publishers, OneThatWasTakenOverAndSpeaksAgainIsAnAlarm) {
+  Story story;
+  story.Start('A', 100).Sample('A', 9, 0s).Start('B', 200).Sample('B', 1, 1s);
+  story.Sample('A', 10, 2s).Sample('B', 2, 3s);
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over"), HasSubstr("two live writers")));
+}
+
+TEST(Publishers, TheSameStartInANewProcessIsJudgedByWhoLeaves) {
+  Story story;
+  story.Start('A', 100).Sample('A', 9, 0s).Start('B', 100).Sample('B', 10, 1s);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  EXPECT_THAT(story.Left('A').Told(), ElementsAre(HasSubstr("took over")));
+}
+
+TEST(Publishers, AnAlarmEndsWhenOneLeaves) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('B', 10, 1s).Sample('A', 11, 2s).Left('B');
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("ALARM"), HasSubstr("has left")));
+  EXPECT_THAT(story.publishers.Alarms(), IsEmpty());
+}
+
+TEST(Publishers, WhoMayHaveLeftUnheardIsNoRival) {
+  Story story;
+  story.Start('A', 100).Sample('A', 9, 0s);
+  story.publishers.OnDeaf();
+  story.Start('B', 100).Sample('B', 10, 20s).Tick(60s);
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over from 41.")));
+}
+
+TEST(Publishers, SeqMayJumpForwardButNotBack) {
+  Story story;
+  story.Sample('A', 9, 0s).Sample('A', 900, 1s);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  story.Sample('A', 899, 2s).Sample('A', 5, 3s);
+  EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("seq of d p went back from 900 to 899")));
+}
+
+TEST(Publishers, SeqBeginsAnewWithALineThatAReloadHasBegun) {
+  Story story;
+  story.Sample('A', 48, 0s).Sample('A', 0, 1s).Sample('A', 1, 2s);
+  EXPECT_THAT(story.Told(), IsEmpty());
+  EXPECT_THAT(story.Sample('A', 48, 3s).Sample('A', 47, 4s).Told(),
+              ElementsAre(HasSubstr("from 48 to 47")));
+}
+
+TEST(Publishers, SeqBeginsAnewAfterANewStart) {
+  EXPECT_THAT(Story().Start('A', 100).Sample('A', 9, 0s).Start('A', 200).Sample('A', 1, 1s).Told(),
+              IsEmpty());
 }
 
 }  // namespace

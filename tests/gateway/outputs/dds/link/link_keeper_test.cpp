@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <vector>
 
+#include "gateway/outputs/dds/link/child_process.h"
+#include "gateway/outputs/dds/link/packet_socket.h"
 #include "gateway/outputs/dds/link/process_link.h"
+#include "gateway/outputs/dds/published_types.h"
 #include "tests/support/times.h"
 
 namespace baudgate::dds {
@@ -174,6 +178,147 @@ TEST(LinkKeeper, RemembersWhereSubscribersAreUntilTheNextProcessHasMetThem) {
   EXPECT_THAT(keeper.reached(), ElementsAre(third, second, first));
   counted({third, second}, kStart + 3s + LinkKeeper::kYoung);
   EXPECT_THAT(keeper.reached(), ElementsAre(third, second)) << "the first one is gone";
+}
+
+// ---------------- What another process may write into our log.
+
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+TEST(BoundedLines, WholeLinesOnlyAndPrintable) {
+  BoundedLines lines;
+  EXPECT_THAT(lines.Add("ab", kStart), IsEmpty());
+  EXPECT_THAT(lines.Add("c\n\nd\x1b[2J\nrest", kStart), ElementsAre("abc", "d?[2J"));
+}
+
+TEST(BoundedLines, ALongLineIsCut) {
+  BoundedLines lines;
+  EXPECT_THAT(lines.Add(std::string(100'000, 'x') + "\n", kStart),
+              ElementsAre(std::string(BoundedLines::kLongest, 'x')));
+}
+
+TEST(BoundedLines, AFloodIsCounted) {
+  BoundedLines lines;
+  std::string flood;
+  for (int i = 0; i < 1000; ++i) flood += "line\n";
+  EXPECT_THAT(lines.Add(flood, kStart), SizeIs(BoundedLines::kMost));
+  EXPECT_THAT(lines.Add("next\n", kStart + BoundedLines::kPeriod),
+              ElementsAre("980 lines were left out", "next"));
+}
+
+// ---------------- The writer over a real socket pair: who is there, who is not, and a socket that
+// is full.
+
+PointSample Point(double value) {
+  PointSample sample;
+  sample.gateway = "g", sample.device = "d", sample.point = "p", sample.value = value;
+  return sample;
+}
+
+class LinkWriterTest : public ::testing::Test {
+ protected:
+  /// The value of the next sample; NaN when there is no packet.
+  double Next() {
+    const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+    PointSample sample;
+    if (received.got != PacketGot::packet) return std::nan("");
+    const auto message = ParseLink(received.packet);
+    return message.ok() && Decode(message->body, sample) ? sample.value : std::nan("");
+  }
+
+  std::pair<Descriptor, Descriptor> ends_ = std::move(*MakePacketPair());
+  PacketBuffer buffer_{};
+  LinkWriter writer_;
+};
+
+TEST_F(LinkWriterTest, NobodyIsThereUntilAttached) {
+  int told = 0;
+  writer_.OnSession([&] { ++told; });
+  EXPECT_EQ(writer_.session(), 0U);
+  EXPECT_EQ(writer_.Write(Point(1)), Sent::later);
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.session(), 1U);
+  EXPECT_EQ(writer_.Write(Point(2)), Sent::yes);
+  EXPECT_EQ(Next(), 2.0);
+  writer_.Detach();
+  EXPECT_EQ(writer_.session(), 0U);
+  EXPECT_EQ(writer_.Write(Point(3)), Sent::later);
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.session(), 2U);
+  EXPECT_EQ(told, 3);
+}
+
+TEST_F(LinkWriterTest, AFullSocketMeansLaterAndKeepsWhatItHas) {
+  writer_.Attach(ends_.first.get());
+  int sent = 0;
+  while (sent < 100'000 && writer_.Write(Point(sent)) == Sent::yes) ++sent;
+  ASSERT_GT(sent, 50);
+  ASSERT_LT(sent, 5000);  // bounded by the socket: some hundreds
+  EXPECT_EQ(writer_.Write(Point(0)), Sent::later);
+  for (int i = 0; i < sent; ++i) EXPECT_EQ(Next(), i);
+  EXPECT_EQ(writer_.Write(Point(7)), Sent::yes);
+  EXPECT_EQ(Next(), 7.0);
+}
+
+TEST_F(LinkWriterTest, ASampleBeyondItsBoundsIsRefused) {
+  writer_.Attach(ends_.first.get());
+  PointSample sample = Point(1);
+  sample.text = std::string(kMaxText + 1, 't');
+  EXPECT_EQ(writer_.Write(sample), Sent::refused);
+}
+
+TEST_F(LinkWriterTest, AGatewayIsAMessageOfItsOwn) {
+  writer_.Attach(ends_.first.get());
+  const GatewaySample sample{"g", 7, "1.2.3"};
+  ASSERT_EQ(writer_.Write(sample), Sent::yes);
+  const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  const auto message = ParseLink(received.packet);
+  ASSERT_TRUE(message.ok()) << message.error();
+  EXPECT_EQ(message->kind, LinkKind::gateway);
+  GatewaySample back;
+  ASSERT_TRUE(Decode(message->body, back));
+  EXPECT_EQ(back, sample);
+}
+
+TEST_F(LinkWriterTest, AClosedSocketIsNoFailureOfTheSample) {
+  writer_.Attach(ends_.first.get());
+  ends_.second.Close();
+  EXPECT_EQ(writer_.Write(Point(1)), Sent::later);
+}
+
+TEST_F(LinkWriterTest, TheEndIsTold) {
+  writer_.Attach(ends_.first.get());
+  EXPECT_FALSE(writer_.WaitAcknowledged(Duration::zero()));  // the other end is still there
+  EXPECT_TRUE(writer_.ending());
+  const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  EXPECT_EQ(ParseLink(received.packet)->kind, LinkKind::end);
+}
+
+TEST_F(LinkWriterTest, NothingGoesOutUntilTheProcessHasReplacedItsWriters) {
+  EXPECT_EQ(writer_.Reopen({.points = 7}), Sent::later);
+  EXPECT_EQ(writer_.open().room.points, 7U) << "the next process is asked for it";
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.Reopen({.points = 8}), Sent::yes);
+  const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  EXPECT_EQ(DecodeOpen(ParseLink(received.packet)->body)->room.points, 8U);
+  EXPECT_EQ(writer_.Write(Point(1)), Sent::later);
+  EXPECT_EQ(writer_.Reopen({.points = 9}), Sent::later);
+  writer_.Attach(ends_.first.get());
+  EXPECT_EQ(writer_.session(), 2U);
+  EXPECT_EQ(writer_.Write(Point(2)), Sent::yes);
+}
+
+TEST(PacketSocket, APacketBeyondTheLongestIsSeenAsSuch) {
+  auto ends = std::move(*MakePacketPair());
+  const Bytes large(kMaxLinkMessage * 2, 1);
+  ASSERT_EQ(SendPacket(ends.first.get(), large), PacketSent::yes);
+  PacketBuffer buffer;
+  const ReceivedPacket received = ReceivePacket(ends.second.get(), buffer);
+  ASSERT_EQ(received.got, PacketGot::packet);
+  EXPECT_FALSE(ParseLink(received.packet).ok());
 }
 
 }  // namespace

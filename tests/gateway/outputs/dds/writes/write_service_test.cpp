@@ -4,7 +4,9 @@
 
 #include <gmock/gmock.h>
 
+#include <condition_variable>
 #include <limits>
+#include <mutex>
 
 #include "tests/gateway/outputs/dds/writes/service_fixture.h"
 
@@ -261,6 +263,184 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
     arrival.request.seq = ++seq;
     Take(arrival);
     EXPECT_LE(sink_.commands.back().deadline, now_.instant + 5s);
+  }
+}
+
+// ---------------- The thread between a writer of samples and the service: replies come, also after
+// they found no room, and nothing goes to a line after the end. Waited for by what happens, nothing
+// by time.
+
+/// Where replies go, and where requests come from.
+class PlayedWriter : public SampleWriter {
+ public:
+  Sent Write(const PointSample&) override { return Sent::yes; }
+  Sent Write(const DeviceSample&) override { return Sent::yes; }
+  Sent Write(const GatewaySample&) override { return Sent::yes; }
+  Sent Write(const ReplySample& reply) override {
+    const std::lock_guard lock(mutex_);
+    if (later_-- > 0) return Sent::later;
+    replies_.push_back(reply);
+    changed_.notify_all();
+    return Sent::yes;
+  }
+  bool WaitAcknowledged(Duration) override { return true; }
+  Subscribers subscribers() const override { return {}; }
+  void OnRequest(TakeRequest take) override {
+    const std::lock_guard lock(mutex_);
+    take_ = std::move(take);
+  }
+
+  bool Request(WriteArrival arrival) {
+    const std::lock_guard lock(mutex_);
+    if (!take_) return false;
+    arrival.received = ReadClocks().instant;
+    take_(std::move(arrival));
+    return true;
+  }
+  void FindNoRoom(int times) {
+    const std::lock_guard lock(mutex_);
+    later_ = times;
+  }
+  std::vector<ReplySample> WaitFor(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return replies_.size() >= count; });
+    return replies_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  TakeRequest take_;
+  int later_ = 0;
+  std::vector<ReplySample> replies_;
+};
+
+/// Confirms at once, on the thread that asks.
+class ConfirmingSink final : public CommandSink {
+ public:
+  bool Submit(WriteCommand command) override {
+    ++done;
+    command.done({WriteEnd::ok});
+    return true;
+  }
+  std::atomic<int> done = 0;
+};
+
+WriteArrival AskNow(std::uint64_t seq, const std::string& point, double value) {
+  WriteArrival arrival = testing::Ask(seq, point, value);
+  arrival.published = ReadClocks().wall;
+  return arrival;
+}
+
+class DdsWritesTest : public ::testing::Test {
+ protected:
+  const config::Config config_ = ServiceConfig();
+  PointStore store_{config_};
+  ConfirmingSink sink_;
+  std::shared_ptr<PlayedWriter> writer_ = std::make_shared<PlayedWriter>();
+  DdsWrites writes_{config_, store_, sink_, {}, writer_};
+};
+
+TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {
+  writer_->FindNoRoom(3);
+  for (std::uint64_t seq = 1; seq <= 5; ++seq) {
+    ASSERT_TRUE(writer_->Request(AskNow(seq, "setting", 1)));
+  }
+  const auto replies = writer_->WaitFor(5);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(replies[i].seq, i + 1);
+    EXPECT_EQ(replies[i].outcome, "ok");
+  }
+  EXPECT_EQ(sink_.done, 5);
+  EXPECT_EQ(writes_.taken(), 5U);
+  EXPECT_EQ(writes_.dropped(), 0U);
+}
+
+TEST_F(DdsWritesTest, NothingIsTakenAfterTheEnd) {
+  ASSERT_TRUE(writer_->Request(AskNow(1, "setting", 1)));
+  writer_->WaitFor(1);
+  writes_.StopTaking();
+  EXPECT_FALSE(writer_->Request(AskNow(2, "setting", 1)));
+  writes_.Stop();
+  EXPECT_EQ(sink_.done, 1);
+}
+
+TEST_F(DdsWritesTest, OfAFloodSomeAreCountedOnly) {
+  for (std::uint64_t seq = 1; seq <= 10'000; ++seq) writer_->Request(AskNow(seq, "setting", 1));
+  writer_->WaitFor(1);
+  writes_.StopTaking();
+  writes_.Stop();
+  EXPECT_GT(writes_.dropped(), 0U);
+  EXPECT_LE(writes_.taken() + writes_.dropped(), 10'000U);
+  EXPECT_LE(static_cast<std::uint64_t>(sink_.done), writes_.taken());
+}
+
+// ---------------- The value of a request for points of every kind.
+
+using config::Type;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+struct Case {
+  Type type;
+  double value;
+  std::string text;
+  std::optional<Value> meant;  ///< nothing: refused
+};
+
+TEST(RequestValue, TextCountsUnlessItIsEmpty) {
+  const std::string hostile("1\0", 2);
+  const Case cases[] = {
+      {Type::uint16, 1, "", Value(std::int64_t{1})},
+      {Type::uint16, -0.0, "", Value(std::int64_t{0})},
+      {Type::uint16, 1, "2", Value(std::int64_t{2})},
+      {Type::uint16, kNaN, "2", Value(std::int64_t{2})},
+      {Type::uint16, kNaN, "", {}},
+      {Type::uint16, kInfinite, "", {}},
+      {Type::uint16, 1, "two", {}},
+      {Type::uint16, 1, " 2", {}},
+      {Type::int32, -7, "", Value(std::int64_t{-7})},
+      {Type::uint64, 9007199254740992.0, "", Value(std::int64_t{9007199254740992})},
+      {Type::uint64, 1e15, "", Value(std::int64_t{1000000000000000})},
+      {Type::uint64, 9007199254740994.0, "", {}},
+      {Type::uint64, 1e300, "", {}},
+      {Type::uint64, kNaN, "18446744073709551615", Value(std::uint64_t{18446744073709551615ULL})},
+      {Type::boolean, 1, "", Value(true)},
+      {Type::boolean, 0, "", Value(false)},
+      {Type::boolean, 2, "", {}},
+      {Type::boolean, 0.5, "", {}},
+      {Type::boolean, 0, "on", Value(true)},
+      {Type::boolean, kNaN, "off", Value(false)},
+      {Type::float32, 0.1, "", Value(0.1)},
+      {Type::float32, 1e20, "", Value(1e20)},
+      {Type::float64, 1e-9, "", Value(1e-9)},
+      {Type::float64, kNaN, "", {}},
+      {Type::float64, -kInfinite, "", {}},
+      {Type::float64, 1, "nan", {}},
+      {Type::float64, 1, "inf", {}},
+      {Type::float64, 1, hostile, {}},
+      {Type::string, 1, "on", Value(std::string("on"))},
+      {Type::string, 1, "", Value(std::string())},
+      {Type::string, 1, "longer than it is", {}},
+  };
+  for (const Case& one : cases) {
+    config::Point point;
+    point.name = "p";
+    point.type = one.type;
+    point.text_length = 8;
+    RequestSample request;
+    request.value = one.value;
+    request.text = one.text;
+    const auto value = ValueOf(point, request);
+    const std::string which =
+        std::string(Name(one.type)) + " " + std::to_string(one.value) + " '" + one.text + "'";
+    ASSERT_EQ(value.ok(), one.meant.has_value()) << which;
+    if (value.ok()) {
+      EXPECT_EQ(*value, *one.meant) << which;
+    } else {
+      EXPECT_FALSE(value.error().empty());
+    }
   }
 }
 

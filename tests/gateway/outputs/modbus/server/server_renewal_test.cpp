@@ -1,11 +1,19 @@
 // Another configuration for a server that runs: which clients notice, and where requests under way
 // end.
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <asio/io_context.hpp>
+#include <asio/ip/address.hpp>
 #include <asio/post.hpp>
 #include <atomic>
+#include <cstdlib>
 #include <future>
+#include <string>
+#include <vector>
 
 #include "gateway/outputs/modbus/server/listener.h"
 #include "tests/gateway/outputs/modbus/service/route_fixture.h"
@@ -263,6 +271,116 @@ TEST_F(RenewalTest, WithoutListenersItGoesOn) {
   renewal.listeners.push_back(Opened(listener()));
   Renew(renewal);
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
+}
+
+// ---------------- A listening socket that systemd passes goes to the listener of its address, and
+// to nobody else.
+
+using asio::ip::tcp;
+
+constexpr int kFirst = 3;  // the first descriptor that systemd passes
+
+tcp::endpoint Loopback(std::uint16_t port) { return {asio::ip::address_v4::loopback(), port}; }
+
+/// In a process of its own: what stands at 3 and 4 is lost.
+int TakesItsOwn() {
+  asio::io_context io;
+  tcp::acceptor wanted(io, Loopback(0));
+  tcp::acceptor other(io, Loopback(0));
+  const std::uint16_t port = wanted.local_endpoint().port();
+  const int sockets[] = {::fcntl(wanted.native_handle(), F_DUPFD, 100),
+                         ::fcntl(other.native_handle(), F_DUPFD, 100)};
+  for (int i = 0; i < 2; ++i) ::dup2(sockets[i], kFirst + i);
+  ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+  ::setenv("LISTEN_FDS", "2", 1);
+  PassedSockets passed;
+  if (std::getenv("LISTEN_FDS") != nullptr || std::getenv("LISTEN_PID") != nullptr) return 1;
+  if (passed.Take({asio::ip::address_v4::any(), port})) return 2;
+  if (passed.Take({asio::ip::address_v6::loopback(), port})) return 3;
+  const auto taken = passed.Take(Loopback(port));
+  if (taken != kFirst) return 4;
+  if ((::fcntl(kFirst, F_GETFD) & FD_CLOEXEC) == 0) return 5;
+  return passed.Take(Loopback(port)) ? 6 : 0;
+}
+
+TEST(PassedSocketsDeathTest, GoToTheListenerOfTheirAddress) {
+  EXPECT_EXIT(std::_Exit(TakesItsOwn()), ::testing::ExitedWithCode(0), "");
+}
+
+TEST(PassedSockets, AreNoneForAProcessThatIsNotMeant) {
+  ::setenv("LISTEN_PID", "1", 1);
+  ::setenv("LISTEN_FDS", "1", 1);
+  {
+    PassedSockets passed;
+    EXPECT_FALSE(passed.Take(Loopback(502)));
+  }
+  ::unsetenv("LISTEN_PID");
+  ::unsetenv("LISTEN_FDS");
+}
+
+// ---------------- The allow list of a listener.
+
+PeerAddress Peer(const std::string& text) {
+  const auto address = asio::ip::make_address(text);
+  if (address.is_v6()) return address.to_v6().to_bytes();
+  return asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4()).to_bytes();
+}
+
+config::Network Network(const std::string& address, int prefix) {
+  config::Network network;
+  network.text = address + "/" + std::to_string(prefix);
+  network.bytes = Peer(address);
+  network.prefix = address.find(':') == std::string::npos ? 96 + prefix : prefix;
+  return network;
+}
+
+TEST(Access, AnEmptyListAllowsEverybody) { EXPECT_TRUE(Allows({}, Peer("203.0.113.9"))); }
+
+TEST(Access, Ipv4NetworksEndWhereTheirPrefixSays) {
+  const std::vector list = {Network("10.0.0.0", 8), Network("192.0.2.128", 25)};
+  EXPECT_TRUE(Allows(list, Peer("10.255.0.1")));
+  EXPECT_FALSE(Allows(list, Peer("11.0.0.1")));
+  EXPECT_TRUE(Allows(list, Peer("192.0.2.200")));
+  EXPECT_FALSE(Allows(list, Peer("192.0.2.127")));
+}
+
+TEST(Access, AMappedPeerIsItsIpv4Address) {
+  const std::vector list = {Network("127.0.0.1", 32)};
+  EXPECT_TRUE(Allows(list, Peer("::ffff:127.0.0.1")));
+  EXPECT_FALSE(Allows(list, Peer("::ffff:127.0.0.2")));
+  EXPECT_FALSE(Allows(list, Peer("::7f00:1")));
+}
+
+TEST(Access, Ipv4BytesNeedNoMappedPrefix) {
+  config::Network network = Network("127.0.0.1", 32);
+  network.bytes[10] = network.bytes[11] = 0;
+  EXPECT_TRUE(Allows(std::vector{network}, Peer("127.0.0.1")));
+}
+
+TEST(Access, Ipv6Networks) {
+  const std::vector list = {Network("2001:db8::", 32), Network("::1", 128)};
+  EXPECT_TRUE(Allows(list, Peer("2001:db8:1::5")));
+  EXPECT_FALSE(Allows(list, Peer("2001:db9::5")));
+  EXPECT_TRUE(Allows(list, Peer("::1")));
+  EXPECT_FALSE(Allows(list, Peer("127.0.0.1")));
+}
+
+TEST(Access, AllOfIpv4IsNotIpv6) {
+  const std::vector list = {Network("0.0.0.0", 0)};
+  EXPECT_TRUE(Allows(list, Peer("203.0.113.9")));
+  EXPECT_FALSE(Allows(list, Peer("2001:db8::1")));
+}
+
+TEST(Access, TheFirstClientRuleThatFitsGivesThePriority) {
+  using config::Priority;
+  config::Listener listener;
+  listener.priority = Priority::low;
+  listener.clients = {{Network("10.0.0.7", 32), Priority::high},
+                      {Network("10.0.0.0", 8), Priority::normal},
+                      {Network("10.0.0.7", 32), Priority::low}};
+  EXPECT_EQ(PriorityOf(listener, Peer("10.0.0.7")), Priority::high);
+  EXPECT_EQ(PriorityOf(listener, Peer("10.0.0.8")), Priority::normal);
+  EXPECT_EQ(PriorityOf(listener, Peer("192.0.2.1")), Priority::low);
 }
 
 }  // namespace

@@ -3,10 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "gateway/outputs/modbus/service/route_table.h"
 #include "gateway/outputs/modbus/service/router.h"
 #include "gateway/outputs/modbus/service/traffic_book.h"
+#include "tests/gateway/outputs/modbus/registers/points.h"
 #include "tests/gateway/outputs/modbus/service/fake_target.h"
+#include "tests/gateway/outputs/modbus/service/service_fixture.h"
+#include "tests/gateway/records/audit/remembering_log.h"
 
 namespace baudgate::modbus {
 namespace {
@@ -104,6 +109,125 @@ TEST_F(RouteTargetsTest, ARouteOfBeforeIsCountedAndNotShown) {
   EXPECT_EQ(routes[0].ok, 0U);
   EXPECT_EQ(routes[1].units, "60");
   EXPECT_EQ(routes[1].requests, 1U);
+}
+
+using Kind = Way::Kind;
+
+class RouteTableTest : public testing::Test {
+ protected:
+  RouteTableTest() : config_(MakeConfig({MakeDevice(20, {}), MakeDevice(21, {})})) {
+    AddRoutedLines(config_);
+  }
+  void Add(std::uint8_t first, std::uint8_t last) {
+    config_.modbus.routes.push_back(RouteTo(config_, 1, first, last));
+  }
+  Way Of(std::uint8_t unit) const { return Of(unit, RouteList(config_.modbus.routes)); }
+  Way Of(std::uint8_t unit, const RouteList& routes) const {
+    return RouteTable(config_, routes).of(unit);
+  }
+
+  config::Config config_;
+};
+
+TEST_F(RouteTableTest, WithoutRoutesThereAreDevicesAndTheGateway) {
+  EXPECT_EQ(Of(20).kind, Kind::device);
+  EXPECT_EQ(Of(0).kind, Kind::gateway);
+  EXPECT_EQ(Of(255).kind, Kind::gateway);
+  for (const std::uint8_t unit : std::array<std::uint8_t, 6>{1, 19, 22, 247, 248, 254})
+    EXPECT_EQ(Of(unit).kind, Kind::none);
+}
+
+TEST_F(RouteTableTest, DevicesComeBeforeRoutes) {
+  Add(1, 247);
+  EXPECT_EQ(Of(19).kind, Kind::route);
+  EXPECT_EQ(Of(20).kind, Kind::device);
+  EXPECT_EQ(Of(21).kind, Kind::device);
+  EXPECT_EQ(Of(22).kind, Kind::route);
+}
+
+TEST_F(RouteTableTest, TheFirstRouteThatNamesTheUnitWins) {
+  Add(33, 40);
+  Add(40, 41);
+  Add(1, 247);
+  EXPECT_EQ(Of(33).route, 0U);
+  EXPECT_EQ(Of(40).route, 0U);
+  EXPECT_EQ(Of(41).route, 1U);
+  EXPECT_EQ(Of(42).route, 2U);
+  EXPECT_EQ(Of(248).kind, Kind::none);
+}
+
+TEST_F(RouteTableTest, ARouteTakesTheGatewaysUnitsOverWhenItNamesThem) {
+  Add(255, 255);
+  EXPECT_EQ(Of(0).kind, Kind::gateway);
+  EXPECT_EQ(Of(255).kind, Kind::route);
+  Add(0, 0);
+  EXPECT_EQ(Of(0).kind, Kind::route);
+  EXPECT_EQ(Of(0).route, 1U);
+}
+
+// ---------------- Every routed write leaves its record, whatever becomes of it; nothing waits for
+// that.
+
+constexpr const char* kWrite = "06 00 08 00 07";
+
+class RoutedWriteTest : public ServiceTest {
+ protected:
+  RoutedWriteTest() {
+    links_.writes = &log_;
+    Add(1, 20, 29);
+  }
+  std::vector<std::string> Noted() const {
+    std::vector<std::string> all;
+    for (const audit::WriteRecord& record : log_.noted) {
+      all.push_back(record.client + " " + record.line + " " + record.device + " " + record.point +
+                    " " + ToText(record.value) + " " + std::string(audit::OutcomeOf(record)));
+    }
+    return all;
+  }
+  audit::RememberingLog log_;
+};
+
+TEST_F(RoutedWriteTest, IsRecordedBehindItsExchange) {
+  Ask(21, kWrite);
+  EXPECT_TRUE(log_.noted.empty());
+  drive_.Wait(0).done(GoodReply(kWrite));
+  EXPECT_THAT(Noted(), ElementsAre("10.0.0.7:40112 drive unit 21 06 holding 8 7 ok"));
+  EXPECT_EQ(Settle().size(), 1U);
+  EXPECT_TRUE(log_.begun.empty() && log_.waited.empty()) << "it waits for nothing";
+}
+
+TEST_F(RoutedWriteTest, ReadsAreNot) {
+  Ask(21, "03 00 00 00 01");
+  drive_.Wait(0).done(GoodReply("03 02 00 00"));
+  Ask(21, "2B 0E 01 00");
+  EXPECT_TRUE(log_.noted.empty());
+}
+
+TEST_F(RoutedWriteTest, RefusalsAndSilenceAreWhatTheyAre) {
+  Ask(21, kWrite);
+  drive_.Wait(0).done(SlaveException("86 02"));
+  Ask(21, kWrite);
+  drive_.Wait(1).done(Trouble(Outcome::no_reply, "silence"));
+  Ask(21, kWrite);
+  drive_.Wait(2).done(Trouble(Outcome::line_down, "unplugged", false));
+  EXPECT_THAT(Noted(), ElementsAre(testing::EndsWith("refused"), testing::EndsWith("unknown"),
+                                   testing::EndsWith("not_sent")));
+}
+
+TEST_F(RoutedWriteTest, WhatIsNotLetInIsRecorded) {
+  drive_.full = true;
+  Ask(21, kWrite);
+  listener().permit = config::Permit::read;
+  Ask(21, kWrite);
+  EXPECT_THAT(Noted(), ElementsAre(testing::EndsWith("busy"), testing::EndsWith("denied")));
+  EXPECT_EQ(log_.noted[0].kind, audit::Kind::denied);
+}
+
+TEST_F(RoutedWriteTest, ABroadcastIsNeverConfirmed) {
+  listener().broadcast = config::Listener::Broadcast::pass;
+  Ask(0, kWrite);
+  drive_.Wait(0).done(GoodReply(Bytes{}));
+  EXPECT_THAT(Noted(), ElementsAre("10.0.0.7:40112 drive unit 0 06 holding 8 7 unknown"));
 }
 
 }  // namespace

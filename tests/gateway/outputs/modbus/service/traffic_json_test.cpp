@@ -2,12 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/traffic_json.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
+#include "gateway/outputs/modbus/service/traffic.h"
 #include "gateway/outputs/status/status_json.h"
 #include "gateway/tools/cli/client/status_view.h"
 #include "gateway/tools/cli/client/traffic_view.h"
 #include "tests/gateway/outputs/fake_output.h"
+#include "tests/gateway/outputs/modbus/service/service_fixture.h"
 #include "tests/gateway/outputs/status/table_docs.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
@@ -144,6 +149,354 @@ TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
   EXPECT_THAT(shown("bay-1"), Not(HasSubstr("10.0.0.9")));
   EXPECT_THAT(shown("io"), Not(HasSubstr("route to")));
   EXPECT_THAT(shown("io"), Not(HasSubstr("master on")));
+}
+
+}  // namespace
+}  // namespace baudgate::control
+
+namespace baudgate::modbus {
+namespace {
+
+// ---------------- Counters of clients and routes.
+
+using testing::IsEmpty;
+using testing::SizeIs;
+
+class TrafficTest : public ServiceTest {
+ protected:
+  /// The identity that traffic.h promises.
+  static void ExpectSum(const RouteCounters& counters, std::uint64_t under_way) {
+    EXPECT_EQ(counters.requests, counters.ok + counters.refused + counters.denied +
+                                     counters.no_reply + counters.expired + counters.busy +
+                                     counters.dropped + counters.broadcasts + under_way);
+  }
+};
+
+TEST_F(TrafficTest, RequestsOfAListenerAreCountedByFunctionAndAnswer) {
+  Enter(wire_, config::Priority::high);
+  Ask(1, "03 00 00 00 01");
+  Ask(1, "03 00 00 00 01");
+  Ask(1, "03 00 09 00 01");
+  Ask(1, "6F");
+  services_[0]->Close();
+  std::vector<std::string> counts;
+  for (const FunctionCount& count : Traffic().functions) {
+    counts.push_back(fmt::format("{} {} {} {}", count.listener, count.function, count.exception,
+                                 count.requests));
+  }
+  EXPECT_THAT(counts, testing::ElementsAre("127.0.0.1:1502 3 0 2", "127.0.0.1:1502 3 2 1",
+                                           "127.0.0.1:1502 0 1 1"));
+}
+
+TEST_F(TrafficTest, AClientsRequestsAndBytes) {
+  Add(1, 20, 20);
+  Enter(wire_, config::Priority::high);
+  const Now entered = Clocks();
+  ASSERT_THAT(Traffic().clients, SizeIs(1));
+  EXPECT_EQ(Traffic().clients[0].last_request, WallTime{});
+  Ask(1, "03 00 00 00 01");
+  Ask(1, "03 00 09 00 01");
+  Ask(20, kRead);
+  now_ += 2s;
+  const ClientStatus client = Traffic().clients[0];
+  EXPECT_EQ(client.id, drive_.Wait(0).client);
+  EXPECT_EQ(client.peer, "10.0.0.7:40112");
+  EXPECT_EQ(client.listener, "127.0.0.1:1502");
+  EXPECT_EQ(client.priority, config::Priority::high);
+  EXPECT_EQ(client.since, entered.wall);
+  EXPECT_EQ(client.last_request, entered.wall);
+  EXPECT_EQ(client.requests, 3U);
+  EXPECT_EQ(client.exceptions, 1U);
+  EXPECT_EQ(client.bytes_in, 36U);
+  EXPECT_EQ(client.bytes_out, 11U + 9U);
+  EXPECT_EQ(client.outstanding, 1U);
+  drive_.Wait(0).done(SlaveException("83 02"));
+  Settle();
+  EXPECT_EQ(Traffic().clients[0].exceptions, 2U);
+  EXPECT_EQ(Traffic().clients[0].bytes_out, 11U + 9U + 9U);
+  EXPECT_EQ(Traffic().clients[0].outstanding, 0U);
+  EXPECT_EQ(shared_->counters().Snapshot().exceptions, 2U);
+}
+
+TEST_F(TrafficTest, BytesOfRtuClientsAreThoseOfTheirFrames) {
+  listener().framing = Framing::rtu;
+  Ask(1, "03 00 00 00 01");
+  EXPECT_EQ(Traffic().clients[0].bytes_in, 8U);
+  EXPECT_EQ(Traffic().clients[0].bytes_out, 7U);
+}
+
+TEST_F(TrafficTest, EveryClientIsCountedByItself) {
+  KeptWire other;
+  Enter(wire_);
+  Enter(other)->Handle(Frame(1, "03 00 00 00 01"), Clocks());
+  ASSERT_THAT(Traffic().clients, SizeIs(2));
+  EXPECT_LT(Traffic().clients[0].id, Traffic().clients[1].id);
+  EXPECT_EQ(Traffic().clients[0].requests, 0U);
+  EXPECT_EQ(Traffic().clients[1].requests, 1U);
+  const std::uint64_t second = IdOf(1);
+  services_[0]->Close();
+  ASSERT_THAT(Traffic().clients, SizeIs(1));
+  EXPECT_EQ(IdOf(0), second);
+}
+
+/// Whoever raises alarms hears how each ended, by the unit that the client has asked for.
+TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
+  Add(1, 20, 22).remap = 1;
+  std::vector<std::string> told;
+  links_.routed = [&told](const RoutedReport& end, Now) {
+    told.push_back(end.route.Target() + " " + std::to_string(end.unit) + " " +
+                   std::to_string(static_cast<int>(end.end)) + " " + end.reply.reason);
+  };
+  Ask(21, kRead);
+  Ask(22, kRead);
+  RoutedReply silence;
+  silence.outcome = Outcome::no_reply;
+  silence.reason = "no reply";
+  silence.sent = true;
+  drive_.Wait(0).done(SlaveException("83 02"));
+  drive_.Wait(1).done(silence);
+  Settle();
+  EXPECT_THAT(told, testing::ElementsAre("line drive 21 1 ", "line drive 22 2 no reply"));
+}
+
+TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
+  Add(1, 20, 22);
+  config_.modbus.routes.back().remap = 1;
+  Add(2, 30, 30);
+  RoutedReply ok = GoodReply("03 02 00 07");
+  ok.waited = 30ms;
+  RoutedReply shared = ok;
+  shared.shared = true;
+  shared.waited = 10ms;
+  // Two ask long ago, so that their answers come after the deadline.
+  const std::size_t kLate[] = {5, 6};
+  const RoutedReply replies[] = {ok,
+                                 shared,
+                                 SlaveException("83 02"),
+                                 Trouble(Outcome::corrupt, "checksum"),
+                                 Trouble(Outcome::line_down, "the port is closed", false),
+                                 Trouble(Outcome::no_reply, "waited too long", false),
+                                 Trouble(Outcome::no_reply, "silence"),
+                                 Trouble(Outcome::no_reply, "the slave is absent", false)};
+  std::size_t number = 0;
+  for (const RoutedReply& reply : replies) {
+    const bool late = std::ranges::find(kLate, number) != std::end(kLate);
+    now_ -= late ? 1h : 0h;
+    Ask(static_cast<std::uint8_t>(20 + number % 3), kRead);
+    now_ += late ? 1h : 0h;
+    drive_.Wait(number++).done(reply);
+    Settle();
+  }
+  Ask(20, kRead);
+  drive_.full = true;
+  Ask(20, kRead);
+  const TrafficStatus traffic = Traffic();
+  ASSERT_THAT(traffic.routes, SizeIs(2)) << "none for broadcasts, as there were none";
+  const RouteStatus& route = traffic.routes[0];
+  EXPECT_EQ(route.units, "20-22");
+  EXPECT_EQ(route.target, "line drive");
+  EXPECT_EQ(route.requests, 10U);
+  EXPECT_EQ(route.ok, 2U);
+  EXPECT_EQ(route.refused, 1U);
+  EXPECT_EQ(route.no_reply, 4U);
+  EXPECT_EQ(route.expired, 1U);
+  EXPECT_EQ(route.busy, 1U);
+  EXPECT_EQ(route.shared, 1U);
+  EXPECT_EQ(route.longest_wait, 30ms);
+  EXPECT_EQ(route.total_wait, 40ms);
+  EXPECT_EQ(route.last_trouble, "too many requests wait already");
+  ExpectSum(route, 1);
+  ASSERT_THAT(route.by_unit, SizeIs(3));
+  EXPECT_EQ(route.by_unit.at(20).requests, 5U);
+  EXPECT_EQ(route.by_unit.at(21).requests, 3U);
+  ExpectSum(route.by_unit.at(20), 1);
+  EXPECT_EQ(traffic.routes[1].requests, 0U);
+  EXPECT_THAT(traffic.routes[1].by_unit, IsEmpty());
+  services_[0]->Close();
+  EXPECT_EQ(Traffic().routes[0].dropped, 1U);
+  ExpectSum(Traffic().routes[0], 0);
+}
+
+TEST_F(TrafficTest, WhatTheListenerDoesNotPermitIsCounted) {
+  Add(1, 20, 22);
+  listener().permit = config::Permit::read;
+  Ask(21, "06 00 08 00 07");
+  const RouteStatus route = Traffic().routes.at(0);
+  EXPECT_EQ(route.denied, 1U);
+  EXPECT_EQ(route.by_unit.at(21).denied, 1U);
+  EXPECT_EQ(route.last_trouble, "") << "the slave has none";
+  ExpectSum(route, 0);
+}
+
+TEST(TrafficBookTest, APortsTimesAreTheCallers) {
+  TrafficBook book;
+  config::Listener listener;
+  listener.path = "/dev/ttyUSB0";
+  const std::size_t port = book.AddMaster(listener, WallTime(1h));
+  const auto master = [&book] { return book.Status({}).masters.at(0); };
+  EXPECT_EQ(master().since, WallTime(1h));
+  book.ShowPort(port, true, "open", WallTime(2h));
+  book.Heard(port, WallTime(3h));
+  book.ShowPort(port, true, "still open", WallTime(4h));
+  EXPECT_EQ(master().since, WallTime(2h)) << "since it is open";
+  EXPECT_EQ(master().last_frame, WallTime(3h));
+  book.HeardEcho(port);
+  EXPECT_EQ(master().echoes, 1U);
+  book.ShowPort(port, false, "gone", WallTime(5h));
+  EXPECT_EQ(master().since, WallTime(5h));
+}
+
+TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
+  Add(1, 20, 20);
+  Ask(20, kRead);
+  drive_.Wait(0).done(Trouble(Outcome::partial, "stopped mid-frame"));
+  Ask(20, kRead);
+  RoutedReply refused = SlaveException("83 02");
+  refused.reason = "illegal data address";
+  drive_.Wait(1).done(refused);
+  Settle();
+  EXPECT_EQ(Traffic().routes[0].last_trouble, "stopped mid-frame");
+}
+
+}  // namespace
+}  // namespace baudgate::modbus
+
+namespace baudgate::control {
+namespace {
+
+// ---------------- What is said of serial masters and routes, and when nothing is.
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr WallTime kToday = WallTime(1000h);
+
+modbus::MasterStatus Open() {
+  modbus::MasterStatus master;
+  master.port = "/dev/ttyS1";
+  master.is_open = true;
+  master.text = "19200 8E1";
+  master.since = kToday - 3h;
+  master.frames = 1000;
+  master.last_frame = kToday - 1s;
+  return master;
+}
+
+TEST(DiagnoseMaster, OneThatIsHeardNeedsNoWord) {
+  modbus::MasterStatus master = Open();
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty());
+  master.damaged = 9;
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "now and then";
+}
+
+TEST(DiagnoseMaster, DamageIsSaidWithTheSettings) {
+  modbus::MasterStatus master = Open();
+  master.damaged = 250;
+  EXPECT_THAT(
+      DiagnoseMaster(master, kToday),
+      ElementsAre("250 of 1250 frames were damaged and not answered: check bit rate, parity "
+                  "and wiring (19200 8E1)"));
+}
+
+TEST(DiagnoseMaster, OneOfAnotherFramingIsTold) {
+  modbus::MasterStatus master = Open();
+  master.other = modbus::Framing::ascii;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("the master is not understood: it speaks Modbus ASCII, and Modbus RTU is "
+                          "spoken here; set framing: ascii at the listener, or change the other "
+                          "side"));
+}
+
+TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
+  modbus::MasterStatus master = Open();
+  master.is_open = false;
+  master.text = "No such file or directory";
+  master.since = kToday - 5min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("port closed for 5 min: No such file or directory; it is tried again "
+                          "until it works"));
+}
+
+TEST(DiagnoseMaster, AnEchoIsSaidWhateverElseIsHeard) {
+  modbus::MasterStatus master = Open();
+  master.echoes = 7;
+  const char* kEcho = "the adapter has given back 7 of the gateway's own replies: set echo: strip";
+  EXPECT_THAT(DiagnoseMaster(master, kToday), ElementsAre(kEcho));
+  master.last_frame = kToday - 2min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre(kEcho, "no request for 2 min: does the master still poll?"));
+}
+
+TEST(DiagnoseMaster, SilenceIsSaidByWhatWasHeardBefore) {
+  modbus::MasterStatus master = Open();
+  master.last_frame = kToday - 2min;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("no request for 2 min: does the master still poll?"));
+  master.last_frame = {};
+  master.frames = 0;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("not a byte was heard for 3 h: does the master poll, are A and B "
+                          "swapped?"));
+  master.damaged = 7;
+  EXPECT_THAT(DiagnoseMaster(master, kToday),
+              ElementsAre("bytes, but no whole request for 3 h: check bit rate, parity and wiring "
+                          "(19200 8E1)"));
+  master.since = kToday - 30s;
+  master.damaged = 0;
+  EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
+}
+
+TEST(DiagnoseRoute, OneThatAnswersNeedsNoWord) {
+  modbus::RouteStatus route;
+  route.requests = 12;
+  route.ok = 10;
+  route.refused = route.dropped = 1;
+  EXPECT_THAT(DiagnoseRoute(route, kToday), IsEmpty());
+}
+
+TEST(DiagnoseRoute, FailuresAndLateRepliesAreSaid) {
+  modbus::RouteStatus route;
+  route.requests = 12;
+  route.no_reply = route.expired = route.busy = 1;
+  route.late = 2;
+  route.last_trouble = "is gone";
+  route.last_trouble_at = kToday - 30s;
+  const std::string failed = "3 of 12 requests had no good reply, the last 30 s ago: is gone; ";
+  const std::string late =
+      "2 replies came after their deadline and were dropped: raise the route's deadline";
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(failed + "look at the power and the wire of its units", late));
+  route.no_reply = 0;
+  route.busy = 2;
+  EXPECT_THAT(
+      DiagnoseRoute(route, kToday),
+      ElementsAre(failed + "clients ask faster than the line can: let them ask less", late));
+  route.busy = 0;
+  route.expired = 3;
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(failed + "the line has no time for it: let clients ask less, or raise "
+                                   "the route's deadline",
+                          late));
+  route.last_trouble_at = kToday - 11min;
+  EXPECT_THAT(DiagnoseRoute(route, kToday), ElementsAre(late)) << "it is over";
+}
+
+TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
+  modbus::RouteStatus route;
+  route.target = "line drive";
+  route.requests = route.by_unit[51].requests = 40;
+  route.no_reply = route.by_unit[51].no_reply = 40;
+  route.last_trouble = "no_reply";
+  route.last_trouble_at = kToday - 1s;
+  const std::string unit =
+      "unit 51 has never answered its clients (40 requests: no_reply): check "
+      "its power, its address and its wire; ";
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(unit + "check what they share as well: port, wiring, bit rate and parity "
+                                 "of line drive"));
+  route.by_unit[52].requests = route.by_unit[52].ok = 3;
+  EXPECT_THAT(DiagnoseRoute(route, kToday),
+              ElementsAre(unit + "line drive is right, unit 52 answers"));
 }
 
 }  // namespace

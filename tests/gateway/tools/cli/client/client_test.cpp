@@ -5,11 +5,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <map>
 #include <sstream>
+#include <string>
 
+#include "gateway/base/time.h"
+#include "gateway/records/history/history_view.h"
 #include "gateway/tools/cli/client/control_client.h"
+#include "gateway/tools/cli/client/history.h"
 #include "gateway/tools/cli/client/operation.h"
 #include "gateway/tools/cli/client/status.h"
+#include "gateway/tools/cli/client/status_view.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
 namespace baudgate::control {
@@ -219,5 +225,224 @@ TEST_F(ClientTest, InUseSaysThatARestartForgets) {
   EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use, it is asked again\n");
 }
 
+// ---------------- Billing readings as a table: of a gateway that keeps those of one meter.
+
+struct KeptReadings final : events::EventSource {
+  events::EventsState state() const override {
+    events::EventsState state;
+    state.disk = Disk::fine;
+    return state;
+  }
+  std::vector<events::Alarm> Alarms() const override { return {}; }
+  std::size_t Acknowledge(const events::AckQuery&,
+                          std::function<void(const events::Acknowledged&)>) override {
+    return 0;
+  }
+  Result<events::Page> Read(const events::PageQuery&) const override { return events::Page(); }
+  Result<events::PastPage> ReadPast(const events::PastQuery& query) const override {
+    events::PastPage page;
+    const auto found = rows.find(query.line + "." + query.device + "." + query.name);
+    page.known = found != rows.end();
+    if (!page.known) return page;
+    for (const events::PastRow& row : found->second) {
+      const bool since = !query.since || row.time >= *query.since;
+      if (since && (!query.until || row.time < *query.until)) page.rows.push_back(row);
+    }
+    return page;
+  }
+
+  void Add(const std::string& name, const std::string& time, Value value,
+           Quality quality = Quality::good) {
+    rows[name].push_back({*ParseWallTime(time), {}, std::move(value), quality});
+  }
+  std::map<std::string, std::vector<events::PastRow>> rows;
+};
+
+class BillingTest : public ControlTest {
+ protected:
+  BillingTest() {
+    // A meter at +03:00.
+    for (const char* name : {"active_import", "active_export"}) {
+      const std::string month = std::string("bay-1.feeder-1.month.") + name;
+      const double more = name[7] == 'e' ? 1000 : 0;
+      kept_.Add(month, "2026-09-30T21:00:00.000Z", 1500.25 + more);
+      kept_.Add(month, "2026-10-31T21:00:00.000Z", 1750.5 + more);
+    }
+    kept_.Add("bay-1.feeder-1.month.active_import_t2", "2026-10-31T21:00:00.000Z", 250.0);
+    kept_.Add("bay-1.feeder-1.day.active_import", "2026-11-01T21:00:00.000Z", {},
+              Quality::bad_configuration);
+    GatewayInfo info{"1.2.3", kStarted};
+    info.events = &kept_;
+    StartServerWith(std::move(info));
+  }
+  ~BillingTest() override { StopServer(); }
+
+  int Run(HistoryOptions options) {
+    out_.str({});
+    err_.str({});
+    options.socket = path();
+    if (options.points.empty()) options.points = {"bay-1.feeder-1"};
+    return RunBilling(options, out_, err_);
+  }
+
+  KeptReadings kept_;
+  std::ostringstream out_;
+  std::ostringstream err_;
+};
+
+TEST_F(BillingTest, ATableOfReadingsAndTariffsByTheDateOfTheMeter) {
+  ASSERT_EQ(Run({}), 0) << err_.str();
+  EXPECT_EQ(
+      out_.str(),
+      "meter           reading  date        tariff  import kWh  export kWh  quality\n"
+      "bay-1.feeder-1  month    2026-10-01  all     1500.25     2500.25\n"
+      "bay-1.feeder-1  month    2026-11-01  all     1750.5      2750.5\n"
+      "bay-1.feeder-1  month    2026-11-01  2       250.0\n"
+      "bay-1.feeder-1  day      2026-11-02  all                             bad: configuration\n");
+  EXPECT_THAT(err_.str(), IsEmpty());
+}
+
+TEST_F(BillingTest, CsvHasPlainNumbersAndEmptyCells) {
+  HistoryOptions options;
+  options.csv = true;
+  options.since = ParseWallTime("2026-11-01").value();
+  options.until = ParseWallTime("2026-11-02").value();
+  ASSERT_EQ(Run(options), 0) << err_.str();
+  EXPECT_EQ(out_.str(),
+            "meter,reading,date,tariff,active_import_kwh,active_export_kwh,reactive_import_kvarh,"
+            "reactive_export_kvarh,quality_text\r\n"
+            "bay-1.feeder-1,month,2026-11-01,all,1750.5,2750.5,,,good\r\n"
+            "bay-1.feeder-1,month,2026-11-01,2,250.0,,,,good\r\n");
+}
+
+TEST_F(BillingTest, JsonIsOneObjectALine) {
+  HistoryOptions options;
+  options.json = true;
+  options.since = ParseWallTime("2026-11-02").value();
+  ASSERT_EQ(Run(options), 0) << err_.str();
+  const auto row = Json::parse(out_.str());
+  EXPECT_EQ(row["date"], "2026-11-02");
+  EXPECT_EQ(row["time"], "2026-11-01T21:00:00.000Z");
+  EXPECT_EQ(row["tariff"], 0);
+  EXPECT_TRUE(row["active_import"].is_null());
+}
+
+TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
+  EXPECT_EQ(Run({.points = {"bay-1.feeder-2"}}), 2);
+  EXPECT_THAT(out_.str(), IsEmpty());
+  EXPECT_EQ(Run({.points = {"bay-1.nobody"}}), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("nobody"));
+  HistoryOptions options;
+  options.until = ParseWallTime("2020-01-01").value();
+  EXPECT_EQ(Run(options), 0);
+  EXPECT_EQ(out_.str(), "no billing readings are kept of that time\n");
+}
+
+// ---------------- Values that were kept, as a table: which points are meant, and how it fits a
+// terminal.
+
+/// One value of each point that is asked for.
+struct OneValueEach final : history::HistorySource {
+  history::HistoryState state() const override {
+    history::HistoryState state;
+    state.disk = Disk::fine;
+    return state;
+  }
+  Result<history::Page> Read(const history::PageQuery&) const override {
+    history::Page page;
+    page.known = true;
+    page.records.emplace_back().entry = {history::ToMillis(kNow.wall), 1.5, Quality::good};
+    return page;
+  }
+  Result<history::TrendPage> ReadTrends(const history::TrendQuery&) const override {
+    return history::TrendPage();
+  }
+};
+
+class HistoryClient : public ControlTest {
+ protected:
+  HistoryClient() {
+    config_.history.points = {{.device = 0, .point = 0}, {.device = 1, .point = 0}};
+    GatewayInfo info{"1.2.3", kStarted};
+    info.history = std::make_shared<OneValueEach>();
+    StartServerWith(info);
+  }
+  int Run(std::vector<std::string> points, std::size_t width = 0) {
+    out_.str({});
+    return RunHistory({.points = std::move(points), .socket = path(), .width = width}, out_, err_);
+  }
+
+  std::ostringstream out_;
+  std::ostringstream err_;
+};
+
+TEST_F(HistoryClient, PatternsMeanThePointsThatAreKept) {
+  EXPECT_EQ(Run({"*.*.curr*", "bay-1.feeder-1.current"}), 0) << err_.str();
+  EXPECT_EQ(
+      out_.str(),
+      "time                      point                                        value  quality\n"
+      "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current                         1.5  good\n"
+      "2026-09-21T14:13:20.000Z  bay-1.feeder-2.current                         1.5  good\n");
+}
+
+TEST_F(HistoryClient, PatternsThatMeanNothingSayWhy) {
+  EXPECT_EQ(Run({"bay-1.*.power"}), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("no point is like 'bay-1.*.power'"));
+  EXPECT_EQ(Run({"*.*.voltage"}), 2);
+  EXPECT_THAT(err_.str(), HasSubstr("no value of a point like '*.*.voltage' is kept"));
+}
+
+TEST_F(HistoryClient, FitsATerminal) {
+  EXPECT_EQ(Run({"bay-1.feeder-1.current"}, 60), 0);
+  EXPECT_EQ(out_.str(),
+            "time                      point                   value\n"
+            "    quality\n"
+            "2026-09-21T14:13:20.000Z  bay-1.feeder-1.current    1.5\n"
+            "    good\n");
+}
+
 }  // namespace
 }  // namespace baudgate::control
+
+namespace baudgate {
+namespace {
+
+// ---------------- In which order the sentences of a status stand.
+
+using ::testing::ElementsAre;
+using Json = nlohmann::ordered_json;
+
+Json Device(const std::string& name, const std::string& state, int ok, const std::string& says) {
+  return {{"name", name},
+          {"state", state},
+          {"recent", {{"exchanges", 32}, {"ok", ok}}},
+          {"advice", Json::array({says})}};
+}
+
+TEST(StatusSentences, WhatFailsStandsAboveWhatSuffersFromIt) {
+  Json status;
+  status["modbus"] = {{"masters", Json::array()}, {"routes", Json::array()}};
+  status["lines"] = Json::array(
+      {{{"name", "bay"},
+        {"advice", Json::array({"noise"})},
+        {"devices", Json::array({Device("healthy", "online", 30, "two replies were late"),
+                                 Device("culprit", "online", 8, "its replies come damaged"),
+                                 Device("dead", "offline", 32, "not a byte came")})}}});
+  EXPECT_THAT(AdviceOf(status), ElementsAre("bay: noise", "bay.dead: not a byte came",
+                                            "bay.culprit: its replies come damaged",
+                                            "bay.healthy: two replies were late"));
+}
+
+TEST(StatusSentences, EachSectionHasItsOwn) {
+  const Json status = {{"gateway", "plant"},
+                       {"lines", Json::array()},
+                       {"dds", {{"advice", Json::array({"the process has not connected yet"})}}},
+                       {"new-output", {{"advice", Json::array({"nobody listens"})}}},
+                       {"audit", nullptr},
+                       {"files", {{"advice", Json::array()}}}};
+  EXPECT_THAT(AdviceOf(status),
+              ElementsAre("DDS: the process has not connected yet", "new-output: nobody listens"));
+}
+
+}  // namespace
+}  // namespace baudgate

@@ -9,9 +9,13 @@
 #include <sstream>
 
 #include "gateway/tools/cli/offline/check.h"
+#include "gateway/tools/cli/offline/check_parts.h"
+#include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
 #include "tests/config/fake_protocol.h"
+#include "tests/config/shipped.h"
+#include "tests/support/file_cases.h"
 
 namespace baudgate::testing {
 namespace {
@@ -282,6 +286,137 @@ TEST(Profiles, ListAndOne) {
   EXPECT_EQ(none.code, 2);
   EXPECT_EQ(none.err,
             "profile 'relais' is not installed; did you mean 'relay'? installed: broken, relay\n");
+}
+
+}  // namespace
+}  // namespace baudgate::testing
+
+namespace baudgate {
+namespace {
+
+// ---------------- `decode` on what a trace says of itself, for programs and for people.
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+struct Said {
+  int code = 0;
+  std::string out;
+  std::string err;
+};
+
+Said DecodeText(const std::string& text, const DecodeOptions& options = {}) {
+  std::istringstream in(text);
+  std::ostringstream out;
+  std::ostringstream err;
+  const int code = RunDecode(options, baudgate::testing::Shipped(), in, out, err);
+  return {code, out.str(), err.str()};
+}
+
+std::string Eight(const std::string& text) {
+  std::string all;
+  for (int i = 0; i < 8; ++i) all += text;
+  return all;
+}
+
+const std::string kFileHead =
+    "# baudgate 1.2.3: the last exchanges of a line\n"
+    "# line io, port /dev/ttyUSB0 9600 8N1, protocol dcon\n"
+    "# device ai-1, protocol dcon, profile icpdas-i-7017\n"
+    "# device ai-2, protocol dcon\n";
+const std::string kFileTrace =
+    "04:05:06.123456 ai-1 > 23 30 31 0D | #01.\n"
+    "04:05:06.140000 ai-1 < 3E" +
+    Eight(" 2B 30 31 2E 35 30 30") +
+    " 0D | >+01.500+01.500\n"
+    "04:05:06.140300 ai-1 = ok, 16.8 ms\n"
+    "04:05:07.000000 ai-2 > 23 30 32 0D | #02.\n"
+    "04:05:07.500000 ai-2 = no_reply: no reply after 500 ms\n";
+
+TEST(Decode, TakesProtocolAndProfileFromTheHead) {
+  const Said decoded = DecodeText(kFileHead + kFileTrace);
+  EXPECT_EQ(decoded.code, 0) << decoded.err;
+  EXPECT_THAT(decoded.out, HasSubstr(R"("point":"input_0","value":1.5,"unit":"V")"));
+  EXPECT_THAT(decoded.out, HasSubstr(R"({"outcome":"no_reply","reason":"no reply after 500 ms")"));
+}
+
+TEST(Decode, WhatTheWordsSayHoldsForAll) {
+  const Said decoded = DecodeText(kFileHead + kFileTrace, {.protocol = "dcon"});
+  EXPECT_EQ(decoded.code, 0) << decoded.err;
+  EXPECT_THAT(decoded.out, HasSubstr(R"({"point":"#[0]","value":1.5,"quality")"));
+}
+
+TEST(Decode, SaysThatItHasToBeToldTheProtocol) {
+  const Said decoded = DecodeText(kFileTrace);
+  EXPECT_EQ(decoded.code, 2);
+  EXPECT_EQ(decoded.err, "baudgate: --protocol is missing, and no head of a trace names one\n");
+}
+
+TEST(Decode, PrintsProseForPeople) {
+  const Said decoded = DecodeText(kFileHead + kFileTrace, {.prose = true, .width = 40});
+  EXPECT_THAT(decoded.out,
+              StartsWith("04:05:06.123456 ai-1: ok\n  input_0 1.5 V\n  input_1 1.5 V\n"));
+  EXPECT_THAT(decoded.out, EndsWith("04:05:07.000000 ai-2: no_reply: no reply\n  after 500 ms\n"));
+}
+
+}  // namespace
+}  // namespace baudgate
+
+namespace baudgate::testing {
+namespace {
+
+// ---------------- What `baudgate check` prints of listeners and routes, letter by letter.
+
+constexpr const char* kLines =
+    "lines:\n"
+    "- { name: bay, port: /dev/a, protocol: fake, devices: [\n"
+    "    { name: feeder, address: 1, unit: 36, profile: relay },\n"
+    "    { name: spare, address: 2, unit: 5, profile: relay, enabled: false },\n"
+    "    { name: hidden, address: 3, profile: relay }] }\n"
+    "- { name: drive, port: /dev/b, protocol: modbus_rtu }\n"
+    "- { name: text, port: /dev/c, protocol: modbus_ascii }\n";
+
+std::string Table(const std::string& modbus) {
+  const auto loaded = LoadModbus("modbus: { " + modbus + " }\n" + kLines);
+  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);
+  std::ostringstream out;
+  PrintRouteTable(loaded.config, out);
+  return out.str();
+}
+
+std::string CheckUnits(const std::string& text) {
+  const std::string path = ::testing::TempDir() + "baudgate_route_table.yaml";
+  std::ofstream(path) << text;
+  std::ostringstream out;
+  std::ostringstream err;
+  EXPECT_EQ(RunCheck(path, ModbusCatalog(), out, err, false), 0) << err.str();
+  std::remove(path.c_str());
+  return out.str();
+}
+
+TEST(RouteTable, IsPrintedAsInTheFile) {
+  const auto cases = ReadFileCases("tests/gateway/tools/cli/offline/units.txt");
+  EXPECT_GT(cases.size(), 10U);
+  for (const FileCase& one : cases) {
+    SCOPED_TRACE(one.place);
+    std::string given;
+    for (const std::string& line : one.given) given += line + "\n";
+    const std::string printed = one.head == "units" ? Table(given) : CheckUnits(given + kLines);
+    std::string whole;
+    std::string part;
+    for (const auto& [sign, line] : one.results) {
+      if (sign == '=') whole += line + "\n";
+      if (sign == '~') part += (part.empty() ? "" : "\n") + line;
+      if (sign == '!') {
+        EXPECT_EQ(printed.find(line), std::string::npos) << printed;
+      }
+    }
+    EXPECT_THAT(printed, HasSubstr(part));
+    if (!whole.empty()) {
+      EXPECT_EQ(printed, whole);
+    }
+  }
 }
 
 }  // namespace

@@ -7,10 +7,16 @@
 
 #include <filesystem>
 #include <fstream>
+#include <regex>
+#include <set>
 #include <sstream>
 
+#include "config/loader.h"
 #include "gateway/base/exit_code.h"
+#include "gateway/tools/cli/offline/make_line.h"
+#include "gateway/tools/cli/offline/map.h"
 #include "gateway/tools/cli/offline/profiles.h"
+#include "tests/config/fake_protocol.h"
 #include "tests/config/shipped.h"
 
 namespace baudgate::testing {
@@ -146,6 +152,133 @@ TEST_F(ProfileFiles, TheProtocolIsThatOfTheFolderOrTheBestFit) {
   EXPECT_EQ(Check("mine.yaml", relay, "dcn"), kExitUsage);
   EXPECT_THAT(err_.str(), HasSubstr("did you mean 'dcon'"));
   EXPECT_EQ(Check("dcon/mine.yaml", relay), kExitBadConfiguration);
+}
+
+// ---------------- Lines out of profiles and words of the command line: complete as from a file,
+// and as well checked.
+
+Result<config::Line> Make(const WantedDevice& device, const std::string& protocol = "fake",
+                          const std::string& serial = "") {
+  return MakeLine({.protocol = protocol, .serial = serial, .devices = {device}}, FakeCatalog());
+}
+
+std::string ErrorOf(const Result<config::Line>& line) { return line ? "none" : line.error(); }
+
+TEST(MakeLine, IsTheLineThatAFileWouldGive) {
+  const auto made = Make({.profile = "relay", .address = "5", .set = {"mode=careful"}});
+  ASSERT_TRUE(made) << made.error();
+  const auto loaded = Load(
+      "lines:\n- { name: line, port: /dev/null, protocol: fake, devices: [{ name: device, "
+      "address: 5, profile: relay, mode: careful }] }\n");
+  ASSERT_EQ(Shown(loaded.problems), "");
+  const config::Line& configured = loaded.config.lines.at(0);
+  EXPECT_EQ(made->name, configured.name);
+  EXPECT_EQ(made->port, configured.port);
+  EXPECT_EQ(made->protocol, configured.protocol);
+  EXPECT_EQ(made->serial.ToString(), configured.serial.ToString());
+  EXPECT_EQ(made->options.all(), configured.options.all());
+  const config::Device& device = made->devices.at(0);
+  const config::Device& same = configured.devices.at(0);
+  EXPECT_EQ(device.name, same.name);
+  EXPECT_EQ(device.address, same.address);
+  EXPECT_EQ(device.title, same.title);
+  EXPECT_EQ(device.poll, same.poll);
+  EXPECT_EQ(device.word_order, same.word_order);
+  EXPECT_EQ(device.options.all(), same.options.all());
+  EXPECT_EQ(device.options.Text("mode"), "careful");
+  EXPECT_EQ(device.points.size(), same.points.size());
+}
+
+TEST(MakeLine, TakesTheProtocolOfTheProfileAndTheSerialSettingsOfTheProtocol) {
+  const auto made = Make({.profile = "relay", .address = "5"}, "");
+  ASSERT_TRUE(made) << made.error();
+  EXPECT_EQ(made->protocol, "fake");
+  EXPECT_EQ(made->serial.ToString(), "19200 8E1");
+  const auto slow = Make({.profile = "relay", .address = "5"}, "fake", "9600 7E1");
+  ASSERT_TRUE(slow) << slow.error();
+  EXPECT_EQ(slow->serial.ToString(), "9600 7E1");
+}
+
+TEST(MakeLine, SaysAllThatIsWrong) {
+  EXPECT_EQ(
+      ErrorOf(Make({.address = "100", .set = {"widht=7", "mode=fats", "width"}}, "fake", "9600")),
+      "serial: '9600' is not speed and character form; write for example 9600 8N1\n"
+      "--set: unknown key 'widht'; did you mean 'width'? allowed: checksum, width, ratio, "
+      "mode, password, pin, pause, tags\n"
+      "--set: mode: 'fats' is unknown; did you mean 'fast'? allowed: fast, slow, careful\n"
+      "--set: write key=value\n"
+      "address: '100' is no address; allowed: 1…99");
+  EXPECT_EQ(ErrorOf(Make({.address = "1", .set = {"mode=slow", "width=20"}})),
+            "device 'device': mode slow has no room for width 20");
+}
+
+TEST(MakeLine, NamesWhatIsNotInstalled) {
+  EXPECT_EQ(ErrorOf(Make({.address = "1"}, "fakes")),
+            "protocol: 'fakes' is not installed; did you mean 'fake'? installed: fake, other");
+  EXPECT_EQ(ErrorOf(Make({.profile = "relai", .address = "1"}, "")),
+            "no profile named 'relai'; `baudgate profiles` lists them");
+  EXPECT_EQ(ErrorOf(Make({.profile = "./relay.yaml", .address = "1"}, "")),
+            "a profile given by its path needs --protocol");
+}
+
+TEST(MakeLine, AProblemOfAProfileNamesItsPlace) {
+  const std::string error = ErrorOf(Make({.profile = "broken", .address = "1"}));
+  EXPECT_EQ(error.find("tests/config/profiles/fake/broken.yaml:3:22: point 'a': read 'X1'"), 0U)
+      << error;
+}
+
+TEST(MakeLine, NeverShowsASecret) {
+  for (const char* setting : {"passwordSECRET", "password:SECRET=1", "pin=SECRET"}) {
+    const std::string error = ErrorOf(Make({.address = "1", .set = {setting}}));
+    EXPECT_NE(error, "none") << setting;
+    EXPECT_EQ(error.find("SECRET"), std::string::npos) << error;
+  }
+}
+
+// ---------------- The points of a configuration as variables of a PLC program.
+
+constexpr const char* kConfig =
+    "lines:\n"
+    "- name: l\n"
+    "  port: /dev/l\n"
+    "  protocol: fake\n"
+    "  devices:\n"
+    "  - name: feeder-1\n"
+    "    address: 1\n"
+    "    unit: 1\n"
+    "    write: allow\n"
+    "    points:\n"
+    "    - { name: current, read: A1, type: REAL, unit: A, modbus: 10, description: \"x *) y\" }\n"
+    "    - { name: started, read: A2, type: DT, modbus: 12 }\n"
+    "    - { name: temp, read: A3, type: SINT, modbus: 14, access: rw }\n"
+    "    - { name: text, read: A4, type: \"STRING[4]\", modbus: 15 }\n"
+    "    - { name: on, read: A5, type: BOOL, modbus: 3 }\n"
+    "    - { name: off, read: A6, type: BOOL, modbus: 12, access: rw }\n"
+    "    - { name: hidden, read: A7, type: INT }\n"
+    "  - { name: 2nd, address: 2, unit: 2, points: [{ name: _n, read: A1, type: UINT, modbus: 0 }] "
+    "}\n"
+    "  - { name: quiet, address: 3, points: [{ name: n, read: A1, type: UINT, modbus: 0 }] }\n";
+
+TEST(StructuredText, PutsEachPointAtAnAddressOfItsOwn) {
+  const config::Loaded loaded = Load(kConfig);
+  ASSERT_TRUE(loaded.ok()) << Shown(loaded.problems);
+  std::ostringstream out;
+  PrintStructuredText(loaded.config, out);
+  const std::string text = out.str();
+  for (const char* line :
+       {"VAR_GLOBAL (* feeder-1 on line l: unit 1, word order ABCD *)",
+        "  (* read 7 registers from 10 (function 4 or 3): %IW0 *)",
+        "  (* read 10 bits from 3 (function 2 or 1): %IX14.0 *)",
+        "  feeder_1_current AT %IW0 : REAL; (* register 10, A, x .) y *)",
+        "  feeder_1_started AT %IW2 : DT; (* register 12, s *)",
+        "  feeder_1_temp AT %IW4 : INT; (* register 14 *)", "  feeder_1_text AT %IW5 : STRING[4];",
+        "  feeder_1_on AT %IX14.0 : BOOL; (* bit 3 *)", "  feeder_1_off AT %IX15.1 : BOOL;",
+        "  feeder_1_temp_set AT %QW0 : INT;", "  feeder_1_off_set AT %QX2.0 : BOOL;",
+        "  _2nd_n AT %IW8 : UINT; (* register 0 *)", "END_VAR"}) {
+    EXPECT_THAT(text, HasSubstr(line)) << text;
+  }
+  EXPECT_THAT(text, Not(HasSubstr("hidden")));
+  EXPECT_THAT(text, Not(HasSubstr("quiet")));
 }
 
 }  // namespace
