@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <set>
 
 #include "config/model/config.h"
 #include "config/yaml/yaml_source.h"

@@ -393,7 +393,6 @@ TEST(WebConfig, IsRead) {
 // ---------------- The keys serial_server and lend of a line.
 
 using config::PortServer;
-using ::testing::HasSubstr;
 
 config::Loaded LoadLine(const std::string& keys, const std::string& rest = "") {
   return config::LoadText(rest + "lines: [{ name: l, port: /dev/l, " + keys + " }]\n", "t.yaml",

@@ -172,7 +172,6 @@ TEST(Ratios, OneDoesNotMeetTheResultOfAnother) {
 // ---------------- What may be written: keys of points and devices, and what is wrong with them.
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// A device with points a (rw), b (rw, bool), r (read only) and t (rw, text); `keys` of the device,
 /// `more` of point a.

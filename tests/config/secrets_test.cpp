@@ -9,10 +9,6 @@
 namespace baudgate::testing {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Not;
-using ::testing::StartsWith;
-
 TEST(Secrets, AreHiddenInQuotationsOnly) {
   const auto shown = [](const std::string& message) {
     config::Problems problems;

@@ -6,7 +6,6 @@
 
 #include <csignal>
 #include <map>
-#include <mutex>
 #include <random>
 #include <set>
 #include <thread>

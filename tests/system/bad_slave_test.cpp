@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <numeric>
 
 #include "tests/support/rtu_slave.h"
@@ -39,22 +38,6 @@ class BadSlave : public RouteStation {
   }
 };
 
-TEST_F(BadSlave, ThatIsMutedIsAnException) {
-  std::atomic<bool> muted = true;
-  const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
-    if (muted) return {};
-    return {{0ms, RegistersReply(request, 1000)}};
-  });
-  ASSERT_TRUE(slave.connected());
-  const auto daemon = StartGateway(OneLine());
-  ModbusClient client(port());
-  EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
-  EXPECT_EQ(client.WriteRegister(kUnit, 5, 1), kNotAnswering);
-  muted = false;
-  EXPECT_TRUE(Eventually([&] { return client.Holding(kUnit, 6, 2).ok(); })) << "it is back";
-  EXPECT_THAT(client.Holding(kUnit, 7, 2).values, ElementsAre(1007, 1008));
-}
-
 /// The reply to register 10 comes when it has been given up, and looks like one to register 11.
 TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
   const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
@@ -82,24 +65,6 @@ TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
   const Json line = Status()["lines"][0];
   EXPECT_EQ(line["late"], 1);
   EXPECT_EQ(line["stray_bytes"], 7) << "the late reply";
-}
-
-TEST_F(BadSlave, ThatIsAnotherOneIsNotBelieved) {
-  std::atomic<bool> wrong = true;
-  const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
-    Bytes asked(request.begin(), request.end());
-    if (wrong && request[0] == kUnit) asked[0] = 21;
-    return {{0ms, RegistersReply(asked, 1000)}};
-  });
-  ASSERT_TRUE(slave.connected());
-  const auto daemon = StartGateway(OneLine());
-  ModbusClient client(port());
-  EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
-  EXPECT_TRUE(Eventually([&] { return client.Holding(21, 5, 1).ok(); })) << "the right one";
-  EXPECT_EQ(client.Holding(21, 5, 2).values, Values(1000, 5, 2));
-  wrong = false;
-  EXPECT_TRUE(Eventually([&] { return client.Holding(kUnit, 6, 1).ok(); }));
-  EXPECT_EQ(client.Holding(kUnit, 6, 3).values, Values(1000, 6, 3));
 }
 
 TEST_F(BadSlave, ThatSpeaksInPiecesIsHeardOut) {

@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <fstream>
 #include <set>
 
 #include "tests/system/event_station.h"

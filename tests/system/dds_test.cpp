@@ -122,22 +122,6 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   })) << watch->Output();
 }
 
-TEST_F(OnDds, TheQualityOfALostDeviceIsToldAtOnce) {
-  StartTwins();
-  daemon = StartDaemon(Yaml(true));
-  const auto watch = Start(WatchWords());
-  const auto quality = [&] {
-    const Samples samples = Parse(watch->Output());
-    const auto found = samples.find("io-1 input_5");
-    return found == samples.end() ? -1 : found->second.value("quality", -1);
-  };
-  ASSERT_TRUE(Eventually([&] { return quality() == 0xC0; }));
-  io->Signal(SIGKILL);
-  EXPECT_TRUE(Eventually([&] { return quality() == 0x08; }));
-  io = StartTwin("io", "module", "1");
-  EXPECT_TRUE(Eventually([&] { return quality() == 0xC0; }));
-}
-
 TEST_F(OnDds, ASecondGatewayThatCanNotStartDisturbsNobody) {
   io = StartTwin("io", "module", "1");
   daemon = StartDaemon(Yaml(true));

@@ -4,8 +4,6 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
-#include <fstream>
-
 #include "tests/system/station.h"
 
 namespace baudgate::system_test {

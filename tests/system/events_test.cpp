@@ -206,7 +206,6 @@ TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
 // ---------------- The registers of events of the whole program, read by pymodbus while the ring
 // goes on under it: the file has more events than the ring, so that each that comes pushes one out.
 
-using ::testing::Each;
 using ::testing::SizeIs;
 
 constexpr std::int64_t kBefore = 4100;  // events in the file at the start

@@ -256,19 +256,5 @@ TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
   EXPECT_TRUE(daemon->Running());
 }
 
-TEST_F(Damage, OfAFloodThatIsNeverReadDelaysNobody) {
-  io = StartTwin("io", "module", "1");
-  daemon = StartDaemon(Head() + Line("io", "dcon", "address: 1, profile: module, unit: 11"));
-  ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
-  Bytes flood;
-  for (int i = 0; i < 200; ++i) Append(flood, *ParseHex("00 01 00 00 00 06 0B 04 00 00 00 10"));
-  std::deque<RawClient> crowd;
-  for (int i = 0; i < 10; ++i) crowd.emplace_back(port());
-  for (std::size_t round = 0; round < LongRun(1000); ++round) {
-    for (const RawClient& hostile : crowd) hostile.SendSome(flood);
-    ASSERT_EQ(client.Float(kModuleUnit, 0), 100.25F) << "round " << round;
-  }
-}
-
 }  // namespace
 }  // namespace baudgate::system_test

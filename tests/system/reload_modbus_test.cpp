@@ -100,24 +100,6 @@ TEST_F(ReloadModbus, OfAGatewayWithEventsAndALineWithoutDevices) {
   EXPECT_EQ(ModbusClient(more_).Holding(34, 5, 1).values, std::vector<std::uint16_t>{1005});
 }
 
-TEST_F(ReloadModbus, AListenerThatDiffersLosesItsClientsAndKeepsItsPort) {
-  const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
-  SteadyClient steady(port(), ReadsRoute);
-  RawClient client(more_);
-  Send(client, ReadRequest(1, kUnit, 0));
-  ASSERT_TRUE(Receive(client));
-  const Finished reload = Reload(Of({kRoute}, {At(more_, ", write: deny")}));
-  EXPECT_EQ(reload.code, 0) << reload.errors;
-  EXPECT_THAT(reload.output, HasSubstr("listener " + PlaceOf(more_) +
-                                       ": differs in write; its client is disconnected"));
-  EXPECT_TRUE(client.IsClosed());
-  ModbusClient reader(more_);
-  EXPECT_TRUE(ReadsRoute(reader));
-  EXPECT_EQ(reader.WriteRegister(kUnit, 7, 1), kIllegalFunction);
-  EXPECT_EQ(ModbusClient(port()).WriteRegister(kUnit, 7, 1), kNoException);
-  EXPECT_EQ(steady.Stop(), 0) << "of " << steady.asked();
-}
-
 TEST_F(ReloadModbus, APortThatIsTakenChangesNothingAtAll) {
   const auto daemon = StartGateway(Of({kRoute}));
   SteadyClient steady(port(), ReadsRoute);

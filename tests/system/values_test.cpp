@@ -16,8 +16,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Le;
 
-constexpr int kGatewayPath = 0x0A;
-
 using Values = ThreeDevices;
 
 std::vector<float> Floats(const Registers& answer) {
@@ -76,32 +74,6 @@ TEST_F(Values, OfADeviceComeWithItsStatusBlock) {
     const Registers later = client.Input(kMeterUnit, 9000, 16);
     return later.ok() && exchanges(later) > exchanges(first) && good(later) > good(first);
   }));
-}
-
-TEST_F(Values, OfTheGatewayItselfAreUnits0And255) {
-  StartAll();
-  for (const int unit : {0, 255}) {
-    const Registers block = client.Input(unit, 9000, 12);
-    ASSERT_TRUE(block.ok()) << "unit " << unit;
-    EXPECT_EQ(block.values[1], 3) << "lines";
-    EXPECT_EQ(block.values[4], 3) << "devices";
-    EXPECT_EQ(block.values[5], 3) << "devices online";
-    EXPECT_GE(block.values[6], 1) << "clients";
-    EXPECT_EQ(block.values[7], 3) << "lines up";
-  }
-}
-
-TEST_F(Values, ThatDoNotExistAreExceptions) {
-  StartAll();
-  EXPECT_EQ(client.Input(99, 0, 1).exception, kGatewayPath);
-  EXPECT_EQ(client.Input(kModuleUnit, 16, 1).exception, kIllegalAddress);
-  EXPECT_EQ(client.Input(kModuleUnit, 15, 2).exception, kIllegalAddress);
-  EXPECT_EQ(client.Input(kModuleUnit, 1, 1).exception, kIllegalValue) << "half of a float";
-  EXPECT_EQ(client.Input(kModuleUnit, 21000, 1).exception, kIllegalAddress);
-  EXPECT_EQ(client.DiscreteInputs(kModuleUnit, 0, 1).exception, kIllegalAddress);
-  EXPECT_EQ(client.WriteRegisters(kModuleUnit, 0, {0, 0}), kIllegalAddress) << "read-only";
-  EXPECT_EQ(client.WriteCoil(kRelayUnit, 13, true), kIllegalAddress) << "a trip output";
-  EXPECT_EQ(client.WriteRegister(kRelayUnit, 9000, 1), kIllegalAddress) << "the status block";
 }
 
 TEST_F(Values, ReachMbpoll) {
@@ -199,36 +171,6 @@ TEST_F(Writes, RelaysOfADigitalModule) {
   EXPECT_EQ(client.WriteCoil(kRelay, 2, true), kNoException);
   EXPECT_EQ(client.WriteCoil(kRelay, 3, false), kNoException);
   EXPECT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 1, 0}; }));
-}
-
-TEST_F(Writes, AreOffUntilTheDeviceAllowsThem) {
-  const auto twin = StartTwin("io", "icpdas-i-7060", "1");
-  const auto daemon = StartDaemon(
-      Head() + Line("io", "dcon",
-                    "address: 1, profile: icpdas-i-7060, unit: 1, poll: 100ms, write: [relay_2]"));
-  ASSERT_TRUE(Eventually([&] { return client.Coils(kRelay, 0, 4).ok(); }));
-  EXPECT_EQ(client.WriteCoil(kRelay, 0, true), kIllegalAddress);
-  EXPECT_EQ(client.WriteCoil(kRelay, 2, true), kNoException);
-  EXPECT_EQ(client.Coils(kRelay, 0, 4).values, (std::vector<std::uint8_t>{0, 1, 1, 1}));
-}
-
-TEST_F(Writes, OfWhatHasToBeSelectedTakeTwoSteps) {
-  constexpr int kSelect = 60000 + 100;
-  const auto twin = StartTwin("relay", "spaj140c", "2");
-  const auto daemon = StartDaemon(
-      Head() + Line("relay", "spabus",
-                    "address: 2, profile: spaj140c, unit: 1, poll: 200ms, slow: 1h, write: allow, "
-                    "points: [{ name: setting_group, select: true, max: 1 }]"));
-  ASSERT_TRUE(Eventually([&] { return client.Register(kRelay, 100) == 0; }));
-  EXPECT_EQ(client.WriteRegister(kRelay, 100, 1), kDeviceFailure);
-  EXPECT_EQ(client.WriteRegister(kRelay, kSelect, 0xC0DE), kNoException);
-  EXPECT_EQ(client.WriteRegister(kRelay, 100, 2), kIllegalValue) << "beyond its limit";
-  EXPECT_EQ(client.WriteRegister(kRelay, 100, 1), kDeviceFailure) << "the selection was used up";
-  EXPECT_EQ(client.WriteRegister(kRelay, kSelect, 0xC0DE), kNoException);
-  ModbusClient other(port());
-  EXPECT_EQ(other.WriteRegister(kRelay, 100, 1), kDeviceFailure) << "it is this client's";
-  EXPECT_EQ(client.WriteRegister(kRelay, 100, 1), kNoException);
-  EXPECT_EQ(client.Register(kRelay, 100), 1);
 }
 
 TEST_F(Writes, ToADeviceThatIsSilentAreNotConfirmed) {

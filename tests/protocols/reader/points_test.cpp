@@ -216,7 +216,6 @@ TEST(ReaderTwins, SayWhatIsRaised) {
 // ---------------- Readers in a configuration, and their profiles.
 
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 config::Loaded Load(const std::string& devices, const std::string& line = {}) {
   const config::Catalog catalog{

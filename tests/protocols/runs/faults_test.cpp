@@ -118,66 +118,6 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
   EverythingComesBack();
 }
 
-/// The port brings back what it sends. Nothing here takes it out, as `echo: strip` would.
-TEST_P(FaultySerialRun, AnEchoInFrontOfTheReplyIsNeverAValue) {
-  std::size_t hidden = 0;
-  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    Manner& manner = rig_->twin(device).manner;
-    auto request = std::make_shared<Bytes>();
-    manner.instead = [request](View asked) -> std::optional<Bytes> {
-      request->assign(asked.begin(), asked.end());
-      return std::nullopt;
-    };
-    manner.distort = [&, device, request](Bytes reply) {
-      const config::Options& options = rig_.device(device).options;
-      if (device == 0 && EchoHides(*GetParam().protocol, options, *request, reply)) ++hidden;
-      reply.insert(reply.begin(), request->begin(), request->end());
-      return reply;
-    };
-  }
-  const std::uint32_t before = rig_->StatusOf(0).Count(Outcome::ok);
-  rig_->RunFor(2min);
-  // Text has start characters; without one a request may look like a reply, and then is refused.
-  const DeviceStatus status = rig_->StatusOf(0);
-  if (hidden > 0) {
-    EXPECT_GT(status.Count(Outcome::unexpected) + status.Count(Outcome::corrupt), 0U);
-  } else {
-    EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
-    EXPECT_TRUE(rig_.AllGood());
-  }
-  EXPECT_GT(status.Count(Outcome::ok), before);
-  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    rig_->twin(device).manner.instead = {};
-    rig_->twin(device).manner.distort = {};
-  }
-  EverythingComesBack();
-}
-
-TEST_P(FaultySerialRun, GarbageAroundEveryReplyHidesNone) {
-  std::mt19937 random(11);
-  const auto noise = [&random](std::size_t most) {
-    Bytes bytes(random() % (most + 1));
-    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() % 64 + 64);
-    return bytes;
-  };
-  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    rig_->twin(device).manner.distort = [&](Bytes reply) {
-      Bytes around = noise(6);
-      Append(around, reply);
-      Append(around, noise(6));
-      return around;
-    };
-  }
-  rig_->RunFor(3min);
-  for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    EXPECT_TRUE(rig_.FastGood(device));
-    const DeviceStatus status = rig_->StatusOf(device);
-    EXPECT_GT(status.Count(Outcome::ok) * 10, status.exchanges * 9);
-    rig_->twin(device).manner.distort = {};
-  }
-  EverythingComesBack();
-}
-
 TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
   const config::Timing timing = GetParam().protocol->timing(GetParam().serial);
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {

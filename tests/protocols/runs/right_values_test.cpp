@@ -294,7 +294,6 @@ INSTANTIATE_TEST_SUITE_P(Lines, RightValues, ::testing::ValuesIn(Cases()),
 // behind and stays so: identical replies tell nothing of their order, and one point must never show
 // another's value. Each kind of device lacks something that would prove the order.
 
-using protocols::modbus::Adu;
 using protocols::modbus::Framing;
 
 constexpr std::size_t kRuns = 3000;

@@ -10,8 +10,6 @@
 namespace baudgate {
 namespace {
 
-using ::testing::HasSubstr;
-
 class PollerWriteEnd : public ::testing::Test {
  protected:
   void SetUp() override {

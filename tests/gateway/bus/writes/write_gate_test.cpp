@@ -17,7 +17,6 @@ namespace {
 
 using config::Access;
 using config::Type;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Optional;

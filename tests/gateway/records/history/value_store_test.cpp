@@ -241,7 +241,6 @@ TEST(ValueDisk, FullIsOverWhenThereIsRoom) {
 // ---------------- The history with its threads, on disks that work, fail and hang.
 
 using ::testing::Contains;
-using ::testing::ElementsAre;
 
 class HistoryLogTest : public FolderTest {
  protected:

@@ -5,8 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "tests/gateway/outputs/dds/datagrams.h"
 #include "tests/support/times.h"
 

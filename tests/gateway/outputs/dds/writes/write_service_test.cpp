@@ -14,7 +14,6 @@ namespace baudgate::dds {
 namespace {
 
 using testing::Ask;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::ServiceConfig;

@@ -19,7 +19,6 @@
 namespace baudgate::control {
 namespace {
 
-using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 

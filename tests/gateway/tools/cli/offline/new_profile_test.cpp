@@ -7,8 +7,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <regex>
-#include <set>
 #include <sstream>
 
 #include "config/loader.h"
