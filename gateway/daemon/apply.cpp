@@ -76,13 +76,11 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
 Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
                                          const reload::Difference& difference) {
   Reloader::Prepared prepared;
-  reloading = &difference;
   auto outputs_prepared = std::make_shared<PreparedOutputs>();
   for (const auto& output : outputs) {
     auto& one = outputs_prepared->emplace_back(output->Prepare(next));
     for (const std::string& trouble : one->troubles) prepared.troubles.push_back(trouble);
   }
-  reloading = nullptr;
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
     if (!Begins(difference.lines[i].action)) continue;

@@ -207,9 +207,8 @@ void Daemon::Impl::MakeOutputs() {
   const auto needs = [this](const config::Config& its) {
     return DescriptorNeedsOf(its, output_rows);
   };
-  const auto changes = [this]() -> const reload::Difference& { return *reloading; };
-  const OutputLinks links{config,  catalog,        store,   lines, dispatcher, Commands(),
-                          records, reloader.get(), changes, info,  needs};
+  const OutputLinks links{config,     catalog, store,          lines, dispatcher,
+                          Commands(), records, reloader.get(), info,  needs};
   for (const OutputRow& row : output_rows) outputs.push_back(row.make(links));
 }
 

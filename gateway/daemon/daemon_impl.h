@@ -86,8 +86,7 @@ struct Daemon::Impl {
   /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
   /// store hold references to them.
   std::vector<std::shared_ptr<const config::Line>> updated_lines;
-  std::unique_ptr<Reloader> reloader;             // null: nothing is reloaded
-  const reload::Difference* reloading = nullptr;  // not null while outputs prepare
+  std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
 };
 
 }  // namespace baudgate

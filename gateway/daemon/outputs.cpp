@@ -6,7 +6,6 @@
 #include "gateway/base/log.h"
 #include "gateway/base/version.h"
 #include "gateway/daemon/descriptors.h"
-#include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/lines/lines.h"
 #include "gateway/outputs/control/control_server.h"
@@ -91,11 +90,8 @@ std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
     for (std::uint32_t line = 0; line < lines.size(); ++line) all.push_back(&lines.at(line));
     return all;
   };
-  const auto changes = [changes = links.changes]() -> const reload::ModbusDifference& {
-    return changes().modbus;
-  };
-  return std::make_unique<ModbusOutput>(ModbusOutput::Links{
-      links.store, links.commands, figures, make_room, targets, changes, std::move(server)});
+  return std::make_unique<ModbusOutput>(ModbusOutput::Links{links.store, links.commands, figures,
+                                                            make_room, targets, std::move(server)});
 }
 
 std::unique_ptr<Output> MakeDds(const OutputLinks& links) {

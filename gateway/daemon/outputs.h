@@ -20,9 +20,6 @@ namespace baudgate {
 namespace control {
 struct GatewayInfo;
 }
-namespace reload {
-struct Difference;
-}
 class Lines;
 class Records;
 class Reloader;
@@ -36,9 +33,7 @@ struct OutputLinks {
   LineControl& control;
   CommandSink& commands;  ///< that writes go to
   Records& records;
-  Reloader* reloader;  ///< null: nothing is reloaded
-  /// What the reload changes; only while outputs prepare.
-  std::function<const reload::Difference&()> changes;
+  Reloader* reloader;                ///< null: nothing is reloaded
   const control::GatewayInfo& info;  ///< to be copied
   /// Of the whole gateway.
   std::function<DescriptorNeeds(const config::Config& config)> needs;

@@ -12,24 +12,6 @@
 
 namespace baudgate::web {
 
-std::size_t SeriesOf(const config::Config& config) {
-  // version, clients, log, two of alarms, three of the process
-  std::size_t series = 8;
-  if (config.dds.enabled) ++series;
-  for (const config::Line& line : config.lines) {
-    if (line.name.empty()) continue;
-    series += SeriesIn<LineStatus>();
-    for (const config::Device& device : line.devices) {
-      series += SeriesIn<DeviceStatus>();
-      for (const config::Point& point : device.points) {
-        if (point.access == config::Access::write) continue;
-        series += point.type == config::Type::string ? 2 : 3;
-      }
-    }
-  }
-  return series;
-}
-
 namespace {
 
 // Names are a public contract (docs/metrics.md); those of lines and devices stand in their tables.
@@ -112,9 +94,9 @@ std::size_t SeriesOf(const config::Config& config) {
   if (config.dds.enabled) ++series;
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;
-    series += 1 + kLineUses + kDurationBuckets + 2;  // up, busy; buckets, sum and count
+    series += SeriesIn<LineStatus>();
     for (const config::Device& device : line.devices) {
-      series += kDeviceStates + kOutcomeCount - 1 + 1;
+      series += SeriesIn<DeviceStatus>();
       for (const config::Point& point : device.points) {
         if (point.access == config::Access::write) continue;
         series += point.type == config::Type::string ? 2 : 3;

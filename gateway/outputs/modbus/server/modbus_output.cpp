@@ -36,6 +36,7 @@ DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
 
 Status ModbusOutput::Open(const Configuration& config) {
   if (!config->modbus.enabled) return {};
+  config_ = config;
   modbus::ModbusLinks links = links_.server;
   links.lines = links_.lines();
   modbus::ModbusLimits limits;
@@ -58,7 +59,7 @@ std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& ne
   auto prepared = std::make_unique<Ports>();
   prepared->renewal.client_share = links_.make_room(next);
   if (!server_) return prepared;
-  const reload::ModbusDifference& difference = links_.changes();
+  const reload::ModbusDifference difference = reload::CompareModbus(config_->modbus, next.modbus);
   for (std::size_t i = 0; i < next.modbus.listen.size(); ++i) {
     const config::Listener& listener = next.modbus.listen[i];
     const reload::ListenerChange& change = difference.listeners[i];
@@ -83,6 +84,7 @@ std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& ne
 std::vector<std::string> ModbusOutput::Apply(const Configuration& config,
                                              std::unique_ptr<Prepared> prepared) {
   if (!server_) return {};
+  config_ = config;
   const modbus::Renewal& renewal = static_cast<Ports&>(*prepared).renewal;
   const std::vector<RouteTarget*> lines = links_.lines();
   modbus::ModbusServer::Ended ended;

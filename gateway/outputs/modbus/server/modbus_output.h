@@ -35,8 +35,6 @@ class ModbusOutput final : public Output {
     std::function<double(const config::Config& config)> make_room;
     /// The lines that routes lead to, by their numbers in the store.
     std::function<std::vector<RouteTarget*>()> lines;
-    /// What the reload that Prepare is called for changes, as its report has it.
-    std::function<const reload::ModbusDifference&()> changes;
     modbus::ModbusLinks server;  ///< without `lines`
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
@@ -61,6 +59,7 @@ class ModbusOutput final : public Output {
   modbus::TrafficStatus Traffic() const;
 
   const Links links_;
+  Configuration config_;  // as it is served
   LoopThread loop_{"modbus"};
   std::unique_ptr<modbus::ModbusServer> server_;  // null: it is off
 };
