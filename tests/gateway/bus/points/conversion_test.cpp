@@ -29,18 +29,18 @@ config::Point PointOf(Type type, double scale = 1, double offset = 0) {
   return point;
 }
 
-Sample Convert(const config::Point& point, Value raw, Quality quality = Quality::good) {
+Sample Converted(const config::Point& point, Value raw, Quality quality = Quality::good) {
   return ToSample(point, Reading{0, std::move(raw), quality, {}});
 }
 
 void ExpectGood(const config::Point& point, Value raw, const Value& wanted) {
-  const Sample sample = Convert(point, raw);
+  const Sample sample = Converted(point, raw);
   EXPECT_EQ(sample.quality, Quality::good) << ToText(raw);
   EXPECT_EQ(sample.value, wanted) << ToText(sample.value);
 }
 
 void ExpectRefused(const config::Point& point, Value raw) {
-  const Sample sample = Convert(point, raw);
+  const Sample sample = Converted(point, raw);
   EXPECT_TRUE(IsBad(sample.quality)) << Name(point.type) << " took " << ToText(raw);
   EXPECT_FALSE(HasValue(sample.value)) << ToText(sample.value);
 }
@@ -96,7 +96,7 @@ TEST(ToSample, SixtyFourBitsAreExactWhenScaled) {
 TEST(ToSample, SentinelsMeetWholeNumbersExactly) {
   config::Point point = PointOf(Type::uint64);
   point.sentinels = {{kMaxU64, Quality::bad_sensor_failure}};
-  EXPECT_EQ(Convert(point, kMaxU64).quality,
+  EXPECT_EQ(Converted(point, kMaxU64).quality,
             Quality(Quality::bad_sensor_failure, Reason::sentinel));
   ExpectGood(point, kMaxU64 - 1, kMaxU64 - 1);
 }
@@ -111,7 +111,7 @@ TEST(ToSample, DecimalsAreWhatAPersonComputes) {
 TEST(ToSample, ATextThatDoesNotFitIsNotCut) {
   ExpectGood(PointOf(Type::string), std::string("12345678"), std::string("12345678"));
   ExpectRefused(PointOf(Type::string), std::string("123456789"));
-  EXPECT_EQ(Convert(PointOf(Type::string), std::string("123456789")).quality,
+  EXPECT_EQ(Converted(PointOf(Type::string), std::string("123456789")).quality,
             Quality(Quality::bad_configuration, Reason::out_of_range));
 }
 
@@ -156,10 +156,10 @@ TEST(ToSample, NoTypeTakesWhatIsNoNumber) {
 TEST(ToSample, SentinelsAreComparedWithTheRawValue) {
   config::Point point = PointOf(Type::float64, 0.1);
   point.sentinels = {{999, Quality::bad_device_failure}, {-1, Quality::uncertain_last_usable}};
-  Sample sample = Convert(point, 999.0);
+  Sample sample = Converted(point, 999.0);
   EXPECT_EQ(sample.quality, Quality::bad_device_failure);
   EXPECT_FALSE(HasValue(sample.value)) << "99.9 looks real";
-  EXPECT_EQ(Convert(point, std::int64_t{-1}).quality, Quality::uncertain_last_usable);
+  EXPECT_EQ(Converted(point, std::int64_t{-1}).quality, Quality::uncertain_last_usable);
   ExpectGood(point, 9990.0, 999.0);
 }
 
@@ -191,7 +191,7 @@ TEST(ToSample, SentinelsMeetNumbersAsTheyAreShown) {
       config::Point point = PointOf(type);
       point.sentinels = {{*Decimal::Parse(one.sentinel), Quality::bad_device_failure}};
       const Quality met(Quality::bad_device_failure, Reason::sentinel);
-      EXPECT_EQ(Convert(point, one.raw).quality == met, one.meets)
+      EXPECT_EQ(Converted(point, one.raw).quality == met, one.meets)
           << one.sentinel << " " << ToText(one.raw) << " " << Name(type);
     }
   }
@@ -217,18 +217,18 @@ TEST(ToSample, AReadingBeyondMinAndMaxIsNotGood) {
   point.writing.max = 85.1;
   ExpectGood(point, std::int64_t{851}, 85.1);
   ExpectGood(point, std::int64_t{-400}, -40.0);
-  EXPECT_EQ(Convert(point, std::int64_t{852}).quality, over);
-  EXPECT_EQ(Convert(point, std::int64_t{-401}).quality, under);
-  EXPECT_FALSE(HasValue(Convert(point, std::int64_t{852}).value));
-  EXPECT_EQ(Convert(point, std::int64_t{852}, Quality::uncertain).quality, over);
-  EXPECT_EQ(Convert(point, {}, Quality::bad_device_failure).quality, Quality::bad_device_failure);
+  EXPECT_EQ(Converted(point, std::int64_t{852}).quality, over);
+  EXPECT_EQ(Converted(point, std::int64_t{-401}).quality, under);
+  EXPECT_FALSE(HasValue(Converted(point, std::int64_t{852}).value));
+  EXPECT_EQ(Converted(point, std::int64_t{852}, Quality::uncertain).quality, over);
+  EXPECT_EQ(Converted(point, {}, Quality::bad_device_failure).quality, Quality::bad_device_failure);
   point.type = Type::float64;
   point.scale = 1;
   ExpectGood(point, static_cast<double>(85.1F), static_cast<double>(85.1F));
   config::Point whole = PointOf(Type::uint64);
   whole.writing.max = Decimal(kMaxU64 - 1);
   ExpectGood(whole, kMaxU64 - 1, kMaxU64 - 1);
-  EXPECT_EQ(Convert(whole, kMaxU64).quality, over);
+  EXPECT_EQ(Converted(whole, kMaxU64).quality, over);
 }
 
 /// They are limits of what is written: somebody else may have set more.
@@ -240,13 +240,13 @@ TEST(ToSample, AReadingOfWhatIsWrittenMayLieOutside) {
 }
 
 TEST(ToSample, AReadingWithoutValueIsNeverGood) {
-  EXPECT_TRUE(IsBad(Convert(PointOf(Type::float32), {}).quality));
-  EXPECT_EQ(Convert(PointOf(Type::float32), {}, Quality::bad_sensor_failure).quality,
+  EXPECT_TRUE(IsBad(Converted(PointOf(Type::float32), {}).quality));
+  EXPECT_EQ(Converted(PointOf(Type::float32), {}, Quality::bad_sensor_failure).quality,
             Quality::bad_sensor_failure);
 }
 
 TEST(ToSample, TheQualityOfTheDeviceStays) {
-  const Sample sample = Convert(PointOf(Type::float32), 1.5, Quality::uncertain_sub_normal);
+  const Sample sample = Converted(PointOf(Type::float32), 1.5, Quality::uncertain_sub_normal);
   EXPECT_EQ(sample.quality, Quality::uncertain_sub_normal);
   EXPECT_EQ(sample.value, Value(1.5));
 }
@@ -278,7 +278,7 @@ TEST(ToRaw, RoundTripThroughTheDevice) {
       const config::Point point = PointOf(Type::float64, scale, 5);
       const auto raw = ToRaw(point, static_cast<double>(shown));
       ASSERT_TRUE(raw);
-      EXPECT_NEAR(ToDouble(Convert(point, *raw).value), static_cast<double>(shown), 1e-9);
+      EXPECT_NEAR(ToDouble(Converted(point, *raw).value), static_cast<double>(shown), 1e-9);
     }
   }
 }
@@ -286,12 +286,12 @@ TEST(ToRaw, RoundTripThroughTheDevice) {
 TEST(EightBits, AndTimesOfDayHaveTheirRange) {
   ExpectGood(PointOf(Type::int8), std::int64_t{-128}, std::int64_t{-128});
   ExpectGood(PointOf(Type::uint8), std::int64_t{255}, std::int64_t{255});
-  EXPECT_EQ(Convert(PointOf(Type::int8), std::int64_t{128}).quality,
+  EXPECT_EQ(Converted(PointOf(Type::int8), std::int64_t{128}).quality,
             Quality(Quality::bad_configuration, Reason::out_of_range));
   config::Point noon = PointOf(Type::uint32, 1000);
   noon.time_type = config::TimeType::time_of_day;
   ExpectGood(noon, std::int64_t{43200}, std::int64_t{43'200'000});
-  EXPECT_EQ(Convert(noon, std::int64_t{86400}).quality,
+  EXPECT_EQ(Converted(noon, std::int64_t{86400}).quality,
             Quality(Quality::bad_configuration, Reason::out_of_range));
 }
 
