@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "gateway/base/text.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate {
@@ -361,27 +362,12 @@ TEST(TcpAddress, NamesAndAddresses) {
 }
 
 TEST(TcpAddress, WrongOnesAreErrorsThatNameThem) {
-  for (const char* text : {"",
-                           "/dev/ttyUSB0",
-                           "tcp:/host:1",
-                           "tcp://",
-                           "tcp://host",
-                           "tcp://host:",
-                           "tcp://:4001",
-                           "tcp://host:0",
-                           "tcp://host:65536",
-                           "tcp://host:-1",
-                           "tcp://host:+1",
-                           "tcp://host:4001/",
-                           "tcp://host: 4001",
-                           "tcp://::1:4001",
-                           "tcp://[::1]",
-                           "tcp://[::1]4001",
-                           "tcp://[::1:4001",
-                           "tcp://[]:4001",
-                           "tcp://[host]:4001",
-                           "tcp://user@host:4001",
-                           "tcp://a b:4001"}) {
+  for (const std::string_view text :
+       Split("|/dev/ttyUSB0|tcp:/host:1|tcp://|tcp://host|tcp://host:|tcp://:4001|"
+             "tcp://host:0|tcp://host:65536|tcp://host:-1|tcp://host:+1|tcp://host:4001/|"
+             "tcp://host: 4001|tcp://::1:4001|tcp://[::1]|tcp://[::1]4001|tcp://[::1:4001|"
+             "tcp://[]:4001|tcp://[host]:4001|tcp://user@host:4001|tcp://a b:4001",
+             '|')) {
     const auto address = ParseTcpPort(text);
     ASSERT_FALSE(address.ok()) << text;
     EXPECT_NE(address.error().find(text), std::string::npos);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "config/loader.h"
+#include "gateway/base/text.h"
 #include "tests/protocols/dcon/support.h"
 
 namespace baudgate::protocols::dcon {
@@ -186,38 +187,13 @@ TEST(DconWrite, Values) {
 }
 
 TEST(DconWrite, RefusesWhatIsNoOutput) {
-  for (const std::string_view bad : {"",
-                                     "#13",
-                                     "{bit}",
-                                     "#1{bit}",
-                                     "$13{bit}",
-                                     "~5{hex2}",
-                                     "%{hex2}",
-                                     "$5{hex2}",
-                                     "@1{hex2}",
-                                     "#{hex2}",
-                                     "#1{hex1}",
-                                     "@{hex5}",
-                                     "@{hex}",
-                                     "@{+00.000}",
-                                     "#2{+00}",
-                                     "#2{00.}",
-                                     "#2{+.00}",
-                                     "#2{+0x.00}",
-                                     "#2{+00.000 10..0}",
-                                     "#2{+00.000 0-10}",
-                                     "#2{+00.000 0..100}",
-                                     "#123{bit}",
-                                     "$60{store}",
-                                     "~1{flag}",
-                                     "~3{hex2}",
-                                     "~5P{store}",
-                                     "$0{clear}",
-                                     "$1{clear}",
-                                     "%{hex8}",
-                                     "$6{clear}",
-                                     "@P{hex8}",
-                                     "$X{dec}"}) {
+  for (const std::string_view bad :
+       Split("|#13|{bit}|#1{bit}|$13{bit}|~5{hex2}|%{hex2}|$5{hex2}|@1{hex2}|#{hex2}|"
+             "#1{hex1}|@{hex5}|@{hex}|@{+00.000}|#2{+00}|#2{00.}|#2{+.00}|#2{+0x.00}|"
+             "#2{+00.000 10..0}|#2{+00.000 0-10}|#2{+00.000 0..100}|#123{bit}|$60{store}|"
+             "~1{flag}|~3{hex2}|~5P{store}|$0{clear}|$1{clear}|%{hex8}|$6{clear}|@P{hex8}|"
+             "$X{dec}",
+             '|')) {
     EXPECT_FALSE(ParseWrite(bad)) << bad;
   }
 }

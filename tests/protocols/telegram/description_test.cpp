@@ -451,29 +451,10 @@ TEST(TelegramField, ATwinSaysTheNearestThatTheFieldCanSay) {
 }
 
 TEST(TelegramField, NoFormatOfPrintfIsOne) {
-  for (const char* text : {"s",
-                           "n",
-                           "%d",
-                           "{}",
-                           "*d",
-                           "-5d",
-                           "+",
-                           "99999999999999999999d",
-                           "5.99f",
-                           "300text",
-                           "uint12",
-                           "uint72",
-                           "uint0",
-                           "float16",
-                           "bcd9",
-                           "bcd",
-                           "2char",
-                           "+word",
-                           "+X",
-                           "05text",
-                           "2byte",
-                           "int",
-                           "decimal decimal"}) {
+  for (const std::string_view text :
+       Split("s|n|%d|{}|*d|-5d|+|99999999999999999999d|5.99f|300text|uint12|uint72|uint0|"
+             "float16|bcd9|bcd|2char|+word|+X|05text|2byte|int|decimal decimal",
+             '|')) {
     const auto format = ParseFormat(text);
     ASSERT_FALSE(format) << text;
     EXPECT_FALSE(format.error().empty());
