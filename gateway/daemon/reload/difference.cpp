@@ -137,6 +137,20 @@ bool SameHistory(const config::Config& running, const config::Config& next) {
   return std::ranges::equal(HistoryOf(running), HistoryOf(next), same);
 }
 
+/// The setting `key` of the file, with all that belongs to it.
+template <typename Section>
+void CompareKey(std::string_view key, const Section& was, const Section& is,
+                Difference& difference) {
+  if constexpr (requires { Section::kReloads; }) {
+    auto& names = Section::kReloads ? difference.settings : difference.restart;
+    EachDifferent(was, is, [&](std::string_view its) {
+      names.push_back(its == key ? std::string(key) : std::string(key) + "." + std::string(its));
+    });
+  } else if (key != "lines" && key != "modbus" && key != "history" && !config::Same(was, is)) {
+    (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
+  }  // lines, modbus and history have their own words
+}
+
 void CompareHistory(const config::Config& running, const config::Config& next,
                     Difference& difference) {
   EachDifferent(running.history, next.history, [&](std::string_view key) {
@@ -206,18 +220,9 @@ Difference Compare(const config::Config& running, const config::Config& next) {
     difference.lines.push_back({line.name, Action::removed, {}});
   }
   VisitFields(&running, [&](auto field) {
-    const auto& was = running.*field.member;
-    const auto& is = next.*field.member;
-    using Section = std::remove_cvref_t<decltype(was)>;
-    const std::string key(field.key);
-    if constexpr (requires { Section::kReloads; }) {
-      auto& names = Section::kReloads ? difference.settings : difference.restart;
-      EachDifferent(was, is, [&](std::string_view its) {
-        names.push_back(its == key ? key : key + "." + std::string(its));
-      });
-    } else if (key != "lines" && key != "modbus" && key != "history" && !config::Same(was, is)) {
-      (key == "gateway.alarms" ? difference.settings : difference.restart).push_back(key);
-    }  // lines, modbus and history have their own words
+    if constexpr (field.is_setting) {
+      CompareKey(field.key, running.*field.member, next.*field.member, difference);
+    }
   });
   if (running.modbus.enabled != next.modbus.enabled) {
     difference.restart.emplace_back("modbus.enabled");
