@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/bus/poller/line_inputs.h"
+#include "gateway/bus/poller/poller.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/diagnosis/observer.h"
 #include "tests/gateway/bus/poller/part_fixture.h"

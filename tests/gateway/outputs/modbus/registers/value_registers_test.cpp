@@ -1,12 +1,11 @@
 // Encodings with known bytes, and the rules of on_bad and on_fault.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/registers/value_registers.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
+#include "gateway/outputs/modbus/registers/register_map.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 
 namespace baudgate::modbus {

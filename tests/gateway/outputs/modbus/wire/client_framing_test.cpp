@@ -1,10 +1,9 @@
 // RTU frames of clients: every cut, damage, silence, and how replies are framed.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/wire/client_framing.h"
-
 #include <gmock/gmock.h>
 
 #include "gateway/base/text.h"
+#include "gateway/outputs/modbus/wire/request.h"
 #include "protocols/modbus/protocol.h"
 
 namespace baudgate::modbus {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/outputs/modbus/wire/client_framing.h"
+#include "gateway/outputs/modbus/wire/request.h"
 #include "protocols/modbus/protocol.h"
 
 namespace baudgate::modbus {
