@@ -1,6 +1,6 @@
 // Something that dies is begun anew; something that ends is not.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/watch/guarded.h"
+#include "gateway/tools/watch/restarting_child.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
