@@ -1,12 +1,12 @@
 // Handles the requests of one client of any wire: decides whether each is permitted and who answers
-// it.
-// Whole frames in their Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp
-// (sockets) and gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); answers go
-// back to them. All on the server's thread; the time is an argument. ClientWire and ClientReplies
-// are the way back to the client, LocalRequests and RoutedRequests handle requests, PendingRequests
-// keeps requests that are not answered yet, and Permits checks `permit`. ServerShared has what all
-// clients share; of it, only the book and the snapshot of the counters are used by other threads
-// too. ModbusLinks is what the composition root hands to the server.
+// it. Whole frames in their Modbus TCP form come from
+// gateway/outputs/modbus/server/client_session.cpp (sockets) and
+// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); answers go back to them. All
+// on the server's thread; the time is an argument. ClientWire and ClientReplies are the way back to
+// the client, LocalRequests and RoutedRequests handle requests, PendingRequests keeps requests that
+// are not answered yet, and Permits checks `permit`. ServerShared has what all clients share; of
+// it, only the book and the snapshot of the counters are used by other threads too. ModbusLinks is
+// what the composition root hands to the server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

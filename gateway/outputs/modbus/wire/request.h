@@ -4,8 +4,8 @@
 // checked byte for byte before anything acts on it. Frames lists the protocols, and OtherFraming
 // recognises a client that frames its messages in another way. Bytes come from
 // gateway/outputs/modbus/server/client_session.cpp, requests go to
-// gateway/outputs/modbus/service/own_units.h.
-// What may stand in a PDU is decided by protocols/modbus_pdu/modbus_pdu.h.
+// gateway/outputs/modbus/service/own_units.h. What may stand in a PDU is decided by
+// protocols/modbus_pdu/modbus_pdu.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
