@@ -12,7 +12,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/daemon/outputs.h"
+#include "gateway/daemon/output_list.h"
 #include "gateway/lines/line_control.h"
 
 namespace baudgate {

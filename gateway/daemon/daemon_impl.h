@@ -13,7 +13,7 @@
 #include "gateway/daemon/clocks/clock_corrector.h"
 #include "gateway/daemon/daemon.h"
 #include "gateway/daemon/descriptors.h"
-#include "gateway/daemon/outputs.h"
+#include "gateway/daemon/output_list.h"
 #include "gateway/daemon/reload/difference.h"
 #include "gateway/daemon/reloader.h"
 #include "gateway/daemon/ticker.h"

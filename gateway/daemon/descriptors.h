@@ -13,7 +13,7 @@
 
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
-#include "gateway/daemon/outputs.h"
+#include "gateway/daemon/output_list.h"
 
 namespace baudgate {
 

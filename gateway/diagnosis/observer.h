@@ -6,10 +6,11 @@
 // gateway/bus/replies/whose_reply.h. One thing that it finds counts there: a late reply
 // (EarlierFinding). Bounded memory. The parts of Observer have a question each:
 //
-//   HeardExchange (reply_habits.h)        what came in this exchange?
-//   ServerGreeting                        what did the connection say before the first request?
-//   EarlierReplies (earlier_replies.h)    whose earlier reply was that?
-//   ReplyHabits (reply_habits.h)          what do the replies of this device look like in general?
+//   HeardExchange    what came in this exchange?
+//   ServerGreeting   what did the connection say before the first request?
+//   EarlierReplies   whose earlier reply was that? (gateway/diagnosis/damage/earlier_replies.h)
+//   ReplyHabits      what do the replies of this device look like in general?
+//                    (gateway/diagnosis/damage/reply_habits.h, which has HeardExchange, too)
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

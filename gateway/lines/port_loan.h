@@ -18,7 +18,7 @@
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/lines/serial_server/session.h"
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "transports/transport.h"
 
 namespace baudgate {

@@ -16,7 +16,6 @@
 
 #include "config/model/line.h"
 #include "gateway/bus/exchange/line.h"
-#include "gateway/bus/poller/device_side.h"
 #include "gateway/bus/poller/poller.h"
 #include "gateway/bus/writes/write_command.h"
 

@@ -1,6 +1,6 @@
 // An output: a way in which the gateway gives away what it knows, such as Modbus, DDS, the web page
-// and the control socket. The daemon has a list of outputs (gateway/daemon/outputs.cpp) and calls
-// them in the order of the list:
+// and the control socket. The daemon has a list of outputs (gateway/daemon/output_list.cpp) and
+// calls them in the order of the list:
 //
 //   start   Open, before the first device is asked; SetHistory and Begin, when the lines run
 //   reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory

@@ -11,7 +11,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
-#include "gateway/outputs/modbus/service/server_shared.h"
+#include "gateway/outputs/modbus/service/client_requests.h"
 
 namespace baudgate::fuzz {
 

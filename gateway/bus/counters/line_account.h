@@ -13,7 +13,6 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/exchange/echo.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
@@ -148,7 +147,7 @@ class LineAccount {
   void OnNegotiation() { ++counters_.negotiations; }
   /// `echo: verify`: the echo of a request was missing.
   void OnNoEcho() { ++counters_.collisions; }
-  /// `cut`: the bus has stopped echoing (gateway/bus/exchange/echo.h), as `member` was asked.
+  /// `cut`: the bus has stopped echoing (gateway/bus/exchange/line.h), as `member` was asked.
   void OnRing(const Member& member, bool cut);
 
   /// `notice_bound`: see LineStatus.

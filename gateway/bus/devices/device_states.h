@@ -1,7 +1,7 @@
 // DeviceStates: the public state of each device, and the quality that it gives to all its points.
 // Example: a device that does not answer any more is offline, so all its points are
 // bad_communication. Published in the point store, and reported to the listener and the tap when it
-// changes. Driven by gateway/bus/poller/device_side.cpp and gateway/bus/jobs/device_tracker.cpp.
+// changes. Driven by gateway/bus/poller/poller.cpp and gateway/bus/jobs/device_tracker.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -93,7 +93,7 @@ class PollerListener {
 
 // What the bus tells the diagnosis of a line, and what it is told back for the status. The bus
 // works without: this class finds nothing. Implemented by gateway/diagnosis/observer.h. Driven by
-// gateway/bus/poller/line_inputs.h, and for a device that sends unasked by
+// gateway/bus/poller/poller.h, and for a device that sends unasked by
 // gateway/bus/jobs/unasked.h, on the thread of the line:
 //
 //   on the line                          call

@@ -1,7 +1,7 @@
 // What a line does at present: one task of one device, or one routed request, from its first
 // request to its end. Made by gateway/bus/jobs/chooser.cpp, carried out by
 // gateway/bus/jobs/job_run.cpp, which makes the probe that has to go before a job. NextStep says
-// how a job goes on.
+// how a job goes on. The functions are in job_run.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,8 +16,8 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/chooser.h"
 #include "gateway/bus/jobs/device_tracker.h"
-#include "gateway/bus/jobs/effect_applier.h"
 #include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_end.h"
 #include "gateway/bus/replies/late_replies.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/probes.h"
@@ -107,8 +107,7 @@ class JobSending {
 
 // What a frame means that came as the reply to a job's request: to which request it belongs
 // (gateway/bus/replies/whose_reply.h), and what its conversation reads in it. Stores the result in
-// the job. Called by Reception
-// (gateway/bus/poller/line_inputs.h).
+// the job. Called by Reception (gateway/bus/poller/poller.h).
 //
 //   a frame comes                        outcome
 //   it may be the echo of the request    unexpected

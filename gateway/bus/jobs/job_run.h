@@ -7,7 +7,7 @@
 //   JobAnswer       what its exchange leads to
 //   JobFinish       the end, and what goes on after it
 //
-// Knows nothing of bytes on the line; TurnTaker and gateway/bus/poller/line_inputs.cpp call it:
+// Knows nothing of bytes on the line; TurnTaker and gateway/bus/poller/poller.cpp call it:
 //
 //   on the line                          call
 //   idle, and there is no job            Begin, with the job that goes first

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/bus/jobs/effect_applier.h"
+#include "gateway/bus/jobs/job_end.h"
 
 namespace baudgate {
 

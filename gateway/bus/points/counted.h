@@ -10,9 +10,11 @@
 // The JSON (gateway/outputs/status/value_json.h) and /metrics (gateway/outputs/series.h) follow
 // from the rows. The text of `status` and the page follow from the labels, which stand in the JSON.
 //
-// A new counter: 1. the member and, beside it, its row; 2. the place that counts it, such as
-// gateway/bus/counters/accounts.cpp; 3. docs/status.md. With a metric also docs/metrics.md. Tests
-// demand both.
+// A new counter: 1. the member and, beside it, its row: with a label for the text of `status` and
+// the page, with metric and help for /metrics; 2. the place that counts it, such as
+// gateway/bus/counters/accounts.cpp or gateway/bus/counters/line_account.cpp, and for a new cause
+// an On… method in their headers and its call; 3. docs/status.md, with a metric also
+// docs/metrics.md. Tests demand both.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,8 +1,8 @@
 // What follows from a reply or from the end of a job, as plain values. Made by
-// gateway/bus/jobs/effect_applier.cpp (replies) and by EffectsOf in gateway/bus/jobs/job_end.cpp
-// (ends); applied by EffectApplier alone, in the order in which the fields stand. At the end of
-// each job, behind `background`, it also plans the next background read and tells the probes.
-// EventDelivery follows the events of a device from the reply to the disk.
+// gateway/bus/jobs/job_end.cpp (by Intake for replies, by EffectsOf for ends); applied by
+// EffectApplier alone, in the order in which the fields stand. At the end of each job, behind
+// `background`, it also plans the next background read and tells the probes. EventDelivery follows
+// the events of a device from the reply to the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "gateway/records/audit/audit_source.h"
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/database.h"
 #include "gateway/records/disk/events_file.h"
 

@@ -21,7 +21,7 @@
 #include "gateway/base/worker.h"
 #include "gateway/records/audit/audit_file.h"
 #include "gateway/records/audit/audit_source.h"
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/disk.h"
 
 namespace baudgate::audit {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/base/result.h"
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/disk/database.h"
 #include "gateway/records/disk/disk.h"
 

@@ -26,7 +26,7 @@
 #include "gateway/outputs/dds/published_types.h"
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/live_table.h"
-#include "gateway/tools/watch/guarded.h"
+#include "gateway/tools/watch/restarting_child.h"
 #include "gateway/tools/watch/watch.h"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/registers/value_registers.h"
+#include "gateway/outputs/modbus/registers/register_map.h"
 
 namespace baudgate::modbus {
 

@@ -6,7 +6,6 @@
 
 #include "gateway/base/log.h"
 #include "gateway/base/time.h"
-#include "gateway/outputs/modbus/wire/client_framing.h"
 #include "gateway/outputs/modbus/wire/request.h"
 #include "transports/serial_port.h"
 

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "gateway/base/system_trouble.h"
-#include "gateway/outputs/modbus/wire/client_framing.h"
+#include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {
 

@@ -28,8 +28,6 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/modbus/service/client_requests.h"
-#include "gateway/outputs/modbus/service/server_shared.h"
-#include "gateway/outputs/modbus/wire/client_framing.h"
 #include "gateway/outputs/modbus/wire/request.h"
 
 namespace baudgate::modbus {

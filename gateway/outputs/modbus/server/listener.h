@@ -19,7 +19,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 #include "gateway/outputs/modbus/server/client_session.h"
-#include "gateway/outputs/modbus/service/server_shared.h"
+#include "gateway/outputs/modbus/service/client_requests.h"
 #include "transports/listen_socket.h"
 
 namespace baudgate::modbus {

@@ -22,8 +22,8 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/outputs/modbus/registers/register_contents.h"
+#include "gateway/outputs/modbus/service/client_requests.h"
 #include "gateway/outputs/modbus/service/route_table.h"
-#include "gateway/outputs/modbus/service/server_shared.h"
 #include "gateway/outputs/modbus/service/traffic.h"
 
 namespace baudgate::modbus {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gateway/outputs/modbus/registers/value_registers.h"
+#include "gateway/outputs/modbus/registers/register_map.h"
 
 namespace baudgate::modbus {
 

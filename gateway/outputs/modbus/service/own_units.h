@@ -25,7 +25,7 @@
 #include "gateway/outputs/modbus/registers/register_map.h"
 #include "gateway/outputs/modbus/registers/responder.h"
 #include "gateway/outputs/modbus/wire/request.h"
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 #include "gateway/records/events/event_feed.h"
 #include "gateway/records/events/event_source.h"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "gateway/bus/exchange/echo.h"
+#include "gateway/bus/exchange/line.h"
 #include "tests/transports/far_end.h"
 
 namespace baudgate {

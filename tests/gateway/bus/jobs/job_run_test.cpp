@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/poller/line_inputs.h"
+#include "gateway/bus/poller/poller.h"
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gateway/bus/poller/line_inputs.h"
+#include "gateway/bus/poller/poller.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/turns.h"
 #include "gateway/diagnosis/observer.h"

@@ -137,9 +137,19 @@ TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
   EXPECT_EQ(series + 4, SeriesOf(config_)) << "no alarms without events, and no outputs";
 }
 
-TEST_F(MetricsTest, AreAllInTheDocumentation) {
+std::string PageOfMetrics() {
   std::ifstream file("docs/metrics.md");
-  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Metrics, TheDocumentationSaysHowManySeriesThereAre) {
+  EXPECT_THAT(PageOfMetrics(),
+              HasSubstr("Three a point, " + std::to_string(SeriesIn<DeviceStatus>()) +
+                        " a device, " + std::to_string(SeriesIn<LineStatus>()) + " a line;"));
+}
+
+TEST_F(MetricsTest, AreAllInTheDocumentation) {
+  const std::string page = PageOfMetrics();
   FakeEvents events;
   modbus::TrafficStatus traffic;
   traffic.functions = {{"0.0.0.0:502", 4, 0, 12}};

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gateway/records/audit/write_log.h"
+#include "gateway/records/audit/audited_writes.h"
 
 namespace baudgate::audit {
 

@@ -14,9 +14,9 @@
 #include <new>
 #include <sstream>
 
-#include "gateway/tools/watch/guarded.h"
 #include "gateway/tools/watch/point_feed.h"
 #include "gateway/tools/watch/point_image.h"
+#include "gateway/tools/watch/restarting_child.h"
 
 namespace baudgate {
 namespace {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "gateway/outputs/modbus/registers/value_registers.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 
 namespace baudgate::modbus {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "gateway/outputs/modbus/registers/value_registers.h"
+#include "gateway/outputs/modbus/registers/register_map.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
 
 namespace baudgate::modbus {

@@ -1,7 +1,5 @@
 // RTU frames of clients: every cut, damage, silence, and how replies are framed.
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/outputs/modbus/wire/client_framing.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/daemon/outputs.h"
+#include "gateway/daemon/output_list.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gateway/tools/watch/guarded.h"
+#include "gateway/tools/watch/restarting_child.h"
 
 #include <poll.h>
 #include <signal.h>
