@@ -144,15 +144,15 @@ std::string Rules(const config::Point& point) {
   return rules.empty() ? "" : " (" + Listed(rules) + ")";
 }
 
-struct Writes {
+struct WriteRules {
   std::vector<std::string> allowed;
   std::vector<std::string> ruled;  ///< of those, what has rules, and these
   std::vector<std::string> plain;  ///< of those, all others
   std::vector<std::string> off;
 };
 
-Writes WritesOf(const config::Device& device) {
-  Writes writes;
+WriteRules WritesOf(const config::Device& device) {
+  WriteRules writes;
   for (const config::Point& point : device.points) {
     if (point.writing.allowed) {
       const std::string rules = Rules(point);
@@ -169,7 +169,7 @@ Writes WritesOf(const config::Device& device) {
 
 void PrintWrites(const config::Line& line, std::ostream& out) {
   for (const config::Device& device : line.devices) {
-    const Writes writes = WritesOf(device);
+    const WriteRules writes = WritesOf(device);
     if (writes.allowed.empty() && writes.off.empty()) continue;
     out << "  writes to " << device.name << ": "
         << (writes.allowed.empty() ? "none" : ListedWithRules(writes.ruled, writes.plain));
@@ -182,7 +182,7 @@ void PrintWrites(const config::Line& line, std::ostream& out) {
 }
 
 nlohmann::ordered_json WritesJson(const config::Device& device) {
-  const Writes writes = WritesOf(device);
+  const WriteRules writes = WritesOf(device);
   return {{"allowed", writes.allowed}, {"off", writes.off}};
 }
 
