@@ -132,7 +132,7 @@ std::string RepeatText(const Folder::Repeat& repeat) {
 }
 
 void Begin(Level least, const std::string& socket) {
-  if (IsJournal(STDERR_FILENO)) g_journal = std::make_unique<Journal>(socket);
+  g_journal = IsJournal(STDERR_FILENO) ? std::make_unique<Journal>(socket) : nullptr;
   if (g_outlet == nullptr) {
     g_outlet = new Outlet(STDERR_FILENO);
     std::atexit(Flush);
