@@ -112,7 +112,7 @@ class Masker {
 std::set<std::string> SecretKeys(const Catalog& catalog) {
   std::set<std::string> keys;
   for (const auto& [name, protocol] : catalog.protocols) {
-    for (const OptionSpec& spec : protocol->options) {
+    for (const protocols::OptionSpec& spec : protocol->options) {
       if (spec.secret) keys.emplace(spec.name);
     }
   }

@@ -95,7 +95,7 @@ void ApplyRatios(MapReader& map, Device& device) {
 
 constexpr std::size_t kMostPointsOfAll = 100'000;
 
-void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* protocol,
+void ReadAddress(MapReader& map, LineAddresses& addresses, const protocols::Protocol* protocol,
                  Device& device) {
   const auto none = protocol ? protocol->canonical_address("") : Result<std::string>(Error{});
   const auto node = none ? map.Get("address") : map.Need("address", "1");
@@ -112,7 +112,7 @@ void ReadAddress(MapReader& map, LineAddresses& addresses, const Protocol* proto
 }
 
 // Null when the device names none, or one that cannot be found.
-const RawProfile* FindProfile(MapReader& map, const Protocol* protocol, Device& device,
+const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protocol, Device& device,
                               LoadContext& context) {
   const auto node = map.Get("profile");
   if (!node) return nullptr;
@@ -174,17 +174,18 @@ void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, Load
   check("word_order", has_word_order);
 }
 
-void ReadDeviceOptions(MapReader& map, const Protocol* protocol, const Options& line_options,
-                       const Profile& profile, bool line_speaks_it, Device& device) {
+void ReadDeviceOptions(MapReader& map, const protocols::Protocol* protocol,
+                       const Options& line_options, const Profile& profile, bool line_speaks_it,
+                       Device& device) {
   if (!protocol) return;
   device.options = DefaultOptions(*protocol);
   if (line_speaks_it) Override(device.options, line_options);
   Override(device.options, profile.options);
-  Override(device.options, ReadOptions(map, *protocol, OptionSpec::Scope::device));
+  Override(device.options, ReadOptions(map, *protocol, protocols::OptionSpec::Scope::device));
 }
 
 /// What it may call itself, and what only others do.
-Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* protocol,
+Identity IdentityOf(MapReader& map, const Profile& profile, const protocols::Protocol* protocol,
                     LoadContext& context) {
   Identity identity = ReadIdentity(map, profile.identity);
   // Without a list of its own there is nothing that a name could contradict.
@@ -197,8 +198,8 @@ Identity IdentityOf(MapReader& map, const Profile& profile, const Protocol* prot
   return identity;
 }
 
-void ReadPoints(MapReader& map, const RawProfile* profile, const Protocol* protocol, Device& device,
-                LoadContext& context) {
+void ReadPoints(MapReader& map, const RawProfile* profile, const protocols::Protocol* protocol,
+                Device& device, LoadContext& context) {
   const auto own = map.Get("points");
   context.points += (profile ? profile->points.size() : 0) + (own ? own->yaml().size() : 0);
   if (context.points > kMostPointsOfAll) {
@@ -225,7 +226,7 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
 }
 
 // What a line is decides for all its devices whether there are serial settings.
-void CheckOwnTcp(const Protocol& protocol, const LineContext& of, const Keys& keys,
+void CheckOwnTcp(const protocols::Protocol& protocol, const LineContext& of, const Keys& keys,
                  Problems& problems) {
   CheckTcp(protocol, {}, keys, problems);
   if (of.protocol == nullptr || protocol.tcp == of.protocol->tcp) return;
@@ -236,11 +237,12 @@ void CheckOwnTcp(const Protocol& protocol, const LineContext& of, const Keys& ke
 
 }  // namespace
 
-Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial) {
+Recheck DefaultRecheck(const protocols::Protocol& protocol, const SerialSettings& serial) {
   return protocol.weak_check && serial.parity == Parity::none ? Recheck::jump : Recheck::off;
 }
 
-const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, LoadContext& context) {
+const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string& port,
+                                        LoadContext& context) {
   const auto name = ReadText(node, "protocol", context.problems);
   if (!name) return nullptr;
   const auto protocol = context.catalog.NeedProtocol(*name, port);
@@ -249,7 +251,7 @@ const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, Load
   return context.catalog.MeantProtocol(*name, port);
 }
 
-bool IsNeverOld(const Protocol& protocol, const Options& options) {
+bool IsNeverOld(const protocols::Protocol& protocol, const Options& options) {
   return protocol.never_old && SpeaksUnasked(protocol, options);
 }
 
@@ -262,7 +264,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     device.name = *name;
     context.uniques.Device(device.name, map.MarkOf("name"));
   }
-  const Protocol* protocol = of.protocol;
+  const protocols::Protocol* protocol = of.protocol;
   if (const auto own = map.Get("protocol")) protocol = ReadProtocol(*own, of.line.port, context);
   if (!protocol) map.AllowAll();
   if (protocol) {

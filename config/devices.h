@@ -12,22 +12,23 @@ namespace baudgate::config {
 
 /// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
 /// meant, so that the rest is checked as well; null: none is near. `port`: of the line.
-const Protocol* ReadProtocol(const YamlNode& node, const std::string& port, LoadContext& context);
+const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string& port,
+                                        LoadContext& context);
 
 /// What a device inherits from its line.
 struct LineContext {
   const Line& line;
-  const Pace& pace;          ///< line before gateway
-  const Options& options;    ///< those of scope line that the line gives
-  const Protocol* protocol;  ///< null when the line's own could not be found
+  const Pace& pace;                     ///< line before gateway
+  const Options& options;               ///< those of scope line that the line gives
+  const protocols::Protocol* protocol;  ///< null when the line's own could not be found
   LineAddresses& addresses;
 };
 
 /// The default of `recheck`: jump, if neither a strong check value nor parity guards replies.
-Recheck DefaultRecheck(const Protocol& protocol, const SerialSettings& serial);
+Recheck DefaultRecheck(const protocols::Protocol& protocol, const SerialSettings& serial);
 
 /// Its protocol and its options say whether its silence is normal.
-bool IsNeverOld(const Protocol& protocol, const Options& options);
+bool IsNeverOld(const protocols::Protocol& protocol, const Options& options);
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);
 

@@ -208,10 +208,10 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
 // Buses of the devices' own protocols read their options from the line as well.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol) Override(line.options, DefaultOptions(*protocol));
   }
-  const Protocol* own = catalog.FindProtocol(line.protocol);
+  const protocols::Protocol* own = catalog.FindProtocol(line.protocol);
   if (own) Override(line.options, DefaultOptions(*own));
   Override(line.options, given);
 }
@@ -220,7 +220,7 @@ void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
 void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems) {
   if (line.devices.size() < 2) return;
   for (const Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr || !SpeaksUnasked(*protocol, device.options)) continue;
     problems.Error(device.mark, "device '" + device.name +
                                     "' speaks unasked and needs a line of its own; line '" +
@@ -239,7 +239,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
     line.name = *name;
     context.uniques.Line(line.name, map.MarkOf("name"));
   }
-  const Protocol* protocol = nullptr;
+  const protocols::Protocol* protocol = nullptr;
   const bool unpolled =
       map.Has("lend") && !map.Has("devices") && !map.Has("protocol") && !map.Has("serial_server");
   if (unpolled) {
@@ -274,7 +274,7 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   line.alarms = ReadAlarmSetting(map, context.alarms);
   if (protocol) CheckTcp(*protocol, line.port, map.keys(), context.problems);
   Options given;
-  if (protocol) given = ReadOptions(map, *protocol, OptionSpec::Scope::line);
+  if (protocol) given = ReadOptions(map, *protocol, protocols::OptionSpec::Scope::line);
   const auto devices = map.Get("devices");
   ReadPortServers(map, line, context);
   map.Finish();

@@ -57,7 +57,7 @@ void Guarded(const std::string& file, Problems& problems, Read read) {
   }
 }
 
-RawProfile Complete(RawProfile raw, const Protocol& protocol, Problems& problems) {
+RawProfile Complete(RawProfile raw, const protocols::Protocol& protocol, Problems& problems) {
   Device device;
   device.points = BuildPoints(raw.points, &protocol, problems);
   AssignIntervals(device, problems);
@@ -109,7 +109,7 @@ Loaded LoadFile(const std::string& path, const Catalog& catalog) {
   return loaded;
 }
 
-LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
+LoadedProfile LoadProfile(const std::string& profile, const protocols::Protocol& protocol,
                           const Catalog& catalog) {
   return Load(profile, catalog, [&](Problems& problems) -> std::optional<RawProfile> {
     const auto path = LocateProfile(profile, protocol, catalog, {});
@@ -120,15 +120,15 @@ LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
 }
 
 LoadedProfile LoadProfileText(const std::string& text, const std::string& file,
-                              const std::string& name, const Protocol& protocol,
+                              const std::string& name, const protocols::Protocol& protocol,
                               const Catalog& catalog) {
   return Load(file, catalog, [&](Problems& problems) -> std::optional<RawProfile> {
     return Complete(ReadProfileText(text, file, name, protocol, problems), protocol, problems);
   });
 }
 
-Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::string name,
-                         std::string address) {
+Device DeviceFromProfile(const Profile& profile, const protocols::Protocol& protocol,
+                         std::string name, std::string address) {
   Device device;
   device.name = std::move(name);
   device.address = std::move(address);

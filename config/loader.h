@@ -31,16 +31,16 @@ Loaded LoadFile(const std::string& path, const Catalog& catalog);
 /// `name` stands for the file in messages.
 Loaded LoadText(const std::string& text, const std::string& name, const Catalog& catalog);
 /// `profile`: a name in the catalog, or a path (with a '/' or ending in .yaml).
-LoadedProfile LoadProfile(const std::string& profile, const Protocol& protocol,
+LoadedProfile LoadProfile(const std::string& profile, const protocols::Protocol& protocol,
                           const Catalog& catalog);
 /// `file` stands for it in messages; `name`: what devices would call it by.
 LoadedProfile LoadProfileText(const std::string& text, const std::string& file,
-                              const std::string& name, const Protocol& protocol,
+                              const std::string& name, const protocols::Protocol& protocol,
                               const Catalog& catalog);
 
 /// The device that a configuration with nothing but this profile would give; for commands that know
 /// no configuration (decode, simulate, demo). Every option is present.
-Device DeviceFromProfile(const Profile& profile, const Protocol& protocol, std::string name,
-                         std::string address);
+Device DeviceFromProfile(const Profile& profile, const protocols::Protocol& protocol,
+                         std::string name, std::string address);
 
 }  // namespace baudgate::config

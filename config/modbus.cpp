@@ -40,7 +40,7 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
   }
   route.line = *name;
   route.line_index = static_cast<std::size_t>(line - lines.begin());
-  const Protocol* protocol = context.catalog.FindProtocol(line->protocol);
+  const protocols::Protocol* protocol = context.catalog.FindProtocol(line->protocol);
   if (!protocol || protocol->carrier) return;
   if (protocol->tcp) {
     context.problems.Error(
@@ -108,7 +108,8 @@ constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny"
 /// Sets the framing, and the serial settings that its masters usually have.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
   listener.framing = framing;
-  if (const Protocol* frames = catalog.FramesOf(framing)) listener.serial = frames->serial;
+  if (const protocols::Protocol* frames = catalog.FramesOf(framing))
+    listener.serial = frames->serial;
 }
 
 Result<HostPort> ParseOwnAddress(const std::string& text, const std::string& example) {
@@ -270,7 +271,7 @@ void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) 
   }
   ReadSerialExtras(map, listener.serial);
   ReadEcho(map, listener);
-  if (const Protocol* frames = catalog.FramesOf(listener.framing)) {
+  if (const protocols::Protocol* frames = catalog.FramesOf(listener.framing)) {
     CheckDataBits(listener.serial, *frames, map.MarkOf("serial"), map.problems());
   }
 }

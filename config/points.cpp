@@ -354,8 +354,9 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
   return base;
 }
 
-std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
-                               Problems& problems, Recheck recheck) {
+std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw,
+                               const protocols::Protocol* protocol, Problems& problems,
+                               Recheck recheck) {
   std::vector<Point> points;
   RegisterClaims registers(problems);
   points.reserve(raw.size());

@@ -51,8 +51,9 @@ std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<
 /// The values of `raw`, one point each, with every problem that a point can have by itself or with
 /// the others of its device. Without a protocol its own checks are left out. `recheck`: of points
 /// that do not say it themselves.
-std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw, const Protocol* protocol,
-                               Problems& problems, Recheck recheck = Recheck::off);
+std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw,
+                               const protocols::Protocol* protocol, Problems& problems,
+                               Recheck recheck = Recheck::off);
 
 /// Gives each point with a `poll` of its own its place among the device's intervals.
 void AssignIntervals(Device& device, Problems& problems);

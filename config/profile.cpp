@@ -29,16 +29,16 @@ std::optional<OptionValue> ReadPairs(const YamlNode& node, const std::string& na
   return pairs;
 }
 
-std::optional<OptionValue> ReadOption(const YamlNode& node, const OptionSpec& spec,
-                                      const Protocol& protocol, Problems& problems) {
+std::optional<OptionValue> ReadOption(const YamlNode& node, const protocols::OptionSpec& spec,
+                                      const protocols::Protocol& protocol, Problems& problems) {
   const std::string name(spec.name);
-  if (spec.kind == OptionSpec::Kind::description) {
+  if (spec.kind == protocols::OptionSpec::Kind::description) {
     return DescriptionRef{protocol.describe(node, problems)};
   }
-  if (spec.kind == OptionSpec::Kind::pairs && node.kind() == YamlNode::Kind::map) {
+  if (spec.kind == protocols::OptionSpec::Kind::pairs && node.kind() == YamlNode::Kind::map) {
     return ReadPairs(node, name, problems);
   }
-  if (spec.kind == OptionSpec::Kind::texts && node.kind() == YamlNode::Kind::list) {
+  if (spec.kind == protocols::OptionSpec::Kind::texts && node.kind() == YamlNode::Kind::list) {
     return ReadTexts(node, name, problems);
   }
   const auto text = ReadText(node, name, problems);
@@ -68,19 +68,21 @@ std::string WrittenText(const YamlNode& node, const OptionValue& value) {
 
 }  // namespace
 
-Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope) {
+Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
+                    protocols::OptionSpec::Scope scope) {
   Options options;
-  for (const OptionSpec& spec : protocol.options) {
+  for (const protocols::OptionSpec& spec : protocol.options) {
     if (spec.scope != scope) {
-      map.Refuse(spec.name, "'" + std::string(spec.name) + "' belongs to the " +
-                                (scope == OptionSpec::Scope::line ? "devices, not to the line"
+      map.Refuse(spec.name,
+                 "'" + std::string(spec.name) + "' belongs to the " +
+                     (scope == protocols::OptionSpec::Scope::line ? "devices, not to the line"
                                                                   : "line, not to its devices"));
       continue;
     }
     const auto node = map.Get(spec.name);
     if (!node) continue;
     if (auto value = ReadOption(*node, spec, protocol, map.problems())) {
-      const bool shown = !spec.secret && spec.kind != OptionSpec::Kind::description;
+      const bool shown = !spec.secret && spec.kind != protocols::OptionSpec::Kind::description;
       if (shown) options.SetWritten(std::string(spec.name), WrittenText(*node, *value));
       options.Set(std::string(spec.name), std::move(*value));
     }
@@ -97,7 +99,7 @@ constexpr std::size_t kLongestName = 64;
 
 /// Calls `take` with each entry of each profile.
 template <typename Take>
-void ReadEntriesOfAll(const Catalog& catalog, const Protocol& protocol, Take take) {
+void ReadEntriesOfAll(const Catalog& catalog, const protocols::Protocol& protocol, Take take) {
   for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
     // Errors in the file are reported when a device uses it.
     Problems unheard;
@@ -142,7 +144,8 @@ Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile
   return identity;
 }
 
-std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol) {
+std::map<std::string, std::string> ListedNames(const Catalog& catalog,
+                                               const protocols::Protocol& protocol) {
   std::map<std::string, std::string> listed;
   ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
     if (entry.key != "identity") return;
@@ -154,7 +157,7 @@ std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Pro
 }
 
 std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
-                                                  const Protocol& protocol) {
+                                                  const protocols::Protocol& protocol) {
   std::map<std::string, std::string> listed = ListedNames(catalog, protocol);
   ReadEntriesOfAll(catalog, protocol, [&](const auto& file, const Entry& entry, Problems& unheard) {
     if (entry.key != "device") return;
@@ -165,7 +168,7 @@ std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
   return listed;
 }
 
-Result<fs::path> LocateProfile(const std::string& profile, const Protocol& protocol,
+Result<fs::path> LocateProfile(const std::string& profile, const protocols::Protocol& protocol,
                                const Catalog& catalog, const fs::path& base) {
   if (IsProfilePath(profile)) return base / profile;
   const std::string owner(protocol.name);
@@ -186,7 +189,8 @@ Result<fs::path> LocateProfile(const std::string& profile, const Protocol& proto
 }
 
 RawProfile ReadProfileText(const std::string& text, const std::string& file,
-                           const std::string& name, const Protocol& protocol, Problems& problems) {
+                           const std::string& name, const protocols::Protocol& protocol,
+                           Problems& problems) {
   RawProfile raw;
   raw.file = file;
   Profile& profile = raw.profile;
@@ -200,7 +204,7 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   map.Read<&Profile::word_order>(profile);
   if (const auto names = map.Get("identity"))
     profile.identity = ReadIdentityNames(*names, problems);
-  profile.options = ReadOptions(map, protocol, OptionSpec::Scope::device);
+  profile.options = ReadOptions(map, protocol, protocols::OptionSpec::Scope::device);
   if (const auto points = map.Need("points", "[ … ]")) {
     raw.points = ReadRawPoints(*points, problems);
   }
@@ -212,7 +216,8 @@ RawProfile ReadProfileText(const std::string& text, const std::string& file,
   return raw;
 }
 
-RawProfile ReadProfile(const fs::path& path, const Protocol& protocol, Problems& problems) {
+RawProfile ReadProfile(const fs::path& path, const protocols::Protocol& protocol,
+                       Problems& problems) {
   const auto text = ReadWholeFile(path.string());
   if (text) {
     return ReadProfileText(*text, path.string(), path.stem().string(), protocol, problems);

@@ -24,7 +24,8 @@ namespace baudgate::config {
 
 /// The options of that scope that stand in `map`. Those of the other scope are refused, and the
 /// message says where they belong.
-Options ReadOptions(MapReader& map, const Protocol& protocol, OptionSpec::Scope scope);
+Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
+                    protocols::OptionSpec::Scope scope);
 
 // What devices call themselves: the key `identity` of profiles and devices, and what the other
 // installed profiles of a protocol list. YAML comes from profile and configuration; goes to the
@@ -35,9 +36,11 @@ Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile
 
 /// Which installed profile that the protocol can use lists a name. Files that cannot
 /// be read list none.
-std::map<std::string, std::string> ListedNames(const Catalog& catalog, const Protocol& protocol);
+std::map<std::string, std::string> ListedNames(const Catalog& catalog,
+                                               const protocols::Protocol& protocol);
 /// The same and their titles (`device:`), which no profile needs to list.
-std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog, const Protocol& protocol);
+std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
+                                                  const protocols::Protocol& protocol);
 
 /// A profile before its points are read, so that a device can put its own keys over them.
 struct RawProfile {
@@ -48,13 +51,15 @@ struct RawProfile {
 
 /// What a device's `profile:` leads to: a name in the catalog, or a path (with a '/' or ending in
 /// .yaml) relative to `base`. An error names near misses and where was searched.
-Result<std::filesystem::path> LocateProfile(const std::string& profile, const Protocol& protocol,
+Result<std::filesystem::path> LocateProfile(const std::string& profile,
+                                            const protocols::Protocol& protocol,
                                             const Catalog& catalog,
                                             const std::filesystem::path& base);
 
-RawProfile ReadProfile(const std::filesystem::path& path, const Protocol& protocol,
+RawProfile ReadProfile(const std::filesystem::path& path, const protocols::Protocol& protocol,
                        Problems& problems);
 RawProfile ReadProfileText(const std::string& text, const std::string& file,
-                           const std::string& name, const Protocol& protocol, Problems& problems);
+                           const std::string& name, const protocols::Protocol& protocol,
+                           Problems& problems);
 
 }  // namespace baudgate::config

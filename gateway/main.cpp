@@ -18,22 +18,22 @@ int main(int argc, char** argv) {
                "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);
   app.require_subcommand(1);
-  Action action;
-  AddCommands(app, action);
-  if (argc > 1 && IsUnknownSubcommand(app, argv[1])) return kExitUsage;
-  if (const auto mistake = UnquotedSerial({argv, static_cast<std::size_t>(argc)})) {
+  tools::Action action;
+  tools::AddCommands(app, action);
+  if (argc > 1 && tools::IsUnknownSubcommand(app, argv[1])) return kExitUsage;
+  if (const auto mistake = tools::UnquotedSerial({argv, static_cast<std::size_t>(argc)})) {
     std::cerr << "baudgate: " << *mistake << '\n';
     return kExitUsage;
   }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (app.exit(error) == 0) return AfterOutput(0);
-    TellMeant(app, std::cerr);
+    if (app.exit(error) == 0) return tools::AfterOutput(0);
+    tools::TellMeant(app, std::cerr);
     return kExitUsage;
   }
   log::Begin(log::Level::info);
   const config::Modules modules = config::LoadModules();
   for (const std::string& refused : modules.refused) log::Warn("{}", refused);
-  return AfterOutput(action(modules.catalog));
+  return tools::AfterOutput(action(modules.catalog));
 }

@@ -8,7 +8,7 @@
 
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// In the order of the list.
 const std::vector<const Protocol*>& AllProtocols();
@@ -16,4 +16,4 @@ const std::vector<const Protocol*>& AllProtocols();
 /// Null: no protocol of that name.
 const Protocol* FindProtocol(std::string_view name);
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

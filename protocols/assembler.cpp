@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 int Severity(Outcome blame) {
@@ -80,4 +80,4 @@ void Assembler::Consume(std::size_t count) {
   head_ = 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -13,7 +13,7 @@
 #include "gateway/base/outcome.h"
 #include "protocols/frame_rule.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// in == delivered + discarded + held(), always.
 struct AssemblerCounters {
@@ -67,4 +67,4 @@ class Assembler {
   AssemblerCounters counters_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -30,7 +30,7 @@
 #include "gateway/base/value.h"
 #include "protocols/frame_rule.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// In place of an index into a device's points: none of them.
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
@@ -353,4 +353,4 @@ class Conversation {
   virtual bool LacksTime() const { return false; }
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -16,7 +16,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// One form that a reply may have. A request often has two: the value, or a refusal.
 struct Shape {
@@ -117,4 +117,4 @@ inline std::string MaskedHex(View request, const Expectation& expect) {
   return text;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 struct OptionSpec {
   enum class Kind : std::uint8_t {
@@ -159,4 +159,4 @@ class ParsedOptions {
   std::shared_ptr<const void> settings_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

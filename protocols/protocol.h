@@ -30,12 +30,12 @@
 #include "protocols/scanning.h"
 #include "protocols/twin.h"
 
-namespace baudgate {
-
-namespace config {
+namespace baudgate::config {
 class Problems;
 class YamlNode;
-}  // namespace config
+}  // namespace baudgate::config
+
+namespace baudgate::protocols {
 
 /// A way to read a point, for `baudgate protocols NAME`.
 struct DecoderSpec {
@@ -149,7 +149,7 @@ struct PduCarrier {
   /// The framing of masters that ask the gateway itself: at serial listeners, and of TCP clients at
   /// listeners with this `framing`. For each framing but `tcp` there is one installed protocol;
   /// `tcp` means that this protocol serves no such masters.
-  modbus::Framing framing = modbus::Framing::tcp;
+  baudgate::modbus::Framing framing = baudgate::modbus::Framing::tcp;
 };
 
 /// The address of a device that has none, such as a balance on RS-232.
@@ -281,4 +281,4 @@ inline Bytes WithoutNumber(const Protocol& protocol, View frame) {
   return same;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -19,7 +19,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// A setting of devices of the protocol that decides how they answer, and the option that the
 /// configuration needs for it. No key: the options' defaults.
@@ -70,4 +70,4 @@ struct ScanRule {
   Sighting (*judge)(View request, View frame, std::size_t mode) = nullptr;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

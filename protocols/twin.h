@@ -11,7 +11,7 @@
 #include "gateway/base/value.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// What a simulated device measures: one value for each point of its profile. The values are raw,
 /// as on the wire: if a point has scale 0.1 and shows 23.5, its raw value is 235.
@@ -45,4 +45,4 @@ class Twin {
   virtual Bytes Say(Instant /*now*/) { return {}; }
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

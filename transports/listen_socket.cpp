@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string>
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 std::string Explain(int error, std::string_view key) {
@@ -86,4 +86,4 @@ Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor) {
                " now (ip addr lists what it has); clients come in again when it is back"};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

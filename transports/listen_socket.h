@@ -13,7 +13,7 @@
 
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // Small messages go out at once over a TCP connection, and a peer that has vanished without a word
 // is noticed within about 25 s, where TCP alone would wait for hours.
@@ -67,4 +67,4 @@ Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& 
 /// address is back, and the system reports nothing. The error says so.
 Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor);
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::transports {
 
 LoopThread::LoopThread(std::string name) : name_(std::move(name)) {}
 
@@ -32,4 +32,4 @@ void LoopThread::Stop(std::function<void()> last) {
   thread_.join();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -13,7 +13,7 @@
 #include <string>
 #include <thread>
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // Something done on the thread of a loop, for a thread that waits for it.
 
@@ -55,4 +55,4 @@ class LoopThread {
   std::thread thread_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

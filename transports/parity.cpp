@@ -4,7 +4,7 @@
 
 #include <bit>
 
-namespace baudgate {
+namespace baudgate::transports {
 
 std::uint8_t WithParity(std::uint8_t character, config::Parity parity) {
   if (parity == config::Parity::none) return character;
@@ -96,4 +96,4 @@ Bytes ParmrkDecoder::Decode(View bytes) {
   return characters;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

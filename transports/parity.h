@@ -10,7 +10,7 @@
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // What stands in the place of a character that arrived damaged (parity, framing, break).
 
@@ -63,4 +63,4 @@ class ParmrkDecoder {
   std::uint32_t damaged_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <system_error>
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // One inotify descriptor on the folders of the port's path: where the port is a link, on those of
 // its target as well; where a folder is missing, on the nearest one above it that exists.
@@ -260,4 +260,4 @@ void PortThread::OnBytes(View bytes) {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -28,7 +28,7 @@
 #include "transports/loop_thread.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // When a lost port is tried again: at once where its device file has just appeared, else in growing
 // steps with jitter, so that many lines behind one dead server do not knock in step. The sixth of
@@ -192,4 +192,4 @@ class PortThread final : private TransportListener {
   std::shared_ptr<char> running_;         // gone = stopped
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

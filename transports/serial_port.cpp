@@ -27,7 +27,7 @@
 #include "transports/serial_settings.h"
 #include "transports/stream_pump.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // open(2), flock(2) and TIOCEXCL on the port, and the words for each way in which they fail.
 
@@ -450,7 +450,7 @@ void SerialPort::Purge(bool input, bool output) {
 }
 
 std::optional<ModemLines> SerialPort::ReadModemLines() const {
-  return session_ ? baudgate::ReadModemLines(session_->stream().native_handle()) : std::nullopt;
+  return session_ ? transports::ReadModemLines(session_->stream().native_handle()) : std::nullopt;
 }
 
 Status SerialPort::Set(PortSwitch which, bool on) {
@@ -507,4 +507,4 @@ std::unique_ptr<Transport> MakeSerialPort(std::string port, const config::Serial
   return std::make_unique<SerialPort>(std::move(port), serial, io, listener);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

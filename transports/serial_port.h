@@ -12,7 +12,7 @@
 #include "gateway/base/result.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // Opens a tty for this program alone, and says in words why that did not work.
 
@@ -45,4 +45,4 @@ void CloseElsewhere(int fd);
 std::unique_ptr<Transport> MakeSerialPort(std::string port, const config::SerialSettings& serial,
                                           asio::io_context& io, TransportListener& listener);
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

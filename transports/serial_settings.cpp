@@ -24,7 +24,7 @@
 #include <cstring>
 #include <tuple>
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 constexpr int kHighestBaud = 921600;
@@ -400,4 +400,4 @@ std::string TtyMode::ChangesTo(const TtyMode& now) const {
   return changes;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

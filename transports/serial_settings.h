@@ -13,7 +13,7 @@
 #include "gateway/base/result.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 /// A pty has no bit rate, parity or hang-up delay, and forgets such settings without saying so.
 bool IsPty(int fd);
@@ -111,4 +111,4 @@ class TtyMode {
   std::string format_;                           // "9600 7E1"
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -15,7 +15,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 /// More unsent bytes than this, and the other side is not taking data at all.
 inline constexpr std::size_t kMostUnsent = 64 * 1024;
@@ -169,4 +169,4 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   bool stopped_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -24,7 +24,7 @@
 #include "transports/serial_settings.h"
 #include "transports/stream_pump.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // The text comes from `port:` of a line and ends in a connection attempt.
 
@@ -526,4 +526,4 @@ std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialS
   return std::make_unique<TcpClient>(std::move(port), serial, io, listener, names);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

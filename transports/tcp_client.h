@@ -17,7 +17,7 @@
 #include "gateway/base/result.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 // Reads "tcp://host:port" of a line's configuration; IPv6 addresses stand in brackets.
 struct TcpAddress {
@@ -91,4 +91,4 @@ std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialS
                                          asio::io_context& io, TransportListener& listener,
                                          HostNames& names = HostNames::OfProcess());
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

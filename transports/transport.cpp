@@ -5,7 +5,7 @@
 #include "transports/serial_port.h"
 #include "transports/tcp_client.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener) {
@@ -13,4 +13,4 @@ std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_cont
   return MakeSerialPort(line.port, line.serial, io, listener);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -12,7 +12,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 /// Why there is no connection to a server, as far as the network tells it.
 enum class NoConnection : std::uint8_t {
@@ -113,4 +113,4 @@ class Transport {
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener);
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -13,7 +13,7 @@ bool IsProfilePath(const std::string& profile) {
   return profile.find('/') != std::string::npos || profile.ends_with(".yaml");
 }
 
-const Protocol* Catalog::FindProtocol(const std::string& name) const {
+const protocols::Protocol* Catalog::FindProtocol(const std::string& name) const {
   const auto found = protocols.find(name);
   return found == protocols.end() ? nullptr : found->second;
 }
@@ -28,19 +28,20 @@ Status Catalog::HasProtocols() const {
                "'protocols' and 'profiles'"};
 }
 
-Result<const Protocol*> Catalog::NeedProtocol(const std::string& name,
-                                              const std::string& port) const {
-  if (const Protocol* protocol = FindProtocol(name)) return protocol;
+Result<const protocols::Protocol*> Catalog::NeedProtocol(const std::string& name,
+                                                         const std::string& port) const {
+  if (const protocols::Protocol* protocol = FindProtocol(name)) return protocol;
   const std::vector<std::string_view> installed = ProtocolNames();
-  const Protocol* meant = MeantProtocol(name, port);
+  const protocols::Protocol* meant = MeantProtocol(name, port);
   return Error{Quoted(name) + " is not installed;" +
                (meant == nullptr ? "" : " did you mean " + Quoted(meant->name) + "?") +
                " installed: " + (installed.empty() ? "none" : Join(installed))};
 }
 
-const Protocol* Catalog::MeantProtocol(const std::string& name, const std::string& port) const {
+const protocols::Protocol* Catalog::MeantProtocol(const std::string& name,
+                                                  const std::string& port) const {
   const bool server = port.starts_with("tcp://") && port.ends_with(":502");
-  const Protocol* meant = nullptr;
+  const protocols::Protocol* meant = nullptr;
   for (const auto& [its_name, protocol] : protocols) {
     const auto names = Split(protocol->also_called, ' ');
     if (name.empty() || std::ranges::find(names, Lower(name)) == names.end()) continue;
@@ -50,15 +51,15 @@ const Protocol* Catalog::MeantProtocol(const std::string& name, const std::strin
   return FindProtocol(std::string(Nearest(name, ProtocolNames())));
 }
 
-std::vector<ForeignRule> Catalog::ForeignRules() const {
-  std::vector<ForeignRule> rules;
+std::vector<protocols::ForeignRule> Catalog::ForeignRules() const {
+  std::vector<protocols::ForeignRule> rules;
   for (const auto& [name, protocol] : protocols) {
     if (protocol->foreign != nullptr) rules.push_back(protocol->foreign);
   }
   return rules;
 }
 
-const Protocol* Catalog::FramesOf(modbus::Framing framing) const {
+const protocols::Protocol* Catalog::FramesOf(modbus::Framing framing) const {
   if (framing == modbus::Framing::tcp) return nullptr;
   const auto found = std::ranges::find_if(protocols, [framing](const auto& one) {
     return one.second->carrier != nullptr && one.second->carrier->framing == framing;
@@ -68,7 +69,7 @@ const Protocol* Catalog::FramesOf(modbus::Framing framing) const {
 
 std::vector<std::string> Catalog::ProfileOwners(const std::string& protocol) const {
   std::vector<std::string> owners = {protocol};
-  const Protocol* descriptor = FindProtocol(protocol);
+  const protocols::Protocol* descriptor = FindProtocol(protocol);
   if (descriptor != nullptr && !descriptor->profiles_of.empty()) {
     owners.emplace_back(descriptor->profiles_of);
   }
@@ -121,7 +122,7 @@ std::vector<std::string_view> Catalog::ProtocolNames() const {
 
 void AddSecrets(const Catalog& catalog, Problems& problems) {
   for (const auto& [name, protocol] : catalog.protocols) {
-    for (const OptionSpec& spec : protocol->options) {
+    for (const protocols::OptionSpec& spec : protocol->options) {
       if (spec.secret) problems.AddSecret(spec.name);
     }
   }

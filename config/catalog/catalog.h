@@ -31,22 +31,25 @@ struct ProfileFile {
 bool IsProfilePath(const std::string& profile);
 
 struct Catalog {
-  std::map<std::string, const Protocol*> protocols;  ///< by name; the pointers live for ever
-  std::vector<std::filesystem::path> module_dirs;    ///< where protocols were looked for
-  std::vector<std::filesystem::path> profile_dirs;   ///< the first hit wins
+  std::map<std::string, const protocols::Protocol*>
+      protocols;                                    ///< by name; the pointers live for ever
+  std::vector<std::filesystem::path> module_dirs;   ///< where protocols were looked for
+  std::vector<std::filesystem::path> profile_dirs;  ///< the first hit wins
 
   /// Null when no module of that name is installed.
-  const Protocol* FindProtocol(const std::string& name) const;
+  const protocols::Protocol* FindProtocol(const std::string& name) const;
   /// The error says which are installed, and which of them is meant.
-  Result<const Protocol*> NeedProtocol(const std::string& name, const std::string& port = {}) const;
+  Result<const protocols::Protocol*> NeedProtocol(const std::string& name,
+                                                  const std::string& port = {}) const;
   /// The installed protocol that a wrong name most likely means: a misspelt one, or what people
   /// call it (Protocol::also_called). Null: none is near.
-  const Protocol* MeantProtocol(const std::string& name, const std::string& port = {}) const;
+  const protocols::Protocol* MeantProtocol(const std::string& name,
+                                           const std::string& port = {}) const;
   /// The protocol that has the frames of this framing. Null when it is not installed, and for
   /// Modbus TCP, which needs none.
-  const Protocol* FramesOf(modbus::Framing framing) const;
+  const protocols::Protocol* FramesOf(modbus::Framing framing) const;
   /// How their messages are known on lines of other protocols.
-  std::vector<ForeignRule> ForeignRules() const;
+  std::vector<protocols::ForeignRule> ForeignRules() const;
   /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;
   /// In the protocol's own folder first. Nothing when no directory has it.

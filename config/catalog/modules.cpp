@@ -40,7 +40,7 @@ Function Find(void* handle, const char* symbol) {
   return reinterpret_cast<Function>(dlsym(handle, symbol));
 }
 
-Result<const Protocol*> LoadModule(const fs::path& path) {
+Result<const protocols::Protocol*> LoadModule(const fs::path& path) {
   void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) return Error{std::string("cannot load module: ") + dlerror()};
   const auto entry = Find<decltype(&baudgate_protocol)>(handle, "baudgate_protocol");
@@ -48,8 +48,9 @@ Result<const Protocol*> LoadModule(const fs::path& path) {
   // Older modules have no tag. Nothing of a module is touched before its tag is known to be ours.
   const auto tag = Find<decltype(&baudgate_protocol_abi)>(handle, "baudgate_protocol_abi");
   const std::string theirs = tag == nullptr ? "an older plugin contract" : tag();
-  if (theirs != kContractTag) {
-    return Error{path.string() + " was built for " + theirs + ", this daemon for " + kContractTag +
+  if (theirs != protocols::kContractTag) {
+    return Error{path.string() + " was built for " + theirs + ", this daemon for " +
+                 protocols::kContractTag +
                  "; build the module together with the daemon, or install both from one release"};
   }
   return entry();

@@ -7,29 +7,29 @@
 namespace baudgate::config {
 namespace {
 
-using Kind = OptionSpec::Kind;
+using Kind = protocols::OptionSpec::Kind;
 
-Error Wrong(const OptionSpec& spec, std::string_view text, const std::string& why) {
+Error Wrong(const protocols::OptionSpec& spec, std::string_view text, const std::string& why) {
   return {spec.secret ? "the value " + why : Quoted(text) + " " + why};
 }
 
-bool Bounded(const OptionSpec& spec) { return spec.minimum < spec.maximum; }
+bool Bounded(const protocols::OptionSpec& spec) { return spec.minimum < spec.maximum; }
 
-std::string Bounds(const OptionSpec& spec) {
+std::string Bounds(const protocols::OptionSpec& spec) {
   return FormatNumber(spec.minimum) + "…" + FormatNumber(spec.maximum);
 }
 
-bool InBounds(const OptionSpec& spec, double value) {
+bool InBounds(const protocols::OptionSpec& spec, double value) {
   return !Bounded(spec) || (value >= spec.minimum && value <= spec.maximum);
 }
 
-Result<OptionValue> ParseFlag(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseFlag(const protocols::OptionSpec& spec, std::string_view text) {
   if (text == "true" || text == "yes" || text == "on") return OptionValue(true);
   if (text == "false" || text == "no" || text == "off") return OptionValue(false);
   return Wrong(spec, text, "is neither true nor false");
 }
 
-Result<OptionValue> ParseWhole(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseWhole(const protocols::OptionSpec& spec, std::string_view text) {
   const auto value = ParseInteger<std::int64_t>(text);
   if (!value) return Wrong(spec, text, "is not a whole number");
   if (!InBounds(spec, static_cast<double>(*value))) {
@@ -38,7 +38,7 @@ Result<OptionValue> ParseWhole(const OptionSpec& spec, std::string_view text) {
   return OptionValue(*value);
 }
 
-Result<OptionValue> ParseReal(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseReal(const protocols::OptionSpec& spec, std::string_view text) {
   const auto value = ParseDecimal(text);
   if (!value) return Wrong(spec, text, "is not a decimal number");
   if (!InBounds(spec, *value)) {
@@ -48,13 +48,13 @@ Result<OptionValue> ParseReal(const OptionSpec& spec, std::string_view text) {
 }
 
 /// A password may begin with zeros.
-Result<OptionValue> ParseNumber(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseNumber(const protocols::OptionSpec& spec, std::string_view text) {
   const std::string zero = spec.secret ? std::string() : WhyLeadingZero(text);
   if (!zero.empty()) return Wrong(spec, text, zero);
   return spec.kind == Kind::integer ? ParseWhole(spec, text) : ParseReal(spec, text);
 }
 
-Result<OptionValue> ParseTime(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseTime(const protocols::OptionSpec& spec, std::string_view text) {
   const std::string zero = WhyLeadingZero(text);
   const auto value = zero.empty() ? ParseDuration(text) : Error{Quoted(text) + " " + zero};
   if (value) return OptionValue(static_cast<std::int64_t>(value->count()));
@@ -62,13 +62,13 @@ Result<OptionValue> ParseTime(const OptionSpec& spec, std::string_view text) {
   return Error{value.error()};
 }
 
-std::vector<std::string_view> Choices(const OptionSpec& spec) {
+std::vector<std::string_view> Choices(const protocols::OptionSpec& spec) {
   std::vector<std::string_view> choices = Split(spec.choices, ',');
   for (std::string_view& choice : choices) choice = Trim(choice);
   return choices;
 }
 
-Result<OptionValue> ParseChoice(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseChoice(const protocols::OptionSpec& spec, std::string_view text) {
   const std::vector<std::string_view> choices = Choices(spec);
   for (const std::string_view choice : choices) {
     if (choice == text) return OptionValue(std::string(text));
@@ -85,7 +85,7 @@ std::vector<std::string> ParseTexts(std::string_view text) {
   return parts;
 }
 
-Result<OptionValue> ParsePairs(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParsePairs(const protocols::OptionSpec& spec, std::string_view text) {
   Pairs pairs;
   for (const std::string& one : ParseTexts(text)) {
     const std::size_t equal = one.find('=');
@@ -122,7 +122,7 @@ OptionValue Empty(Kind kind) {
 
 }  // namespace
 
-Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
+Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_view text) {
   switch (spec.kind) {
     case Kind::flag:
       return ParseFlag(spec, text);
@@ -146,9 +146,9 @@ Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text) {
   return OptionValue(std::string(text));
 }
 
-Options DefaultOptions(const Protocol& protocol) {
+Options DefaultOptions(const protocols::Protocol& protocol) {
   Options options;
-  for (const OptionSpec& spec : protocol.options) {
+  for (const protocols::OptionSpec& spec : protocol.options) {
     auto value = ParseOption(spec, spec.fallback);
     options.Set(std::string(spec.name), value ? std::move(*value) : Empty(spec.kind));
   }

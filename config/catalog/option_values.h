@@ -13,10 +13,10 @@ namespace baudgate::config {
 
 /// One value as the user writes it ("true", "250ms", "a,b"), checked against its declaration. The
 /// error never quotes a secret. Serves YAML, fallbacks and `--set` alike.
-Result<OptionValue> ParseOption(const OptionSpec& spec, std::string_view text);
+Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_view text);
 
 /// Every option that the protocol declares, at its fallback.
-Options DefaultOptions(const Protocol& protocol);
+Options DefaultOptions(const protocols::Protocol& protocol);
 
 /// Sets in `target` what `given` has.
 void Override(Options& target, const Options& given);

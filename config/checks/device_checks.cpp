@@ -93,10 +93,10 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
 }
 
 /// What is right in form and yet hardly meant.
-void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& keys,
+void CheckDoubts(const Device& device, const protocols::Protocol& protocol, const Keys& keys,
                  Problems& problems) {
   if (!protocol.doubts) return;
-  for (const ConfigRemark& doubt : protocol.doubts(device)) {
+  for (const protocols::ConfigRemark& doubt : protocol.doubts(device)) {
     if (doubt.point >= device.points.size()) {
       problems.Warning(keys.MarkOf("address"), Called(device) + ": address " + doubt.text);
       continue;
@@ -108,11 +108,11 @@ void CheckDoubts(const Device& device, const Protocol& protocol, const Keys& key
 
 }  // namespace
 
-void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems) {
+void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
   // After other errors a part of the description may not have been read: it is not called missing.
   const bool known = !problems.has_error();
-  for (const ConfigRemark& fault : protocol.faults(device)) {
+  for (const protocols::ConfigRemark& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {
       if (!known) continue;
       problems.Error(device.mark, Called(device) + " " + fault.text);
@@ -123,7 +123,7 @@ void CheckFaults(const Device& device, const Protocol& protocol, Problems& probl
   }
 }
 
-void LineAddresses::Add(const Device& device, const Protocol& protocol, const Mark& mark,
+void LineAddresses::Add(const Device& device, const protocols::Protocol& protocol, const Mark& mark,
                         Problems& problems) {
   const std::string& address = device.address;
   const Result<std::string> canonical = protocol.canonical_address(address);
@@ -140,7 +140,7 @@ void LineAddresses::Add(const Device& device, const Protocol& protocol, const Ma
                              (spelling == address ? "" : ", which writes it " + Quoted(spelling)));
 }
 
-void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
+void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems) {
   if (!keys.Has("profile") && !keys.Has("points")) {
     problems.Warning(device.mark, Called(device) +

@@ -37,22 +37,23 @@ class LineAddresses {
  public:
   /// An error when the protocol does not take the device's address; a warning when an earlier
   /// device of this protocol has the same one, however each writes it. `mark`: of the address.
-  void Add(const Device& device, const Protocol& protocol, const Mark& mark, Problems& problems);
+  void Add(const Device& device, const protocols::Protocol& protocol, const Mark& mark,
+           Problems& problems);
 
  private:
   struct Owner {
     std::string name;
     std::string spelling;
   };
-  std::map<std::pair<const Protocol*, std::string>, Owner> owners_;
+  std::map<std::pair<const protocols::Protocol*, std::string>, Owner> owners_;
 };
 
 /// A device whose points, options and times are complete. `keys`: of the device, for the places of
 /// problems. Without a protocol what only it can judge is left out.
-void CheckDevice(const Device& device, const Protocol* protocol, const Keys& keys,
+void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems);
 
 /// Reports the errors that the protocol finds in single points of the device.
-void CheckFaults(const Device& device, const Protocol& protocol, Problems& problems);
+void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems);
 
 }  // namespace baudgate::config

@@ -10,17 +10,18 @@ namespace baudgate::config {
 
 namespace {
 
-std::size_t ShortestReply(const Expectation& expect) {
-  if (expect.reply == Expectation::Reply::none) return 0;
+std::size_t ShortestReply(const protocols::Expectation& expect) {
+  if (expect.reply == protocols::Expectation::Reply::none) return 0;
   std::size_t shortest = expect.shapes.empty() ? 1 : expect.shapes.front().min_length;
-  for (const Shape& shape : expect.shapes) shortest = std::min(shortest, shape.min_length);
+  for (const protocols::Shape& shape : expect.shapes)
+    shortest = std::min(shortest, shape.min_length);
   return shortest;
 }
 
 }  // namespace
 
-Round RoundOf(Group group, const Line& line, const Device& device, const Protocol& protocol,
-              Bus* bus) {
+Round RoundOf(Group group, const Line& line, const Device& device,
+              const protocols::Protocol& protocol, protocols::Bus* bus) {
   const SerialSettings serial = device.serial.value_or(line.serial);
   const Timing times = TimesInForce(line, device, protocol);
   const auto conversation = MakeConversation(protocol, device, bus);
@@ -28,7 +29,8 @@ Round RoundOf(Group group, const Line& line, const Device& device, const Protoco
   Round round;
   for (std::size_t i = 0; i < queries.size(); ++i) {
     if (queries[i].group != group) continue;
-    const auto request = conversation->Ask({Task::Kind::poll, i, kNoPoint, {}}, Instant{});
+    const auto request =
+        conversation->Ask({protocols::Task::Kind::poll, i, protocols::kNoPoint, {}}, Instant{});
     if (!request) continue;
     const std::size_t characters = request->bytes.size() + ShortestReply(request->expect);
     round.time += *times.quiet + static_cast<int>(characters) * serial.CharacterTime();
@@ -37,7 +39,7 @@ Round RoundOf(Group group, const Line& line, const Device& device, const Protoco
   return round;
 }
 
-Timing TimesInForce(const Line& line, const Device& device, const Protocol& protocol) {
+Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol) {
   const SerialSettings serial = device.serial.value_or(line.serial);
   return Resolve(Merge(device.timing, line.timing), protocol.timing(serial));
 }
@@ -79,8 +81,8 @@ void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems) {
   }
 }
 
-void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
-                   Problems& problems) {
+void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
+                   const Mark& mark, Problems& problems) {
   if (serial.xonxoff && protocol.data_bits == 8) {
     problems.Error(mark, "xonxoff: " + std::string(protocol.name) +
                              " sends every byte, and XON/XOFF takes 0x11 and 0x13 out; use rtscts, "
@@ -106,7 +108,7 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
   }
 }
 
-void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
+void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems) {
   if (!protocol.tcp) return;
   const std::string name(protocol.name);
@@ -205,14 +207,14 @@ SerialSettings SerialOf(const Line& line, const Device& device) {
 /// What is wrong with the line's times is said once, not once a device.
 void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
   Messages known;
-  if (const Protocol* own = catalog.FindProtocol(line.protocol)) {
+  if (const protocols::Protocol* own = catalog.FindProtocol(line.protocol)) {
     known = TimingMessages(line.timing, own->timing(line.serial), line.serial);
   }
   for (const std::string& message : known) {
     problems.Warning(line.mark, "line '" + line.name + "': " + message);
   }
   for (const Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol) continue;
     const SerialSettings serial = SerialOf(line, device);
     for (const std::string& message :
@@ -236,12 +238,12 @@ std::vector<Group> PolledGroups(const Device& device) {
 
 /// Devices that think before they answer only make it worse.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
-  std::map<const Protocol*, std::unique_ptr<Bus>> buses;
+  std::map<const protocols::Protocol*, std::unique_ptr<protocols::Bus>> buses;
   double fast = 0;
   double slow = 0;
   bool told = false;
   for (const Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol || !device.enabled) continue;
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);
@@ -271,16 +273,17 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
 }
 
 /// Whether it is probed with something that only this is answered so.
-bool HasProof(const Device& device, const Protocol& protocol, Bus* bus) {
+bool HasProof(const Device& device, const protocols::Protocol& protocol, protocols::Bus* bus) {
   const auto conversation = MakeConversation(protocol, device, bus);
-  const auto probe = conversation->Ask({Task::Kind::probe, 0, kNoPoint, {}}, Instant{});
+  const auto probe =
+      conversation->Ask({protocols::Task::Kind::probe, 0, protocols::kNoPoint, {}}, Instant{});
   return !probe || probe->is_proof();
 }
 
 void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
-  std::map<const Protocol*, std::unique_ptr<Bus>> buses;
+  std::map<const protocols::Protocol*, std::unique_ptr<protocols::Bus>> buses;
   for (const Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (!protocol || !device.enabled || device.trust_order) continue;
     auto& bus = buses[protocol];
     if (!bus) bus = MakeBus(*protocol);

@@ -26,11 +26,11 @@ struct Round {
 };
 
 /// `bus`: of the device's protocol on this line.
-Round RoundOf(Group group, const Line& line, const Device& device, const Protocol& protocol,
-              Bus* bus);
+Round RoundOf(Group group, const Line& line, const Device& device,
+              const protocols::Protocol& protocol, protocols::Bus* bus);
 
 /// The times that the device is asked with, and who decided them.
-Timing TimesInForce(const Line& line, const Device& device, const Protocol& protocol);
+Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
 // Whether serial settings and named times can work: by themselves, with the port, with the
 // protocol. They come from lines, devices, listeners and profiles; what is wrong goes to Problems.
@@ -45,14 +45,14 @@ void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& 
 /// `keys`: of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
 /// Whether characters of the protocol fit into these. `mark`: of what chose the one or the other.
-void CheckDataBits(const SerialSettings& serial, const Protocol& protocol, const Mark& mark,
-                   Problems& problems);
+void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
+                   const Mark& mark, Problems& problems);
 /// Refuses settings that only a port of this machine can have. `mark`: of the settings.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
 /// What Protocol::tcp excludes: a serial port, and the keys of one. `keys`: of the line or device
 /// that names the protocol; `port`: of a line; empty of a device.
-void CheckTcp(const Protocol& protocol, const std::string& port, const Keys& keys,
+void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
 // Whether the port of a line may be passed on over the network, and to whom. Structs come from

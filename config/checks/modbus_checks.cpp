@@ -89,7 +89,7 @@ void CheckDeadline(const Route& route, const Config& config, const Catalog& cata
                    Problems& problems) {
   if (route.line.empty()) return;
   const Line& line = config.lines[route.line_index];
-  const Protocol* protocol = catalog.FindProtocol(line.protocol);
+  const protocols::Protocol* protocol = catalog.FindProtocol(line.protocol);
   if (!protocol) return;
   const Duration reply = *Resolve(line.timing, protocol->timing(line.serial)).reply;
   if (route.deadline >= reply) return;

@@ -66,7 +66,7 @@ void Resolve(Point& point, const RawNumbers& numbers, Problems& problems) {
 
 }  // namespace
 
-void ResolveSentinels(Device& device, const Protocol* protocol, Problems& problems) {
+void ResolveSentinels(Device& device, const protocols::Protocol* protocol, Problems& problems) {
   const bool asks = protocol != nullptr && protocol->raw_numbers != nullptr;
   for (Point& point : device.points) {
     if (point.sentinels.empty() || point.type == Type::string) continue;
@@ -223,7 +223,7 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
 
 }  // namespace
 
-void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys,
+void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
                 Problems& problems) {
   if (point.table == Table::bits && point.type != Type::boolean) {
     problems.Error(keys.MarkOf("table"), "table: only bool points fit a bit table, and '" +

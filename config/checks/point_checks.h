@@ -21,11 +21,12 @@ namespace baudgate::config {
 /// Turns sentinels in hex into numbers, and reports sentinels that the device can never send or
 /// that stand twice. Example: 0x8000 becomes -32768 if the protocol reads an int16, whatever the
 /// type of the point is. Without a protocol the type of the point decides.
-void ResolveSentinels(Device& device, const Protocol* protocol, Problems& problems);
+void ResolveSentinels(Device& device, const protocols::Protocol* protocol, Problems& problems);
 
 /// `keys`: of the point, for the places of problems. Without a protocol what only it can judge is
 /// left out.
-void CheckPoint(const Point& point, const Protocol* protocol, const Keys& keys, Problems& problems);
+void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
+                Problems& problems);
 
 /// Whether the points that stand as `min` or `max` of others can be limits.
 void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);

@@ -168,7 +168,7 @@ std::vector<std::string_view> Split(std::string_view text, char separator) {
 
 }  // namespace baudgate
 
-namespace baudgate::config {
+namespace baudgate {
 namespace {
 
 constexpr std::size_t kLongestWord = 64;
@@ -262,4 +262,4 @@ std::string Lower(std::string_view text) {
   return lowered;
 }
 
-}  // namespace baudgate::config
+}  // namespace baudgate

@@ -66,7 +66,7 @@ std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 }  // namespace baudgate
 
-namespace baudgate::config {
+namespace baudgate {
 
 // Which known word a misspelt one was probably meant to be, for "did you mean" in messages.
 
@@ -92,4 +92,4 @@ std::string DidYouMean(std::string_view word, std::span<const std::string_view> 
 /// As lower case, ASCII letters only; never locale dependent.
 std::string Lower(std::string_view text);
 
-}  // namespace baudgate::config
+}  // namespace baudgate

@@ -11,16 +11,16 @@
 #include "gateway/daemon/daemon_impl.h"
 #include "gateway/daemon/reloader.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
-reload::Health HealthOf(const DeviceRecord& record) {
+reload::Health HealthOf(const bus::DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
   // A device of a restarted line may still be waking up, and one without an override has not been
   // asked since its port came back.
-  if (record.status.state == DeviceState::offline) {
+  if (record.status.state == bus::DeviceState::offline) {
     const bool was_asked = record.status.last_ok && record.override_quality;
     return was_asked ? Health::ill : Health::unknown;
   }
@@ -65,10 +65,10 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   for (reload::ListenerChange& listener : difference.modbus.listeners) {
     listener.clients = clients[listener.place];
   }
-  if (NeedsState(next, catalog) && !records.open()) {
-    difference.restart.push_back("recording of " + WhatIsKept(next, catalog) +
+  if (records::NeedsState(next, catalog) && !records.open()) {
+    difference.restart.push_back("recording of " + records::WhatIsKept(next, catalog) +
                                  ", which is off now (its files are opened at a start only)");
-  } else if (KeepsEvents(next) && !records.keeps_events()) {
+  } else if (records::KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("that events are kept");
   }
 }
@@ -84,7 +84,7 @@ Reloader::Prepared Daemon::Impl::Prepare(config::Config next,
   Threads threads;
   for (std::size_t i = 0; i < next.lines.size(); ++i) {
     if (!Begins(difference.lines[i].action)) continue;
-    auto thread = Lines::MakeLoop(next.lines[i]);
+    auto thread = lines::Lines::MakeLoop(next.lines[i]);
     if (!thread) prepared.troubles.push_back(thread.error());
     if (thread) threads.emplace(next.lines[i].name, *std::move(thread));
   }
@@ -101,10 +101,10 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   reload::Placement placed = reload::PlaceInSlots(*running, std::move(next), difference);
   const auto before =
       std::exchange(running, std::make_shared<const config::Config>(std::move(placed.config)));
-  std::map<std::string, ManualSettings> manual;
+  std::map<std::string, lines::ManualSettings> manual;
   for (const std::uint32_t line : placed.gone) {
     const config::Line& ends = before->lines[line];
-    manual.emplace(ends.name, ManualSettingsOf(store, line, ends));
+    manual.emplace(ends.name, lines::ManualSettingsOf(store, line, ends));
   }
   lines.Remove(placed.gone);
   for (const std::uint32_t line : placed.gone) store.Retire(line);
@@ -142,7 +142,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (renews) records.RenewHistory(running, store);
   SetHistory(records.history());
   lines.Start();
-  if (EventPath* const events = records.events()) {
+  if (records::EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
   for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
@@ -159,9 +159,9 @@ reload::Healths Daemon::Impl::Healths() const {
     if (store.gone(device)) continue;
     const std::string name = store.line(device).name + "." + store.device(device).name;
     store.Read(device,
-               [&](const DeviceRecord& record) { healths.emplace(name, HealthOf(record)); });
+               [&](const bus::DeviceRecord& record) { healths.emplace(name, HealthOf(record)); });
   }
   return healths;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

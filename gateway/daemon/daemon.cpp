@@ -12,7 +12,7 @@
 #include "gateway/daemon/daemon_impl.h"
 #include "gateway/daemon/descriptors.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 /// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
@@ -37,7 +37,7 @@ Status Daemon::Start() {
   impl_->MakeLines();
   impl_->MakeOutputs();
   if (Status status = impl_->OpenOutputs(); !status) return status;
-  EventPath* const events = impl_->records.events();
+  records::EventPath* const events = impl_->records.events();
   if (events != nullptr) events->Started();
   impl_->MakeClocks();
   impl_->ticker->Start();
@@ -47,7 +47,7 @@ Status Daemon::Start() {
     impl->clocks->OnHostClock(right);
   });
   if (events != nullptr) events->Start();
-  if (WritePath* const writes = impl_->records.write_path()) writes->Start();
+  if (records::WritePath* const writes = impl_->records.write_path()) writes->Start();
   if (Status status = impl_->BeginOutputs(); !status) return status;
   if (impl_->reloader) impl_->reloader->Start();
   return {};
@@ -58,7 +58,7 @@ bool Daemon::Stop() {
   if (impl_->reloader) impl_->reloader->Stop();
   for (const auto& output : impl_->outputs) output->StopRequests();
   if (impl_->clocks) impl_->clocks->Stop();
-  if (WritePath* const writes = impl_->records.write_path()) writes->Stop();
+  if (records::WritePath* const writes = impl_->records.write_path()) writes->Stop();
   impl_->records.EndHistory();
   const std::vector<std::string> hang = impl_->lines.Stop();
   for (const std::string& line : hang) {
@@ -93,8 +93,8 @@ void Daemon::Reload(const std::string& by) {
 }
 
 const config::Config& Daemon::config_at_start() const { return impl_->config; }
-const PointStore& Daemon::store() const { return impl_->store; }
-LineControl& Daemon::control() { return impl_->dispatcher; }
+const bus::PointStore& Daemon::store() const { return impl_->store; }
+lines::LineControl& Daemon::control() { return impl_->dispatcher; }
 
 std::string Daemon::Summary() const {
   std::string text;
@@ -112,17 +112,18 @@ Status Daemon::Impl::OpenRecords() {
     if (row.consumer) consumers.insert(row.consumer(config));
   }
   consumers.erase("");
-  const Records::Links links{
+  const records::Records::Links links{
       store,
       dispatcher,
       [this](std::uint32_t device, const std::string& said, bool reported) {
-        lines.OfDevice(device).Post(
-            [=](LineParts& line, Now now) { line.OnEventsKept(device, said, reported, now); });
+        lines.OfDevice(device).Post([=](lines::LineParts& line, Now now) {
+          line.OnEventsKept(device, said, reported, now);
+        });
       },
       [this](const std::set<audit::Target>& devices) { TellUnsettled(devices); },
       troubles,
       std::move(consumers)};
-  if (NeedsState(config, catalog)) return records.Open(config, links);
+  if (records::NeedsState(config, catalog)) return records.Open(config, links);
   records.OpenAlarms(config, links);
   return {};
 }
@@ -132,20 +133,22 @@ void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
     if (store.gone(device)) continue;
     if (!devices.contains({store.line(device).name, store.device(device).name})) continue;
     lines.OfDevice(device).Post(
-        [device](LineParts& parts, Now) { parts.poller.OnUnsettledWrite(device); });
+        [device](lines::LineParts& parts, Now) { parts.poller.OnUnsettledWrite(device); });
   }
 }
 
 void Daemon::Impl::MakeLines() {
-  LineParts::Links links{
+  lines::LineParts::Links links{
       .memory = records.memory(), .events = records.events(), .foreign = catalog.ForeignRules()};
-  if (WritePath* const writes = records.write_path()) {
+  if (records::WritePath* const writes = records.write_path()) {
     links.loans = {&writes->log(), config.audit == config::Audit::require};
   }
-  if (const auto folder = Recordings::FolderOf(config); !folder.empty()) {
-    recordings =
-        std::make_unique<Recordings>(folder, kVersion, troubles.Reporter("a trace of failures"));
-    links.recordings = [this](Recording recording) { recordings->Save(std::move(recording)); };
+  if (const auto folder = records::Recordings::FolderOf(config); !folder.empty()) {
+    recordings = std::make_unique<records::Recordings>(folder, kVersion,
+                                                       troubles.Reporter("a trace of failures"));
+    links.recordings = [this](records::Recording recording) {
+      recordings->Save(std::move(recording));
+    };
   }
   lines.Link(std::move(links));
   ticker = std::make_unique<Ticker>(lines.io(), [this](Instant now) {
@@ -159,9 +162,9 @@ void Daemon::Impl::MakeLines() {
 }
 
 void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
-                           std::shared_ptr<LoopThread> own) {
+                           std::shared_ptr<transports::LoopThread> own) {
   if (!own) {
-    auto made = Lines::MakeLoop(*line);
+    auto made = lines::Lines::MakeLoop(*line);
     if (made) own = *std::move(made);
     if (!made)
       log::Warn("{}; it shares one with others, which wait while its driver blocks", made.error());
@@ -181,10 +184,10 @@ void Daemon::Impl::MakeClocks() {
   };
   const auto warn = [](const std::string& trouble) { log::Warn("{}", trouble); };
   ClockCorrector::Links links{store, Commands(), nullptr, tell, warn};
-  if (const StateFolder* const state = records.state()) {
+  if (const records::StateFolder* const state = records.state()) {
     links.open = [file = state->path() / "clocks.json", warn,
                   trouble = troubles.Reporter("clocks.json")](const config::Config& its) {
-      return std::make_unique<DeviceMemory>(file, its, warn, trouble);
+      return std::make_unique<records::DeviceMemory>(file, its, warn, trouble);
     };
   }
   clocks = std::make_unique<ClockCorrector>(std::move(links));
@@ -194,7 +197,7 @@ void Daemon::Impl::MakeClocks() {
 /// Waits for every driver.
 void Daemon::Impl::EndLines() {
   lines.End();
-  if (EventPath* const events = records.events()) events->End();
+  if (records::EventPath* const events = records.events()) events->End();
   StopOutputs();
   records.EndEvents();
   lines.StopLoops();
@@ -203,7 +206,7 @@ void Daemon::Impl::EndLines() {
 // ---------------------------------------------------------------- outputs
 
 void Daemon::Impl::MakeOutputs() {
-  const control::GatewayInfo info = GatewayForStatus();
+  const status::GatewayInfo info = GatewayForStatus();
   const auto needs = [this](const config::Config& its) {
     return DescriptorNeedsOf(its, output_rows);
   };
@@ -232,18 +235,18 @@ void Daemon::Impl::StopOutputs() {
   for (const auto& output : outputs) output->Stop();
 }
 
-control::GatewayInfo Daemon::Impl::GatewayForStatus() {
-  control::GatewayInfo info{kVersion, started, &outputs};
+status::GatewayInfo Daemon::Impl::GatewayForStatus() {
+  status::GatewayInfo info{kVersion, started, &outputs};
   if (records.write_path() != nullptr) info.audit = &records.write_path()->log();
   if (records.events() != nullptr) info.events = &records.events()->log();
   info.history = records.history();
   if (reloader) info.reload = [this] { return reloader->state(); };
   info.files = [this] {
     const OpenFiles::Count count = open_files.Now();
-    return control::FilesState{count.open, count.limit, troubles.all()};
+    return status::FilesState{count.open, count.limit, troubles.all()};
   };
   info.stuck_since = [this](std::uint32_t line) { return lines.stuck_since(line); };
   return info;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

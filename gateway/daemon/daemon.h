@@ -15,7 +15,7 @@
 #include "gateway/daemon/output_list.h"
 #include "gateway/lines/line_control.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 struct ReloadOptions;
 
@@ -48,9 +48,9 @@ class Daemon {
   bool Look();
 
   const config::Config& config_at_start() const;
-  const PointStore& store() const;
+  const bus::PointStore& store() const;
   /// Between Start and Stop.
-  LineControl& control();
+  lines::LineControl& control();
   /// "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices": for the log and READY=1.
   std::string Summary() const;
 
@@ -59,4 +59,4 @@ class Daemon {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

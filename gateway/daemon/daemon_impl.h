@@ -22,18 +22,19 @@
 #include "gateway/records/records.h"
 #include "gateway/records/trace/line_recorder.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 struct Daemon::Impl {
   Impl(config::Config its_config, const config::Catalog& its_catalog)
       : config(std::move(its_config)),
         catalog(its_catalog),
         store(config),
-        lines(store, catalog, SharedLoops(config.lines, std::thread::hardware_concurrency())) {}
+        lines(store, catalog,
+              lines::SharedLoops(config.lines, std::thread::hardware_concurrency())) {}
 
   /// The sink of all outputs: the audit, or the lines themselves where no write is recorded.
-  CommandSink& Commands() {
-    CommandSink* const recorded = records.entrance();
+  bus::CommandSink& Commands() {
+    bus::CommandSink* const recorded = records.entrance();
     return recorded != nullptr ? *recorded : dispatcher;
   }
 
@@ -41,14 +42,15 @@ struct Daemon::Impl {
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
   /// By name of the line that begins.
-  using Threads = std::map<std::string, std::shared_ptr<LoopThread>>;
+  using Threads = std::map<std::string, std::shared_ptr<transports::LoopThread>>;
   /// In the order of `outputs`.
-  using PreparedOutputs = std::vector<std::unique_ptr<Output::Prepared>>;
+  using PreparedOutputs = std::vector<std::unique_ptr<outputs::Output::Prepared>>;
   /// Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  PreparedOutputs prepared, const Threads& threads);
   /// `own` null: on a shared thread, because the system has none left.
-  void AddLine(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own);
+  void AddLine(std::shared_ptr<const config::Line> line,
+               std::shared_ptr<transports::LoopThread> own);
   reload::Healths Healths() const;
   /// For all outputs, and with the configuration that runs.
   void SetHistory(const std::shared_ptr<const history::HistorySource>& history);
@@ -62,7 +64,7 @@ struct Daemon::Impl {
   Status OpenOutputs();
   Status BeginOutputs();
   void StopOutputs();
-  control::GatewayInfo GatewayForStatus();
+  status::GatewayInfo GatewayForStatus();
   void EndLines();
 
   const config::Config config;  // of the start: what only a restart can change is in it
@@ -70,23 +72,23 @@ struct Daemon::Impl {
   /// Replaced by the reloader's thread, which alone uses it then.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
-  PointStore store;
+  bus::PointStore store;
   OpenFiles open_files;
-  FileTroubles troubles;
-  std::unique_ptr<Recordings> recordings;  // null: there is no place to keep them
-  Records records;
-  Lines lines;
-  LineDispatcher dispatcher{store, catalog, lines};
+  records::FileTroubles troubles;
+  std::unique_ptr<records::Recordings> recordings;  // null: there is no place to keep them
+  records::Records records;
+  lines::Lines lines;
+  lines::LineDispatcher dispatcher{store, catalog, lines};
   std::unique_ptr<ClockCorrector> clocks;
   std::unique_ptr<Ticker> ticker;
   std::unique_ptr<HostClock> host_clock;
   Instant started = ReadClocks().instant;
   OutputRows output_rows = AllOutputs();
-  OutputList outputs;
+  outputs::OutputList outputs;
   /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
   /// store hold references to them.
   std::vector<std::shared_ptr<const config::Line>> updated_lines;
   std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

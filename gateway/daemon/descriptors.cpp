@@ -8,7 +8,7 @@
 
 #include "gateway/lines/serial_server/server.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 namespace {
 
@@ -20,15 +20,16 @@ constexpr std::size_t kForNetworkPort = 2;
 constexpr std::size_t kForPortServer = serial_server::Server::kMostClients + 2;
 constexpr std::size_t kPartForViewers = 8;
 
-std::size_t RoomForClients(const DescriptorNeeds& needs, std::size_t limit) {
+std::size_t RoomForClients(const outputs::DescriptorNeeds& needs, std::size_t limit) {
   const std::size_t kept = needs.others + ViewerShare(needs, limit);
   return limit > kept ? std::min(limit - kept, needs.clients) : 1;
 }
 
 }  // namespace
 
-DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs) {
-  DescriptorNeeds needs;
+outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config,
+                                           const OutputRows& outputs) {
+  outputs::DescriptorNeeds needs;
   needs.others = kForGateway;
   for (const config::Line& line : config.lines) {
     needs.others += line.is_network() ? kForNetworkPort : kForSerialPort;
@@ -51,16 +52,16 @@ std::size_t RaiseDescriptorLimit(std::size_t needed) {
   return limit.rlim_cur;
 }
 
-double ClientShare(const DescriptorNeeds& needs, std::size_t limit) {
+double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit) {
   if (limit >= needs.all() || needs.clients == 0) return 1;
   return static_cast<double>(RoomForClients(needs, limit)) / static_cast<double>(needs.clients);
 }
 
-std::size_t ViewerShare(const DescriptorNeeds& needs, std::size_t limit) {
+std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit) {
   return limit >= needs.all() ? needs.viewers : std::min(needs.viewers, limit / kPartForViewers);
 }
 
-std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit) {
+std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit) {
   return fmt::format(
       "at most {} clients may connect, not {}, and the same part of each listener's max_clients: "
       "of the {} files that this process may have open {} are kept for ports and sockets; raise "
@@ -89,4 +90,4 @@ OpenFiles::Count OpenFiles::Now() {
   return count;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -15,23 +15,23 @@
 #include "gateway/base/guarded.h"
 #include "gateway/daemon/output_list.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 /// Of the gateway, its lines and these outputs.
-DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
+outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
 
 /// Raises this process's soft limit towards `needed`, as far as the hard one allows; never lowers
 /// it. Returns the new limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
 /// Which part of `needs.clients` may connect, above 0 and at most 1.
-double ClientShare(const DescriptorNeeds& needs, std::size_t limit);
+double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// How many of `needs.viewers` may be used: all, or an eighth of the limit.
-std::size_t ViewerShare(const DescriptorNeeds& needs, std::size_t limit);
+std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// For the log, if it is less than all.
-std::string ExplainClientShare(const DescriptorNeeds& needs, std::size_t limit);
+std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// Counts the files that this process has open, also at its limit. From any thread.
 class OpenFiles {
@@ -52,4 +52,4 @@ class OpenFiles {
   std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);  // null: it cannot be read
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

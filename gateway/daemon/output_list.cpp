@@ -14,16 +14,16 @@
 #include "gateway/outputs/web/web_output.h"
 #include "gateway/records/records.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
-std::unique_ptr<Output> MakeControl(const OutputLinks& links) {
-  return std::make_unique<ControlOutput>(
-      links.config,
-      ControlOutput::Links{links.store, links.control, links.commands, links.info, links.reloader});
+std::unique_ptr<outputs::Output> MakeControl(const OutputLinks& links) {
+  return std::make_unique<control::ControlOutput>(
+      links.config, control::ControlOutput::Links{links.store, links.control, links.commands,
+                                                  links.info, links.reloader});
 }
 
-std::unique_ptr<Output> MakeWeb(const OutputLinks& links) {
+std::unique_ptr<outputs::Output> MakeWeb(const OutputLinks& links) {
   web::LiveApi::Links api{links.store, links.control, links.info};
   api.protocol = [&catalog = links.catalog](const std::string& name) {
     return catalog.FindProtocol(name);
@@ -31,13 +31,15 @@ std::unique_ptr<Output> MakeWeb(const OutputLinks& links) {
   if (links.reloader != nullptr) {
     api.configuration = [reloader = links.reloader] { return reloader->ConfigurationText(); };
   }
-  DescriptorNeeds needs = links.needs(links.config);
-  needs.viewers = WebOutput::kDescriptors;  // a reload may add the page
+  outputs::DescriptorNeeds needs = links.needs(links.config);
+  needs.viewers = web::WebOutput::kDescriptors;  // a reload may add the page
   const std::size_t limit = RaiseDescriptorLimit(needs.all());
-  return std::make_unique<WebOutput>(std::move(api), web::Limits::Of(ViewerShare(needs, limit)));
+  return std::make_unique<web::WebOutput>(std::move(api),
+                                          web::Limits::Of(ViewerShare(needs, limit)));
 }
 
-modbus::GatewayFigures FiguresOf(const PointStore& store, const Lines& lines, Instant started) {
+modbus::GatewayFigures FiguresOf(const bus::PointStore& store, const lines::Lines& lines,
+                                 Instant started) {
   modbus::GatewayFigures info;
   info.version_major = kVersionMajor;
   info.version_minor = kVersionMinor;
@@ -48,7 +50,7 @@ modbus::GatewayFigures FiguresOf(const PointStore& store, const Lines& lines, In
   info.devices = store.present_count();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device)) continue;
-    store.Read(device, [&](const DeviceRecord& record) {
+    store.Read(device, [&](const bus::DeviceRecord& record) {
       // A device keeps its state while its line is down.
       info.devices_online += Answers(record.status.state) && !record.override_quality ? 1 : 0;
     });
@@ -56,19 +58,19 @@ modbus::GatewayFigures FiguresOf(const PointStore& store, const Lines& lines, In
   return info;
 }
 
-RoutedEnd::Slave SlaveOf(modbus::RouteOutcome end) {
+records::RoutedEnd::Slave SlaveOf(modbus::RouteOutcome end) {
   using modbus::RouteOutcome;
-  using Slave = RoutedEnd::Slave;
+  using Slave = records::RoutedEnd::Slave;
   if (end == RouteOutcome::ok || end == RouteOutcome::refused) return Slave::answered;
   return end == RouteOutcome::no_reply ? Slave::silent : Slave::unknown;
 }
 
-std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
+std::unique_ptr<outputs::Output> MakeModbus(const OutputLinks& links) {
   modbus::ModbusLinks server;
   server.frames = {links.catalog.FramesOf(modbus::Framing::rtu),
                    links.catalog.FramesOf(modbus::Framing::ascii)};
-  if (WritePath* const writes = links.records.write_path()) server.writes = &writes->log();
-  if (EventPath* const events = links.records.events()) {
+  if (records::WritePath* const writes = links.records.write_path()) server.writes = &writes->log();
+  if (records::EventPath* const events = links.records.events()) {
     server.events = events->feed();
     server.alarms = &events->log();
     server.routed = [events](const modbus::RoutedReport& end, Now now) {
@@ -79,32 +81,32 @@ std::unique_ptr<Output> MakeModbus(const OutputLinks& links) {
     return FiguresOf(store, lines, started);
   };
   const auto make_room = [needs_of = links.needs](const config::Config& config) {
-    const DescriptorNeeds needs = needs_of(config);
+    const outputs::DescriptorNeeds needs = needs_of(config);
     const std::size_t limit = RaiseDescriptorLimit(needs.all());
     const double share = ClientShare(needs, limit);
     if (share < 1) log::Warn("modbus: {}", ExplainClientShare(needs, limit));
     return share;
   };
   const auto targets = [&lines = links.lines] {
-    std::vector<RouteTarget*> all;
+    std::vector<bus::RouteTarget*> all;
     for (std::uint32_t line = 0; line < lines.size(); ++line) all.push_back(&lines.at(line));
     return all;
   };
-  return std::make_unique<ModbusOutput>(ModbusOutput::Links{links.store, links.commands, figures,
-                                                            make_room, targets, std::move(server)});
+  return std::make_unique<modbus::ModbusOutput>(modbus::ModbusOutput::Links{
+      links.store, links.commands, figures, make_room, targets, std::move(server)});
 }
 
-std::unique_ptr<Output> MakeDds(const OutputLinks& links) {
-  Records& records = links.records;
-  WritePath* const writes = records.write_path();
+std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
+  records::Records& records = links.records;
+  records::WritePath* const writes = records.write_path();
   const audit::AuditSource* const audit = writes != nullptr ? &writes->log() : nullptr;
-  DdsOutput::Links dds{links.store, links.commands, [audit] { return audit::PastOf(audit); }};
-  if (const EventPath* const events = records.events()) {
-    dds.events = std::make_shared<EventSamples>(links.config.name, events->feed(),
-                                                events->cursors(), records.keeps_events());
+  dds::DdsOutput::Links dds{links.store, links.commands, [audit] { return audit::PastOf(audit); }};
+  if (const records::EventPath* const events = records.events()) {
+    dds.events = std::make_shared<dds::EventSamples>(links.config.name, events->feed(),
+                                                     events->cursors(), records.keeps_events());
   }
   dds.keeps_events = records.keeps_events();
-  return std::make_unique<DdsOutput>(std::move(dds));
+  return std::make_unique<dds::DdsOutput>(std::move(dds));
 }
 
 }  // namespace
@@ -112,10 +114,10 @@ std::unique_ptr<Output> MakeDds(const OutputLinks& links) {
 OutputRows AllOutputs() {
   return {
       {&MakeControl},  // its few descriptors are counted with those of the gateway
-      {&MakeWeb, &WebOutput::Descriptors},
-      {&MakeModbus, &ModbusOutput::Descriptors},
-      {&MakeDds, &DdsOutput::Descriptors, &DdsOutput::Consumer},
+      {&MakeWeb, &web::WebOutput::Descriptors},
+      {&MakeModbus, &modbus::ModbusOutput::Descriptors},
+      {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},
   };
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -15,34 +15,41 @@
 #include "gateway/lines/line_control.h"
 #include "gateway/outputs/output.h"
 
-namespace baudgate {
-
-namespace control {
-struct GatewayInfo;
-}
+namespace baudgate::lines {
 class Lines;
+}  // namespace baudgate::lines
+
+namespace baudgate::records {
 class Records;
+}  // namespace baudgate::records
+
+namespace baudgate::status {
+struct GatewayInfo;
+}  // namespace baudgate::status
+
+namespace baudgate::daemon {
+
 class Reloader;
 
 /// What an output may be joined with. All of it outlives the output.
 struct OutputLinks {
   const config::Config& config;  ///< of the start
   const config::Catalog& catalog;
-  PointStore& store;
-  Lines& lines;
-  LineControl& control;
-  CommandSink& commands;  ///< that writes go to
-  Records& records;
-  Reloader* reloader;                ///< null: nothing is reloaded
-  const control::GatewayInfo& info;  ///< to be copied
+  bus::PointStore& store;
+  lines::Lines& lines;
+  lines::LineControl& control;
+  bus::CommandSink& commands;  ///< that writes go to
+  records::Records& records;
+  Reloader* reloader;               ///< null: nothing is reloaded
+  const status::GatewayInfo& info;  ///< to be copied
   /// Of the whole gateway.
-  std::function<DescriptorNeeds(const config::Config& config)> needs;
+  std::function<outputs::DescriptorNeeds(const config::Config& config)> needs;
 };
 
 struct OutputRow {
-  std::function<std::unique_ptr<Output>(const OutputLinks& links)> make;
+  std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
   /// Empty: no more than a few.
-  std::function<DescriptorNeeds(const config::Config& config)> descriptors{};
+  std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
   /// Its name in the file of the events that outputs have got (events::CursorBook), if it keeps its
   /// place there.
   std::function<std::string(const config::Config& config)> consumer{};
@@ -54,4 +61,4 @@ using OutputRows = std::vector<OutputRow>;
 /// second gateway must not publish, and then end, the points of the first.
 OutputRows AllOutputs();
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

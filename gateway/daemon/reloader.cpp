@@ -10,7 +10,7 @@
 
 #include "gateway/base/log.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 namespace {
 
@@ -126,7 +126,7 @@ Reloader::Reloader(ReloadOptions options, Links links)
       file_(loop_.io(), options_.read, options_.disk_patience),
       copies_(loop_.io(), std::move(options_.kept), options_.disk_patience, links_.open_folder),
       trial_(options_.refused) {
-  display_.Change([this](control::ReloadState& state) {
+  display_.Change([this](status::ReloadState& state) {
     std::error_code ignored;
     state.file = std::filesystem::absolute(options_.file, ignored).string();
     state.applied = ReadClocks().wall;
@@ -251,7 +251,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   const std::string not_yet = NotYet(prepared.apply());
   trial_.Apply({text, std::make_shared<const config::Config>(std::move(next))});
   ShowApplied();
-  display_.Change([](control::ReloadState& state) { state.applied = ReadClocks().wall; });
+  display_.Change([](status::ReloadState& state) { state.applied = ReadClocks().wall; });
   BeginTrial(trial, before);
   links_.tell(
       false, fmt::format("{}, by {}{}{}", reload::Summary(difference), ask.by, not_yet, OnTrial()));
@@ -335,7 +335,7 @@ void Reloader::WatchFiles() {
     });
     copies_.Look(trial_.ToKeep(), [this](const std::optional<std::string>& trouble) {
       display_.Change(
-          [&](control::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
+          [&](status::ReloadState& state) { state.not_kept = trouble.value_or(std::string()); });
     });
     WatchFiles();
   });
@@ -351,7 +351,7 @@ void Reloader::OnFile(const Result<std::string>& text) {
            " differs from what runs; 'baudgate reload --dry-run' says in what, "
            "'baudgate reload --confirm 60s' takes it";
   }
-  display_.Change([&](control::ReloadState& state) { state.file_changed = note; });
+  display_.Change([&](status::ReloadState& state) { state.file_changed = note; });
 }
 
 /// The file stays as it is: it is the user's, and may not be ours to write.
@@ -372,7 +372,7 @@ void Reloader::TakeBack(const std::string& why) {
   if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
   LogChanges(difference);
   const std::string said = reload::TakenBack(options_.file, why);
-  display_.Change([&](control::ReloadState& state) {
+  display_.Change([&](status::ReloadState& state) {
     state.applied = ReadClocks().wall;
     state.not_the_file = said;
   });
@@ -382,4 +382,4 @@ void Reloader::TakeBack(const std::string& why) {
   options_.notify(fmt::format("READY=1\nSTATUS={}; {}", options_.summary(), said));
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

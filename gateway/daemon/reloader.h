@@ -26,7 +26,7 @@
 #include "gateway/records/disk/disk.h"
 #include "transports/loop_thread.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 // How a gateway that was started from a file reads that file again. Provided by the program that
 // starts it.
@@ -55,7 +55,7 @@ struct ReloadOptions {
 // Written by the reloader's thread, read by any thread.
 class ReloadDisplay {
  public:
-  void Change(const std::function<void(control::ReloadState&)>& change) {
+  void Change(const std::function<void(status::ReloadState&)>& change) {
     const MutexLock lock(mutex_);
     change(state_);
   }
@@ -72,9 +72,9 @@ class ReloadDisplay {
     until_ = until;
   }
 
-  control::ReloadState StateAt(Now now) const {
+  status::ReloadState StateAt(Now now) const {
     const MutexLock lock(mutex_);
-    control::ReloadState state = state_;
+    status::ReloadState state = state_;
     if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
     return state;
   }
@@ -86,7 +86,7 @@ class ReloadDisplay {
 
  private:
   mutable Mutex mutex_;
-  control::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
+  status::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const std::string> text_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
 };
@@ -111,7 +111,7 @@ class ConfigFile {
  private:
   asio::io_context& loop_;
   const std::function<Text()> read_;
-  DiskCalls calls_;
+  records::DiskCalls calls_;
 };
 
 // The copies of the configuration in the state folder, as the next start needs them. No caller
@@ -148,7 +148,7 @@ class ConfigCopies {
   const std::function<Status()> open_folder_;
   bool open_ = false;                   // the folder is ours
   std::optional<std::string> trouble_;  // as it was said last
-  DiskCalls calls_;
+  records::DiskCalls calls_;
 };
 
 class Reloader final : public control::ReloadService {
@@ -185,7 +185,7 @@ class Reloader final : public control::ReloadService {
   // From any thread.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
-  control::ReloadState state() const { return display_.StateAt(ReadClocks()); }
+  status::ReloadState state() const { return display_.StateAt(ReadClocks()); }
   /// The text that runs, without its secrets.
   Result<std::string> ConfigurationText() const;
 
@@ -214,7 +214,7 @@ class Reloader final : public control::ReloadService {
 
   ReloadOptions options_;
   const Links links_;
-  LoopThread loop_{"reload"};
+  transports::LoopThread loop_{"reload"};
   ConfigFile file_;
   ConfigCopies copies_;
   asio::steady_timer timer_{loop_.io()};
@@ -224,4 +224,4 @@ class Reloader final : public control::ReloadService {
   ReloadDisplay display_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -12,7 +12,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 /// All on the loop's thread, but Start before it runs. The loop stops before this goes.
 class Ticker {
@@ -40,4 +40,4 @@ class Ticker {
   const std::function<void(Instant)> tick_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -10,13 +10,13 @@
 
 #include "gateway/diagnosis/damage/changed_bytes.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
-Observer::Observer(const Roster& roster) : roster_(roster) {
-  if (Device* const speaker = roster.Speaker()) overheard_.emplace(*speaker, roster);
+Observer::Observer(const bus::Roster& roster) : roster_(roster) {
+  if (bus::Device* const speaker = roster.Speaker()) overheard_.emplace(*speaker, roster);
 }
 
-std::unique_ptr<LineObserver> Observe(const Roster& roster) {
+std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster) {
   return std::make_unique<Observer>(roster);
 }
 
@@ -26,7 +26,8 @@ std::optional<Finding> Observer::OnUnaskedBytes(View bytes, Instant now) {
 
 bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 
-void Observer::OnRequest(const Member& member, const Request& request, Instant now) {
+void Observer::OnRequest(const bus::Member& member, const protocols::Request& request,
+                         Instant now) {
   Bytes unanswered;  // what came to its last request
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
   exchange_.Begin(member, request, member.times, now);
@@ -86,8 +87,8 @@ Finding Observer::Greet(Finding finding) {
   return Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
 }
 
-std::vector<EarlierFinding> Observer::TakeChanged() {
-  std::vector<EarlierFinding> changed;
+std::vector<bus::EarlierFinding> Observer::TakeChanged() {
+  std::vector<bus::EarlierFinding> changed;
   if (auto more = More()) changed.push_back({exchange_.member(), std::move(*more)});
   while (auto earlier = earlier_.Take()) changed.push_back(std::move(*earlier));
   return changed;
@@ -158,7 +159,7 @@ bool HasParity(View heard) {
 
 }  // namespace
 
-Overheard::Overheard(const Device& device, const Roster& roster)
+Overheard::Overheard(const bus::Device& device, const bus::Roster& roster)
     : device_(device), roster_(roster), expect_(device.conversation->Listens()->expect) {}
 
 std::optional<Finding> Overheard::Hear(View bytes, Instant now) {
@@ -219,4 +220,4 @@ Finding Overheard::Look() const {
   return finding;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -31,7 +31,7 @@
 #include "gateway/diagnosis/damage/examine.h"
 #include "gateway/diagnosis/damage/reply_habits.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 // Keeps what a connection says before anything is asked: another service, a word of a server that
 // is in use, or Telnet. The greeting explains why no device answers, until one does.
@@ -83,7 +83,7 @@ class ServerGreeting {
 class Overheard {
  public:
   /// Both outlive it.
-  Overheard(const Device& device, const Roster& roster);
+  Overheard(const bus::Device& device, const bus::Roster& roster);
 
   /// Empty: what came before was read, or looks as reported already.
   std::optional<Finding> Hear(View bytes, Instant now);
@@ -95,9 +95,9 @@ class Overheard {
   Finding Look() const;
   bool IsRest() const;
 
-  const Device& device_;
-  const Roster& roster_;
-  const Expectation expect_;
+  const bus::Device& device_;
+  const bus::Roster& roster_;
+  const protocols::Expectation expect_;
   Bytes heard_;  // since the last silence
   Bytes torn_;   // before the last silence, if they were damaged
   Instant last_{};
@@ -106,10 +106,10 @@ class Overheard {
   bool damaged_ = false;
 };
 
-class Observer : public LineObserver {
+class Observer : public bus::LineObserver {
  public:
   /// `roster` outlives it.
-  explicit Observer(const Roster& roster);
+  explicit Observer(const bus::Roster& roster);
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
@@ -117,12 +117,13 @@ class Observer : public LineObserver {
     exchange_.OnOpened();
     greeting_.OnOpened();
   }
-  void OnRequest(const Member& member, const Request& request, Instant now) override;
+  void OnRequest(const bus::Member& member, const protocols::Request& request,
+                 Instant now) override;
   void Hear(View bytes, Instant now) override;
   void OnReply(View frame) override { exchange_.Take(frame); }
   Finding TakeFinding(Outcome outcome) override;
   bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
-  std::vector<EarlierFinding> TakeChanged() override;
+  std::vector<bus::EarlierFinding> TakeChanged() override;
 
   std::optional<Finding> OnUnaskedBytes(View bytes, Instant now) override;
   bool IsNegotiation(View bytes) const override;
@@ -136,7 +137,7 @@ class Observer : public LineObserver {
   Finding LookAgain(Finding finding);
   Finding Greet(Finding finding);
 
-  const Roster& roster_;
+  const bus::Roster& roster_;
   HeardExchange exchange_;  // the last one
   ServerGreeting greeting_;
   ReplyHabits habits_;
@@ -147,6 +148,6 @@ class Observer : public LineObserver {
 };
 
 /// For Poller.
-std::unique_ptr<LineObserver> Observe(const Roster& roster);
+std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster);
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

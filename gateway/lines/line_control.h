@@ -16,13 +16,15 @@
 #include "gateway/base/time.h"
 #include "gateway/records/trace/trace_text.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
+struct Protocol;
+}  // namespace baudgate::protocols
+
+namespace baudgate::lines {
 
 // What a line's status says of its port between the start and the first attempt to open it.
 
 inline constexpr std::string_view kNotOpenedYet = "not opened yet";
-
-struct Protocol;
 
 class LineControl {
  public:
@@ -39,12 +41,15 @@ class LineControl {
   /// restart; the configuration has `enabled: false` for that.
   virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
   /// Null: it is not installed.
-  virtual const Protocol* FindProtocol(const std::string& /*name*/) const { return nullptr; }
+  virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {
+    return nullptr;
+  }
   /// Records of the line from now on, until the queue is given back. `wake` is called from the
   /// line's thread when the empty queue gets its first record; it must not block.
-  virtual std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) = 0;
+  virtual std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
+                                                     std::function<void()> wake) = 0;
   /// What the flight recorder holds of the line, oldest first.
-  virtual std::vector<TraceRecord> Recorded(std::uint32_t line) = 0;
+  virtual std::vector<records::TraceRecord> Recorded(std::uint32_t line) = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -7,7 +7,7 @@
 #include "gateway/lines/line_control.h"
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 /// Each look is a call into the driver.
@@ -23,7 +23,7 @@ void SettingsWatch::OnOpened(Now now) {
 
 void SettingsWatch::OnSend(const config::SerialSettings& serial, Now now) {
   if (now.instant - looked_ >= kLookEvery) Look(now);
-  if (SameSettings(serial, applied_)) return;
+  if (transports::SameSettings(serial, applied_)) return;
   const Status status = port_.Apply(serial);
   if (!status) {
     log::WarnFolded(line_.name + " settings",
@@ -46,8 +46,8 @@ void SettingsWatch::Look(Now now) {
 }
 
 void SettingsWatch::CountErrors() {
-  const PortCounters errors = port_.Counters();
-  display_.Update([&](LineStatus& status) {
+  const transports::PortCounters errors = port_.Counters();
+  display_.Update([&](bus::LineStatus& status) {
     status.parity_errors = errors.parity;
     status.framing_errors = errors.framing;
     status.overruns = errors.overrun;
@@ -59,7 +59,7 @@ void SettingsWatch::CheckSettings(Now now) {
   const auto changes = port_.Restore();
   if (!changes) return;
   ++times_restored_;
-  display_.Update([this](LineStatus& status) {
+  display_.Update([this](bus::LineStatus& status) {
     status.restored = static_cast<std::uint32_t>(times_restored_);
   });
   log::WarnFolded(line_.name + " restored",
@@ -68,7 +68,7 @@ void SettingsWatch::CheckSettings(Now now) {
                   line_.name, line_.port, *changes);
   const auto times =
       times_restored_ == 1 ? std::string("once") : fmt::format("{} times", times_restored_);
-  display_.Show(LineStatus::Port::open,
+  display_.Show(bus::LineStatus::Port::open,
                 fmt::format("{}; another program has changed its settings {}, last {} ({}); they "
                             "were set again",
                             port_.Describe(), times, FormatWallTime(now.wall), *changes),
@@ -112,10 +112,10 @@ std::string HintOf(const RestingConnection& rest, bool unread, const config::Lin
 
 }  // namespace
 
-LinePort::LinePort(const config::Line& line, PointStore& store, Transport& transport,
-                   PortRetries& retries, LineRecorder& recorder, LineReporter& reporter,
-                   Poller& poller, TelegramQueue& telegrams, PortLoan& loan, bool listens,
-                   std::size_t transaction)
+LinePort::LinePort(const config::Line& line, bus::PointStore& store,
+                   transports::Transport& transport, transports::PortRetries& retries,
+                   records::LineRecorder& recorder, LineReporter& reporter, bus::Poller& poller,
+                   TelegramQueue& telegrams, PortLoan& loan, bool listens, std::size_t transaction)
     : line_(line),
       transport_(transport),
       retries_(retries),
@@ -130,7 +130,7 @@ LinePort::LinePort(const config::Line& line, PointStore& store, Transport& trans
 void LinePort::Start(Now now) {
   now_ = now;
   if (lent_until_ || stopping_) return;
-  display_.Show(LineStatus::Port::closed, std::string(kNotOpenedYet), now);
+  display_.Show(bus::LineStatus::Port::closed, std::string(kNotOpenedYet), now);
   transport_.Open();
 }
 
@@ -188,7 +188,7 @@ void LinePort::Prove() {
   if (proof_.TakeNews()) display_.OnOpened(transport_.Describe(), now_);
 }
 
-void LinePort::OnOpenFailed(const std::string& reason, NoConnection why, Now now) {
+void LinePort::OnOpenFailed(const std::string& reason, transports::NoConnection why, Now now) {
   now_ = now;
   display_.CountNoConnection(why, now);
   if (resting_.rests()) {
@@ -311,7 +311,7 @@ void LinePort::OnLent(const std::string& text, WallTime until, Now now) {
   proof_.Pause();
   telegrams_.OnClosed("the port is lent to a client");
   poller_.OnClosed(now, Quality::bad_out_of_service);
-  display_.Show(LineStatus::Port::released, text, now, {.until = until, .to_client = true});
+  display_.Show(bus::LineStatus::Port::released, text, now, {.until = until, .to_client = true});
 }
 
 void LinePort::OnReturned(Now now) {
@@ -320,7 +320,7 @@ void LinePort::OnReturned(Now now) {
   open_ = true;
   settings_.OnReturned();
   proof_.GoOn(now.instant);
-  display_.Show(LineStatus::Port::open, transport_.Describe(), now);
+  display_.Show(bus::LineStatus::Port::open, transport_.Describe(), now);
   poller_.OnOpened(now, transport_.KeepsBitRate());
 }
 
@@ -376,4 +376,4 @@ std::optional<Instant> LinePort::Deadline() const {
   return Soonest({proof_.check_at(), settings_.Deadline(), lent_until_, grace_.until()});
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

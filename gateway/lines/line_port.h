@@ -23,7 +23,7 @@
 #include "transports/port_keeper.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 // The settings of an open port. Those that a request needs are set before it goes out. Once a
 // second, while the line works, the error counters of the driver are read, and it is checked
@@ -33,7 +33,8 @@ class SettingsWatch {
  public:
   /// All outlive it. `listens`: a device of the line sends unasked, so the port is looked at even
   /// if nothing is sent.
-  SettingsWatch(const config::Line& line, Transport& port, PortDisplay& display, bool listens)
+  SettingsWatch(const config::Line& line, transports::Transport& port, PortDisplay& display,
+                bool listens)
       : line_(line),
         port_(port),
         display_(display),
@@ -55,7 +56,7 @@ class SettingsWatch {
   void CheckSettings(Now now);
 
   const config::Line& line_;
-  Transport& port_;
+  transports::Transport& port_;
   PortDisplay& display_;
   const bool listens_;
   config::SerialSettings applied_;  // what the open port is set to
@@ -99,15 +100,16 @@ class WriteGrace {
 inline constexpr std::string_view kTakenBack = "the line was taken back";
 
 /// One thread at a time, but is_open(). `now` never goes back.
-class LinePort final : public RequestPort, public PortLoan::Line {
+class LinePort final : public bus::RequestPort, public PortLoan::Line {
  public:
   /// All references outlive it. `transport` is closed; what it tells its listener goes to the
   /// functions of the same names here. `retries` opens the port again after OnDown. `listens`: a
   /// device of the line speaks unasked, so the connection is wanted all the time.
   /// `transaction`: see TransactionBytes. `poller`, `telegrams` and `loan` may be made later.
-  LinePort(const config::Line& line, PointStore& store, Transport& transport, PortRetries& retries,
-           LineRecorder& recorder, LineReporter& reporter, Poller& poller, TelegramQueue& telegrams,
-           PortLoan& loan, bool listens, std::size_t transaction);
+  LinePort(const config::Line& line, bus::PointStore& store, transports::Transport& transport,
+           transports::PortRetries& retries, records::LineRecorder& recorder,
+           LineReporter& reporter, bus::Poller& poller, TelegramQueue& telegrams, PortLoan& loan,
+           bool listens, std::size_t transaction);
 
   void Start(Now now);
   /// Closes the port, once the write under way has ended, and answers what is queued; then calls
@@ -116,7 +118,7 @@ class LinePort final : public RequestPort, public PortLoan::Line {
 
   // From the transport.
   void OnOpened(Now now);
-  void OnOpenFailed(const std::string& reason, NoConnection why, Now now);
+  void OnOpenFailed(const std::string& reason, transports::NoConnection why, Now now);
   void PassOn(View bytes, Now now);
   /// `takes_no_data`: see TransportListener::OnStuck.
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
@@ -165,9 +167,9 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   void EndLoan();
 
   const config::Line& line_;
-  Transport& transport_;
-  PortRetries& retries_;
-  Poller& poller_;
+  transports::Transport& transport_;
+  transports::PortRetries& retries_;
+  bus::Poller& poller_;
   TelegramQueue& telegrams_;
   PortLoan& loan_;
   PortDisplay display_;
@@ -184,4 +186,4 @@ class LinePort final : public RequestPort, public PortLoan::Line {
   std::optional<std::string> stopping_;  // why
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -7,21 +7,21 @@
 #include "gateway/base/outcome.h"
 #include "gateway/bus/exchange/line.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
-void LineReporter::OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bus::DeviceState to,
                                  const std::string& reason, Now at) {
   TellState(device, from, to, reason, at);
   log::About about{line_.name, std::string(recorder_.NameOf(device))};
-  if (to == DeviceState::online) {
+  if (to == bus::DeviceState::online) {
     log::Info(about, "{} (was {})", Name(to), Name(from));
-  } else if (to == DeviceState::disabled || from == DeviceState::disabled) {
+  } else if (to == bus::DeviceState::disabled || from == bus::DeviceState::disabled) {
     log::Info(about, "{} (was {}): {}", Name(to), Name(from), reason);
   } else {
-    const auto take = [&](const DeviceRecord& record) {
+    const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    if (device < kFirstSlave) store_.Read(device, take);  // the store has no slaves of routes
+    if (device < bus::kFirstSlave) store_.Read(device, take);  // the store has no slaves of routes
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
 }
@@ -30,29 +30,29 @@ void LineReporter::OnWarning(std::uint32_t device, const std::string& message) {
   log::Warn({line_.name, std::string(recorder_.NameOf(device))}, "{}", message);
 }
 
-void LineReporter::TellState(std::uint32_t device, DeviceState from, DeviceState to,
+void LineReporter::TellState(std::uint32_t device, bus::DeviceState from, bus::DeviceState to,
                              const std::string& reason, Now at) {
-  if (to == DeviceState::disabled || from == DeviceState::disabled) {
-    OnNews({News::What::not_in_use, to != DeviceState::disabled, device, reason}, at);
+  if (to == bus::DeviceState::disabled || from == bus::DeviceState::disabled) {
+    OnNews({bus::News::What::not_in_use, to != bus::DeviceState::disabled, device, reason}, at);
   }
-  if (to == DeviceState::offline) {
-    OnNews({News::What::no_answer, false, device, reason}, at);
+  if (to == bus::DeviceState::offline) {
+    OnNews({bus::News::What::no_answer, false, device, reason}, at);
   } else if (Answers(to)) {
-    OnNews({News::What::no_answer, true, device}, at);
+    OnNews({bus::News::What::no_answer, true, device}, at);
   }
 }
 
-void LineReporter::OnNews(News news, Now at) {
-  if (events_ == nullptr || retired_ || news.device >= kFirstSlave) return;
+void LineReporter::OnNews(bus::News news, Now at) {
+  if (events_ == nullptr || retired_ || news.device >= bus::kFirstSlave) return;
   const auto key = std::pair(news.what, news.device);
   if (news.over) {
     news.first = lasting_.erase(key) == 0;
     const bool known = !over_.insert(key).second;
     if (news.first && known) return;
-  } else if (news.what != News::What::replaced) {
+  } else if (news.what != bus::News::What::replaced) {
     const bool is_new = lasting_.insert(key).second;
     // The trouble of a wrong device may become another one.
-    if (!is_new && news.what != News::What::wrong_device) return;
+    if (!is_new && news.what != bus::News::What::wrong_device) return;
   }
   events_->OnNews(line_, news, at);
 }
@@ -64,8 +64,8 @@ constexpr Duration kSameAge = 500ms;
 
 }  // namespace
 
-PortDisplay::PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
-                         LineReporter& reporter)
+PortDisplay::PortDisplay(bus::PointStore& store, const config::Line& line,
+                         records::LineRecorder& recorder, LineReporter& reporter)
     : store_(store),
       line_(store.LineIndex(line)),
       name_(line.name),
@@ -74,9 +74,9 @@ PortDisplay::PortDisplay(PointStore& store, const config::Line& line, LineRecord
 
 void PortDisplay::OnOpened(const std::string& text, Now now) {
   log::Info({.line = name_}, "open ({})", text);
-  Show(LineStatus::Port::open, text, now);
-  reporter_.OnNews({News::What::port_down, true, {}, text}, now);
-  reporter_.OnNews({News::What::port_lent, true, {}, text}, now);
+  Show(bus::LineStatus::Port::open, text, now);
+  reporter_.OnNews({bus::News::What::port_down, true, {}, text}, now);
+  reporter_.OnNews({bus::News::What::port_lent, true, {}, text}, now);
 }
 
 void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
@@ -84,13 +84,13 @@ void PortDisplay::OnDown(const std::string& reason, Down down, Now now) {
     log::Warn({.line = name_, .outcome = std::string(Name(Outcome::line_down))},
               "down: {}; trying again until it works", reason);
   }
-  if (reason != text_) Show(LineStatus::Port::closed, reason, now);
-  Update([&](LineStatus& status) { status.silent = down.silent; });
-  reporter_.OnNews({News::What::port_down, false, {}, reason}, now);
+  if (reason != text_) Show(bus::LineStatus::Port::closed, reason, now);
+  Update([&](bus::LineStatus& status) { status.silent = down.silent; });
+  reporter_.OnNews({bus::News::What::port_down, false, {}, reason}, now);
 }
 
 void PortDisplay::OnReleaseAsked(WallTime until) {
-  Update([until](LineStatus& status) { status.release_asked_until = until; });
+  Update([until](bus::LineStatus& status) { status.release_asked_until = until; });
 }
 
 void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
@@ -98,28 +98,28 @@ void PortDisplay::OnReleased(const std::string& port, Duration time, Now now) {
             FormatDuration(time));
   const std::string text = "released for " + FormatDuration(time);
   OnReleaseAsked({});
-  Show(LineStatus::Port::released, text, now, {.until = now.wall + time});
-  reporter_.OnNews({News::What::port_lent, false, {}, text}, now);
+  Show(bus::LineStatus::Port::released, text, now, {.until = now.wall + time});
+  reporter_.OnNews({bus::News::What::port_lent, false, {}, text}, now);
 }
 
 void PortDisplay::OnTakenBack(Now now) {
-  Show(LineStatus::Port::closed, "being taken back", now);
-  reporter_.OnNews({News::What::port_lent, true}, now);
+  Show(bus::LineStatus::Port::closed, "being taken back", now);
+  reporter_.OnNews({bus::News::What::port_lent, true}, now);
 }
 
 void PortDisplay::CountLoss(Now now, bool takes_no_data) {
-  Update([&](LineStatus& status) {
+  Update([&](bus::LineStatus& status) {
     ++status.times_lost;
     status.losses.Add(now.instant);
     status.takes_no_data = takes_no_data;
   });
 }
 
-void PortDisplay::CountNoConnection(NoConnection why, Now now) {
+void PortDisplay::CountNoConnection(transports::NoConnection why, Now now) {
   if (!std::exchange(worked_, false)) return;
-  Update([&](LineStatus& status) {
-    if (why == NoConnection::refused) status.ends.refused.Add(now.instant);
-    if (why == NoConnection::unreachable) status.ends.unreachable.Add(now.instant);
+  Update([&](bus::LineStatus& status) {
+    if (why == transports::NoConnection::refused) status.ends.refused.Add(now.instant);
+    if (why == transports::NoConnection::unreachable) status.ends.unreachable.Add(now.instant);
   });
 }
 
@@ -127,7 +127,7 @@ void PortDisplay::CountEnd(End end, Now now) {
   const bool at_request = end.asked && !end.unread;
   const bool shut = worked_ && !end.worked && !at_request;
   worked_ = end.worked;
-  Update([&](LineStatus& status) {
+  Update([&](bus::LineStatus& status) {
     if (shut) status.ends.shut.Add(now.instant);
     if (end.asked && (end.worked || at_request)) status.ends.asked.Add(now.instant);
     if (end.worked && !end.asked) status.ends.idle.Add(now.instant);
@@ -140,19 +140,20 @@ void PortDisplay::CountEnd(End end, Now now) {
 }
 
 void PortDisplay::CountDrop(const std::string& reason, Now now) {
-  Update([&](LineStatus& status) { status.drops.Add(now.instant); });
+  Update([&](bus::LineStatus& status) { status.drops.Add(now.instant); });
   log::WarnFolded(name_ + " ended",
                   "line {}: {} while it was in use; it is reopened with the next request", name_,
                   reason);
 }
 
 void PortDisplay::CountRest() {
-  Update([](LineStatus& status) { ++status.rests; });
+  Update([](bus::LineStatus& status) { ++status.rests; });
 }
 
-void PortDisplay::Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan) {
+void PortDisplay::Show(bus::LineStatus::Port port, const std::string& text, Now now,
+                       ShownLoan loan) {
   text_ = text;
-  Update([&](LineStatus& status) {
+  Update([&](bus::LineStatus& status) {
     if (status.port != port || status.port_text.empty()) status.port_since = now.wall;
     status.port = port;
     status.port_text = text;
@@ -163,4 +164,4 @@ void PortDisplay::Show(LineStatus::Port port, const std::string& text, Now now, 
   recorder_.OnPort(fmt::format("port {}: {}", Name(port), text), now);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -25,31 +25,32 @@
 #include "gateway/records/trace/line_recorder.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 /// On the line's thread, but Retire.
-class LineReporter final : public PollerListener {
+class LineReporter final : public bus::PollerListener {
  public:
   /// All outlive it. `memory` null: what conversations learn ends with the program. `events` null:
   /// nothing is kept.
-  LineReporter(const config::Line& line, const PointStore& store, const LineRecorder& recorder,
-               DeviceMemory* memory, EventSink* events)
+  LineReporter(const config::Line& line, const bus::PointStore& store,
+               const records::LineRecorder& recorder, records::DeviceMemory* memory,
+               bus::EventSink* events)
       : line_(line), store_(store), recorder_(recorder), memory_(memory), events_(events) {}
 
-  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+  void OnDeviceState(std::uint32_t device, bus::DeviceState from, bus::DeviceState to,
                      const std::string& reason, Now at) override;
   void OnWarning(std::uint32_t device, const std::string& message) override;
   void OnMemory(std::uint32_t device, const std::string& memory) override {
     if (memory_ != nullptr) memory_->Set(device, memory);
   }
-  void OnEvents(ReportedEvents events) override {
+  void OnEvents(bus::ReportedEvents events) override {
     unsaved_.insert(events.device);
     if (events_ != nullptr) events_->OnReported(std::move(events));
   }
   void OnDrained(std::uint32_t device, Instant asked) override {
     if (events_ != nullptr) events_->OnDrained(device, asked);
   }
-  void OnNews(News news, Now at) override;
+  void OnNews(bus::News news, Now at) override;
   void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
@@ -66,16 +67,16 @@ class LineReporter final : public PollerListener {
   }
 
  private:
-  using Key = std::pair<News::What, std::optional<std::uint32_t>>;
+  using Key = std::pair<bus::News::What, std::optional<std::uint32_t>>;
 
-  void TellState(std::uint32_t device, DeviceState from, DeviceState to, const std::string& reason,
-                 Now at);
+  void TellState(std::uint32_t device, bus::DeviceState from, bus::DeviceState to,
+                 const std::string& reason, Now at);
 
   const config::Line& line_;
-  const PointStore& store_;
-  const LineRecorder& recorder_;
-  DeviceMemory* const memory_;
-  EventSink* const events_;
+  const bus::PointStore& store_;
+  const records::LineRecorder& recorder_;
+  records::DeviceMemory* const memory_;
+  bus::EventSink* const events_;
   std::atomic<bool> retired_ = false;
   std::set<std::uint32_t> unsaved_;  // devices whose events are not on the disk yet
   std::set<Key> lasting_;            // told, and not over
@@ -93,7 +94,7 @@ struct ShownLoan {
 class PortDisplay {
  public:
   /// All outlive it.
-  PortDisplay(PointStore& store, const config::Line& line, LineRecorder& recorder,
+  PortDisplay(bus::PointStore& store, const config::Line& line, records::LineRecorder& recorder,
               LineReporter& reporter);
 
   /// `text`: what the port is and how it is set.
@@ -113,7 +114,7 @@ class PortDisplay {
   /// The connection has proven that it works.
   void OnWorked() { worked_ = true; }
   /// There is no connection; the first time behind one that has worked counts.
-  void CountNoConnection(NoConnection why, Now now);
+  void CountNoConnection(transports::NoConnection why, Now now);
   void OnConnected(Now now) { connected_ = now.instant; }
   /// The server has ended a connection.
   struct End {
@@ -127,7 +128,7 @@ class PortDisplay {
   /// It has ended one as it does again and again, which is no trouble.
   void CountRest();
 
-  void Show(LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});
+  void Show(bus::LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});
   template <typename Change>
   void Update(Change change) {
     store_.UpdateLine(line_, change);
@@ -135,14 +136,14 @@ class PortDisplay {
   const std::string& text() const { return text_; }
 
  private:
-  PointStore& store_;
+  bus::PointStore& store_;
   const std::uint32_t line_;  // its number in the store
   const std::string name_;
-  LineRecorder& recorder_;
+  records::LineRecorder& recorder_;
   LineReporter& reporter_;
   std::string text_;
   Instant connected_{};
   bool worked_ = false;  // the last connection, and no try has failed since
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -8,14 +8,14 @@
 #include "gateway/diagnosis/observer.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
-Duration ReplyTime(const config::Line& line, const Poller::FindProtocol& find) {
+Duration ReplyTime(const config::Line& line, const bus::Poller::FindProtocol& find) {
   return *config::Resolve(line.timing, find(line.protocol).timing(line.serial)).reply;
 }
 
-bool Listens(const config::Line& line, const Poller::FindProtocol& find) {
+bool Listens(const config::Line& line, const bus::Poller::FindProtocol& find) {
   return std::ranges::any_of(line.devices, [&](const config::Device& device) {
     return SpeaksUnasked(find(device.protocol), device.options);
   });
@@ -24,14 +24,15 @@ bool Listens(const config::Line& line, const Poller::FindProtocol& find) {
 }  // namespace
 
 LineParts::LineParts(const config::Line& line, std::uint32_t first_device,
-                     const Poller::FindProtocol& find, PointStore& store, Transport& transport,
-                     PortRetries& retries, Links links)
+                     const bus::Poller::FindProtocol& find, bus::PointStore& store,
+                     transports::Transport& transport, transports::PortRetries& retries,
+                     Links links)
     : line_(line),
       first_device_(first_device),
       memory_(links.memory),
       recorder(line, first_device, std::move(links.recordings)),
       reporter(line, store, recorder, links.memory, links.events),
-      poller(line, first_device, find, store, port, reporter, &Observe),
+      poller(line, first_device, find, store, port, reporter, &diagnosis::Observe),
       telegrams(line, poller, recorder, port),
       port(line, store, transport, retries, recorder, reporter, poller, telegrams, loan,
            Listens(line, find), TransactionBytes(find(line.protocol))),
@@ -47,7 +48,7 @@ void LineParts::Start(Now now) {
   port.Start(now);
 }
 
-void LineParts::Submit(WriteCommand command, Now now) {
+void LineParts::Submit(bus::WriteCommand command, Now now) {
   if (command.telegram()) {
     std::optional<std::string> why_not;
     if (!port.is_open()) {
@@ -122,11 +123,12 @@ void LineServers::Close(const std::string& why) {
 }
 
 LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-                       const Poller::FindProtocol& find, PointStore& store, LineParts::Links links)
+                       const bus::Poller::FindProtocol& find, bus::PointStore& store,
+                       LineParts::Links links)
     : io_(loop),
       timer_(loop),
       keeper_(loop, line.port, [this] { transport_->Open(); }),
-      transport_(MakeTransport(line, loop, *this)),
+      transport_(transports::MakeTransport(line, loop, *this)),
       line_(line, first_device, find, store, *transport_, keeper_, std::move(links)),
       servers_(loop, line, *this, line_.loan),
       offer_end_(loop) {}
@@ -166,7 +168,7 @@ bool LineRunner::StopBefore(Instant deadline) {
   return true;
 }
 
-bool LineRunner::Submit(WriteCommand command) {
+bool LineRunner::Submit(bus::WriteCommand command) {
   const auto ticket = queued_.Take(command.client, command.abandoned);
   if (!ticket) return false;
   command.observers.push_back(
@@ -177,16 +179,16 @@ bool LineRunner::Submit(WriteCommand command) {
   return true;
 }
 
-bool LineRunner::Submit(RoutedRequest request) {
+bool LineRunner::Submit(bus::RoutedRequest request) {
   if (stuck_since()) {
     request.done({Outcome::line_down, {}, "the driver of the line does not answer"});
     return true;
   }
-  if (routed_.fetch_add(1) >= RouteQueue::LimitFor(request)) {
+  if (routed_.fetch_add(1) >= bus::RouteQueue::LimitFor(request)) {
     --routed_;
     return false;
   }
-  request.done = [this, done = std::move(request.done)](RoutedReply reply) {
+  request.done = [this, done = std::move(request.done)](bus::RoutedReply reply) {
     --routed_;
     done(std::move(reply));
   };
@@ -233,10 +235,10 @@ void LineRunner::OnOpened() {
 }
 
 void LineRunner::OnOpenFailed(const std::string& reason) {
-  OnNoConnection(reason, NoConnection::other);
+  OnNoConnection(reason, transports::NoConnection::other);
 }
 
-void LineRunner::OnNoConnection(const std::string& reason, NoConnection why) {
+void LineRunner::OnNoConnection(const std::string& reason, transports::NoConnection why) {
   Handle([&](LineParts& line, Now now) { line.port.OnOpenFailed(reason, why, now); });
 }
 
@@ -269,4 +271,4 @@ void LineRunner::Arm() {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -30,7 +30,7 @@
 #include "gateway/records/disk/device_memory.h"
 #include "gateway/records/trace/line_recorder.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 // All that belongs to one line, joined: its poller, its port, telegrams by hand, the loan of its
 // port, the flight recorder, and the reporter. No thread and no clock: LineRunner brings bytes,
@@ -41,21 +41,23 @@ class LineParts {
  public:
   /// What a line needs of the gateway.
   struct Links {
-    LineRecorder::Sink recordings{};
-    DeviceMemory* memory = nullptr;  ///< null: what conversations learn ends with the program
-    EventSink* events = nullptr;     ///< null: devices are asked for events no more than once
+    records::LineRecorder::Sink recordings{};
+    records::DeviceMemory* memory =
+        nullptr;                       ///< null: what conversations learn ends with the program
+    bus::EventSink* events = nullptr;  ///< null: devices are asked for events no more than once
     LoanRecords loans{};
-    std::vector<ForeignRule> foreign{};  ///< of all protocols
+    std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
   };
 
   /// All references outlive it. See LinePort.
-  LineParts(const config::Line& line, std::uint32_t first_device, const Poller::FindProtocol& find,
-            PointStore& store, Transport& transport, PortRetries& retries, Links links);
+  LineParts(const config::Line& line, std::uint32_t first_device,
+            const bus::Poller::FindProtocol& find, bus::PointStore& store,
+            transports::Transport& transport, transports::PortRetries& retries, Links links);
 
   /// Conversations know what they had learned; the port opens.
   void Start(Now now);
   /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller never refuses one.
-  void Submit(WriteCommand command, Now now);
+  void Submit(bus::WriteCommand command, Now now);
   /// See EventPath::Kept.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
   /// To be called at Deadline(); earlier does nothing.
@@ -67,12 +69,12 @@ class LineParts {
  private:
   const config::Line& line_;
   const std::uint32_t first_device_;
-  DeviceMemory* const memory_;
+  records::DeviceMemory* const memory_;
 
  public:
-  LineRecorder recorder;
+  records::LineRecorder recorder;
   LineReporter reporter;
-  Poller poller;
+  bus::Poller poller;
   TelegramQueue telegrams;
   LinePort port;
   PortLoan loan;
@@ -109,11 +111,12 @@ class LineServers {
   config::PortServer offer_;                        // where that is
 };
 
-class LineRunner final : private TransportListener, private serial_server::PortOwner {
+class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
   /// All references outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-             const Poller::FindProtocol& find, PointStore& store, LineParts::Links links = {});
+             const bus::Poller::FindProtocol& find, bus::PointStore& store,
+             LineParts::Links links = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -141,8 +144,8 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   }
 
   // From any thread; see CommandSink and RouteTarget.
-  bool Submit(WriteCommand command);
-  bool Submit(RoutedRequest request);
+  bool Submit(bus::WriteCommand command);
+  bool Submit(bus::RoutedRequest request);
 
   /// Calls `call` with the parts of the line and the time on the loop, soon; from any thread.
   template <typename Call>
@@ -154,13 +157,13 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
-  LineRecorder& recorder() { return line_.recorder; }    // any thread may read it
-  bool is_open() const { return line_.port.is_open(); }  // from any thread
+  records::LineRecorder& recorder() { return line_.recorder; }  // any thread may read it
+  bool is_open() const { return line_.port.is_open(); }         // from any thread
 
  private:
   void OnOpened() override;
   void OnOpenFailed(const std::string& reason) override;
-  void OnNoConnection(const std::string& reason, NoConnection why) override;
+  void OnNoConnection(const std::string& reason, transports::NoConnection why) override;
   void OnBytes(View bytes) override;
   void OnLost(const std::string& reason) override;
   void OnStuck(const std::string& reason) override;
@@ -186,13 +189,14 @@ class LineRunner final : private TransportListener, private serial_server::PortO
   asio::io_context& io_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
-  PortKeeper keeper_;               // while the port is down
-  const std::unique_ptr<Transport> transport_;
+  transports::PortKeeper keeper_;   // while the port is down
+  const std::unique_ptr<transports::Transport> transport_;
   LineParts line_;
   LineServers servers_;
   asio::steady_timer offer_end_;
-  CommandRoom queued_{Poller::kQueueLimit};  // for commands handed over and not yet answered
-  std::atomic<std::size_t> routed_ = 0;      // the same for routed requests
+  bus::CommandRoom queued_{
+      bus::Poller::kQueueLimit};         // for commands handed over and not yet answered
+  std::atomic<std::size_t> routed_ = 0;  // the same for routed requests
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;
@@ -202,12 +206,12 @@ class LineRunner final : private TransportListener, private serial_server::PortO
 
 // The number of a line for as long as the gateway runs, and the line itself, if there still is one:
 // a caller need not know whether a reload has ended it. All calls from any thread.
-class LineSlot final : public RouteTarget {
+class LineSlot final : public bus::RouteTarget {
  public:
   /// Why a request for it ends while there is no line.
   static constexpr const char* kNotThere = "its line does not run: a reload adds or has removed it";
 
-  bool Submit(RoutedRequest request) override {
+  bool Submit(bus::RoutedRequest request) override {
     bool taken = true;
     const bool there = With([&](LineRunner& runner) { taken = runner.Submit(std::move(request)); });
     if (!there) request.done({Outcome::line_down, {}, kNotThere});
@@ -252,4 +256,4 @@ class LineSlot final : public RouteTarget {
   std::unique_ptr<LineRunner> runner_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -11,7 +11,7 @@
 
 #include "gateway/base/log.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 ThreadKind ThreadKindOf(std::string_view port) {
   const bool never_blocks = port.starts_with("tcp://") || port.starts_with("/dev/pts/");
@@ -61,14 +61,14 @@ LoopWatch::Ask AskOn(asio::io_context& io) {
 
 }  // namespace
 
-Lines::Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops)
-    : store_(store), find_([&catalog](const std::string& name) -> const Protocol& {
-        static constexpr Protocol kNone;  // of a line that only clients of its port use
+Lines::Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops)
+    : store_(store), find_([&catalog](const std::string& name) -> const protocols::Protocol& {
+        static constexpr protocols::Protocol kNone;  // of a line that only clients of its port use
         return name.empty() ? kNone : *catalog.FindProtocol(name);
       }) {
   while (shared_.size() < loops) {
     const std::string name = fmt::format("lines {}", shared_.size() + 1);
-    shared_.push_back(std::make_unique<LoopThread>(name));
+    shared_.push_back(std::make_unique<transports::LoopThread>(name));
     Watch(name, shared_.back()->io());
   }
 }
@@ -78,9 +78,10 @@ Lines::~Lines() {
   StopLoops();
 }
 
-Result<std::shared_ptr<LoopThread>> Lines::MakeLoop(const config::Line& line) try {
-  if (ThreadKindOf(line.port) == ThreadKind::shared_loop) return std::shared_ptr<LoopThread>();
-  auto loop = std::make_shared<LoopThread>("line " + line.name);
+Result<std::shared_ptr<transports::LoopThread>> Lines::MakeLoop(const config::Line& line) try {
+  if (ThreadKindOf(line.port) == ThreadKind::shared_loop)
+    return std::shared_ptr<transports::LoopThread>();
+  auto loop = std::make_shared<transports::LoopThread>("line " + line.name);
   loop->Start();
   return loop;
 } catch (const std::system_error& failed) {
@@ -96,7 +97,8 @@ asio::io_context& Lines::LoopFor(LineEntry& entry) {
   return entry.own->io();
 }
 
-void Lines::Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own) {
+void Lines::Add(std::shared_ptr<const config::Line> line,
+                std::shared_ptr<transports::LoopThread> own) {
   const auto number = static_cast<std::uint32_t>(entries_.size());
   const auto first_device = static_cast<std::uint32_t>(line_of_.size());
   LineEntry& entry = entries_.Append(std::move(line));
@@ -132,14 +134,14 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   std::vector<std::string> troubles;
   for (const std::uint32_t line : lines) {
     const std::string name = "line " + config(line).name + ": ";
-    const LineStatus status = store_.ReadLine(line);
+    const bus::LineStatus status = store_.ReadLine(line);
     const bool tried_in_vain = !config(line).is_network() &&
-                               status.port == LineStatus::Port::closed &&
+                               status.port == bus::LineStatus::Port::closed &&
                                !status.port_text.empty() && status.port_text != kNotOpenedYet;
     if (tried_in_vain) {
       troubles.push_back(name + status.port_text);
     }
-    for (const PortService& service : status.services) {
+    for (const bus::PortService& service : status.services) {
       if (service.trouble.empty()) continue;
       troubles.push_back(name + "no client can come in at " + service.place + ": " +
                          service.trouble);
@@ -277,7 +279,7 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
             line.port);
 }
 
-bool LineDispatcher::Submit(WriteCommand command) {
+bool LineDispatcher::Submit(bus::WriteCommand command) {
   const std::uint32_t device = command.device;
   const bool writes = !command.writes().empty();
   bool taken = false;
@@ -295,17 +297,18 @@ bool LineDispatcher::Submit(WriteCommand command) {
   return true;
 }
 
-void LineDispatcher::OnNotTaken(const DeniedWrite& denied) {
+void LineDispatcher::OnNotTaken(const bus::DeniedWrite& denied) {
   if (denied.counts && denied.point) Count(denied.device, denied.end);
 }
 
 /// Counts a write that does not reach the poller, which counts all others.
 void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
-  store_.UpdateStatus(
-      device, [end](DeviceStatus& status) { ++status.writes.ends[static_cast<std::size_t>(end)]; });
+  store_.UpdateStatus(device, [end](bus::DeviceStatus& status) {
+    ++status.writes.ends[static_cast<std::size_t>(end)];
+  });
 }
 
-const Protocol* LineDispatcher::FindProtocol(const std::string& name) const {
+const protocols::Protocol* LineDispatcher::FindProtocol(const std::string& name) const {
   return catalog_.FindProtocol(name);
 }
 
@@ -326,31 +329,32 @@ void LineDispatcher::SetInUse(std::uint32_t device, bool in_use) {
       [device, in_use](LineParts& line, Now now) { line.poller.SetInUse(device, in_use, now); });
 }
 
-std::shared_ptr<TraceQueue> LineDispatcher::Trace(std::uint32_t line, std::function<void()> wake) {
-  std::shared_ptr<TraceQueue> queue;
+std::shared_ptr<records::TraceQueue> LineDispatcher::Trace(std::uint32_t line,
+                                                           std::function<void()> wake) {
+  std::shared_ptr<records::TraceQueue> queue;
   lines_.at(line).With(
       [&](LineRunner& runner) { queue = runner.recorder().Subscribe(std::move(wake)); });
   return queue;
 }
 
-std::vector<TraceRecord> LineDispatcher::Recorded(std::uint32_t line) {
-  std::vector<TraceRecord> records;
+std::vector<records::TraceRecord> LineDispatcher::Recorded(std::uint32_t line) {
+  std::vector<records::TraceRecord> records;
   lines_.at(line).With([&](LineRunner& runner) { records = runner.recorder().Recorded(); });
   return records;
 }
 
-ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,
                                 const config::Line& config) {
   ManualSettings settings;
-  const LineStatus status = store.ReadLine(line);
+  const bus::LineStatus status = store.ReadLine(line);
   // A client over the network has gone with the line.
-  const bool by_hand = status.port == LineStatus::Port::released && !status.lent_to_client;
+  const bool by_hand = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || store.line(device).name != config.name) continue;
     bool in_use = true;
-    store.Read(device, [&in_use](const DeviceRecord& record) {
-      in_use = record.status.state != DeviceState::disabled;
+    store.Read(device, [&in_use](const bus::DeviceRecord& record) {
+      in_use = record.status.state != bus::DeviceState::disabled;
     });
     const config::Device& its = store.device(device);
     if (in_use != its.enabled) settings.in_use.emplace(its.name, in_use);
@@ -371,4 +375,4 @@ void Restore(const ManualSettings& before, LineControl& lines, const config::Lin
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -29,7 +29,7 @@
 #include "gateway/records/trace/line_recorder.h"
 #include "transports/loop_thread.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 // Decides whether a line runs on a thread of its own, because opening or closing the port may
 // block, or on one of a few that many lines share; and how many those are. Used by Lines.
@@ -95,7 +95,7 @@ class Lines {
 
   /// `loops`: the number of threads for lines that never block, at least one. All
   /// references outlive it; lines have the numbers of the store.
-  Lines(PointStore& store, const config::Catalog& catalog, std::size_t loops);
+  Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
@@ -104,10 +104,11 @@ class Lines {
   void Link(LineParts::Links links) { links_ = std::move(links); }
   /// A thread of its own for a line whose driver may block; null: it needs none. The error: the
   /// system has no thread or no file descriptors left for it.
-  static Result<std::shared_ptr<LoopThread>> MakeLoop(const config::Line& line);
+  static Result<std::shared_ptr<transports::LoopThread>> MakeLoop(const config::Line& line);
   /// The next of the store's lines, on this thread of its own or, without one, on a thread that it
   /// shares. It does not run before Start.
-  void Add(std::shared_ptr<const config::Line> line, std::shared_ptr<LoopThread> own = {});
+  void Add(std::shared_ptr<const config::Line> line,
+           std::shared_ptr<transports::LoopThread> own = {});
   /// Those that do not run yet.
   void Start();
   /// A text for each port that these lines, which were just started, could not open: "line bay: no
@@ -149,7 +150,7 @@ class Lines {
   struct LineEntry {
     explicit LineEntry(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
     const std::shared_ptr<const config::Line> config;
-    std::shared_ptr<LoopThread> own{};  // null: it shares one
+    std::shared_ptr<transports::LoopThread> own{};  // null: it shares one
     LineSlot slot;
     bool started = false;
   };
@@ -157,10 +158,10 @@ class Lines {
   asio::io_context& LoopFor(LineEntry& entry);
   std::vector<LineRunner*> All() const;
 
-  PointStore& store_;
-  const Poller::FindProtocol find_;
+  bus::PointStore& store_;
+  const bus::Poller::FindProtocol find_;
   LineParts::Links links_;
-  std::vector<std::unique_ptr<LoopThread>> shared_;
+  std::vector<std::unique_ptr<transports::LoopThread>> shared_;
   bool running_ = false;
   std::size_t turn_ = 0;  // of the shared loops
   SteadyVector<LineEntry> entries_;
@@ -175,27 +176,28 @@ class Lines {
 
 // Passes requests of outputs to their line: writes, loans of its port, whether a device is in use,
 // its trace. The one CommandSink of all lines. From any thread.
-class LineDispatcher final : public CommandSink, public LineControl {
+class LineDispatcher final : public bus::CommandSink, public LineControl {
  public:
   /// All references outlive it.
-  LineDispatcher(PointStore& store, const config::Catalog& catalog, const Lines& lines)
+  LineDispatcher(bus::PointStore& store, const config::Catalog& catalog, const Lines& lines)
       : store_(store), catalog_(catalog), lines_(lines) {}
 
-  bool Submit(WriteCommand command) override;
-  void OnNotTaken(const DeniedWrite& denied) override;
+  bool Submit(bus::WriteCommand command) override;
+  void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   void Release(std::uint32_t line, Duration time) override;
   void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
-  const Protocol* FindProtocol(const std::string& name) const override;
-  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
-  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
+  const protocols::Protocol* FindProtocol(const std::string& name) const override;
+  std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
+                                             std::function<void()> wake) override;
+  std::vector<records::TraceRecord> Recorded(std::uint32_t line) override;
 
  private:
   void Count(std::uint32_t device, WriteEnd end);
 
-  PointStore& store_;
+  bus::PointStore& store_;
   const config::Catalog& catalog_;
   const Lines& lines_;
 };
@@ -213,7 +215,7 @@ struct ManualSettings {
 };
 
 /// The manual settings of a running line, by its number.
-ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
+ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 
 /// Applies them to the line in its place, by its number, which is not started yet. If the new
@@ -221,4 +223,4 @@ ManualSettings ManualSettingsOf(const PointStore& store, std::uint32_t line,
 void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
              std::uint32_t line, std::uint32_t first_device, WallTime now);
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -9,7 +9,7 @@
 #include "gateway/base/log.h"
 #include "gateway/records/audit/audited_writes.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 using serial_server::PortUser;
 using serial_server::Visit;
@@ -108,7 +108,7 @@ void PortLoan::HandOver(Now now) {
     const Duration time = std::chrono::ceil<std::chrono::seconds>(TimeOf(visit_, now));
     until_ = now.instant + time;
     line_.OnLent("lent to " + who, now.wall + time, now);
-    links_.news.OnNews({News::What::port_lent, false, {}, who}, now);
+    links_.news.OnNews({bus::News::What::port_lent, false, {}, who}, now);
     if (links_.records.log != nullptr) {
       audit::BeginLoan(
           *links_.records.log, {links_.config.name, visit_.client, now},
@@ -116,7 +116,7 @@ void PortLoan::HandOver(Now now) {
     }
   } else {
     until_ = Instant::max();
-    links_.news.OnNews({News::What::port_served, false, {}, who}, now);
+    links_.news.OnNews({bus::News::What::port_served, false, {}, who}, now);
   }
   log::Info({.line = links_.config.name}, "{} has the port", who);
   PortUser& user = *user_;
@@ -168,13 +168,13 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
     audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
                    why + "; " + BytesOf(visit), now);
   }
-  const auto what = lends() ? News::What::port_lent : News::What::port_served;
+  const auto what = lends() ? bus::News::What::port_lent : bus::News::What::port_served;
   links_.news.OnNews({what, true, {}, visit.client + ": " + text}, now);
-  links_.store.UpdateLine(number_, [&](LineStatus& status) {
-    PortService* const service = ServiceAt(status, visit.place);
+  links_.store.UpdateLine(number_, [&](bus::LineStatus& status) {
+    bus::PortService* const service = ServiceAt(status, visit.place);
     if (service == nullptr) return;
-    service->visit = PortService::Visit{visit.client,  visit.began.wall, now.wall,
-                                        visit.to_port, visit.from_port,  why};
+    service->visit = bus::PortService::Visit{visit.client,  visit.began.wall, now.wall,
+                                             visit.to_port, visit.from_port,  why};
   });
 }
 
@@ -237,28 +237,28 @@ std::optional<Instant> PortLoan::Deadline() const {
 void PortLoan::ShowVisit(Now now) {
   show_at_ = now.instant + kShowEvery;
   const Visit visit = user_->visit();
-  const PortCounters errors = links_.port.Counters();
+  const transports::PortCounters errors = links_.port.Counters();
   const WallTime until = until_ == Instant::max() ? WallTime{} : now.wall + (until_ - now.instant);
-  links_.store.UpdateLine(number_, [&](LineStatus& status) {
+  links_.store.UpdateLine(number_, [&](bus::LineStatus& status) {
     status.parity_errors = errors.parity;
     status.framing_errors = errors.framing;
     status.overruns = errors.overrun;
     status.modem = links_.port.ReadModemLines();
-    PortService* const service = ServiceAt(status, visit.place);
+    bus::PortService* const service = ServiceAt(status, visit.place);
     if (service == nullptr) return;
-    service->visit = PortService::Visit{visit.client,  visit.began.wall, until,
-                                        visit.to_port, visit.from_port,  {}};
+    service->visit = bus::PortService::Visit{visit.client,  visit.began.wall, until,
+                                             visit.to_port, visit.from_port,  {}};
   });
 }
 
-PortService* PortLoan::ServiceAt(LineStatus& status, const std::string& place) const {
-  const auto found = std::ranges::find(status.services, place, &PortService::place);
+bus::PortService* PortLoan::ServiceAt(bus::LineStatus& status, const std::string& place) const {
+  const auto found = std::ranges::find(status.services, place, &bus::PortService::place);
   return found == status.services.end() ? nullptr : &*found;
 }
 
 void PortLoan::OnListening(const std::string& place, const std::string& trouble, Now /*now*/) {
-  links_.store.UpdateLine(number_, [&](LineStatus& status) {
-    if (PortService* const service = ServiceAt(status, place)) service->trouble = trouble;
+  links_.store.UpdateLine(number_, [&](bus::LineStatus& status) {
+    if (bus::PortService* const service = ServiceAt(status, place)) service->trouble = trouble;
   });
 }
 
@@ -275,22 +275,22 @@ void PortLoan::Withdraw(const config::PortServer& server) {
 }
 
 void PortLoan::HideService(const std::string& place) {
-  links_.store.UpdateLine(number_, [&](LineStatus& status) {
-    std::erase_if(status.services, [&](const PortService& one) { return one.place == place; });
+  links_.store.UpdateLine(number_, [&](bus::LineStatus& status) {
+    std::erase_if(status.services, [&](const bus::PortService& one) { return one.place == place; });
   });
 }
 
 /// `until`: clients can come in; empty: as long as the line is there.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
   HideService(server.Address());
-  PortService service;
+  bus::PortService service;
   service.place = server.Address();
   service.mode = Name(server.mode);
   service.lent = lends();
   service.trouble = "not opened yet";
   if (until) service.open_until = *until;
   links_.store.UpdateLine(
-      number_, [&](LineStatus& status) { status.services.push_back(std::move(service)); });
+      number_, [&](bus::LineStatus& status) { status.services.push_back(std::move(service)); });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -21,7 +21,7 @@
 #include "gateway/records/audit/audited_writes.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 /// Where loans are recorded.
 struct LoanRecords {
@@ -51,9 +51,9 @@ class PortLoan final : public serial_server::PortOwner {
 
   struct Links {
     const config::Line& config;
-    PointStore& store;
-    Transport& port;
-    PollerListener& news;
+    bus::PointStore& store;
+    transports::Transport& port;
+    bus::PollerListener& news;
     LoanRecords records{};
     /// Replies to the client may still come after it has left, so the line is silent for this time.
     Duration rest{};
@@ -109,7 +109,7 @@ class PortLoan final : public serial_server::PortOwner {
   void ShowVisit(Now now);
   void ShowService(const config::PortServer& server, std::optional<WallTime> until);
   void HideService(const std::string& place);
-  PortService* ServiceAt(LineStatus& status, const std::string& place) const;
+  bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
   const std::uint32_t number_;  // in the store, which forgets a line that a reload has ended
@@ -126,4 +126,4 @@ class PortLoan final : public serial_server::PortOwner {
   Instant heard_{};          // a byte of the port, or the client has left
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

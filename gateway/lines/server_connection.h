@@ -22,7 +22,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 class ConnectionProof {
  public:
@@ -245,4 +245,4 @@ class RestingConnection {
   bool is_unsent_ = false;  // see above
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

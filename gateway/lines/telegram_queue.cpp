@@ -5,43 +5,43 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
-WriteEnd EndOf(const WriteCommand& command, Outcome outcome) {
+WriteEnd EndOf(const bus::WriteCommand& command, Outcome outcome) {
   if (outcome == Outcome::ok) return WriteEnd::ok;
-  return EndUnheard(command.state == WriteState::sent);
+  return bus::EndUnheard(command.state == bus::WriteState::sent);
 }
 
 }  // namespace
 
-void TelegramQueue::Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
+void TelegramQueue::Answer(bus::WriteCommand& command, WriteEnd end, const std::string& reason,
                            Outcome outcome) {
   command.telegram()->outcome = Name(outcome);
   command.End({.end = end, .reason = reason});
 }
 
-void TelegramQueue::Submit(WriteCommand command, const std::optional<std::string>& why_not,
+void TelegramQueue::Submit(bus::WriteCommand command, const std::optional<std::string>& why_not,
                            Now now) {
   if (why_not) return Answer(command, WriteEnd::not_sent, *why_not, Outcome::line_down);
-  command.MoveTo(WriteState::queued);
+  command.MoveTo(bus::WriteState::queued);
   waiting_.push_back(std::move(command));
   Settle(now);
 }
 
 /// Why a telegram that waits is not sent any more: bytes of others have kept the line from being
 /// quiet, the program was stopped, or its client has left.
-const char* TelegramQueue::WhyNotSend(const WriteCommand& command, Now now) {
-  if (command.client_left()) return kClientLeft;
-  return command.deadline <= now.instant ? kTooLate : nullptr;
+const char* TelegramQueue::WhyNotSend(const bus::WriteCommand& command, Now now) {
+  if (command.client_left()) return bus::kClientLeft;
+  return command.deadline <= now.instant ? bus::kTooLate : nullptr;
 }
 
 void TelegramQueue::Withdraw(Now now) {
-  if (!exchange_ || command_->state == WriteState::sent) return;
+  if (!exchange_ || command_->state == bus::WriteState::sent) return;
   const char* const why = WhyNotSend(*command_, now);
   if (why == nullptr) return;
   exchange_.reset();
-  WriteCommand withdrawn = std::move(*std::exchange(command_, std::nullopt));
+  bus::WriteCommand withdrawn = std::move(*std::exchange(command_, std::nullopt));
   Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
 }
 
@@ -50,7 +50,7 @@ void TelegramQueue::Settle(Now now) {
   while (!waiting_.empty()) {
     const char* const why = WhyNotSend(waiting_.front(), now);
     if (why == nullptr) break;
-    WriteCommand withdrawn = std::move(waiting_.front());
+    bus::WriteCommand withdrawn = std::move(waiting_.front());
     waiting_.pop_front();
     Answer(withdrawn, WriteEnd::not_sent, why, Outcome::busy);
   }
@@ -62,7 +62,7 @@ void TelegramQueue::Settle(Now now) {
   if (!poller_.Pause(now)) return;
   command_ = std::move(waiting_.front());
   waiting_.pop_front();
-  const Speaking as = poller_.SpeakingAs(command_->device);
+  const bus::Speaking as = poller_.SpeakingAs(command_->device);
   serial_ = as.serial;
   exchange_.emplace(as, line_.echo, command_->telegram()->bytes, now.instant);
   Hand(exchange_->Begin(now.instant), now);
@@ -70,7 +70,7 @@ void TelegramQueue::Settle(Now now) {
 
 void TelegramQueue::Hand(bool send, Now now) {
   if (send) {
-    command_->MoveTo(WriteState::sent);
+    command_->MoveTo(bus::WriteState::sent);
     tap_.OnSent(command_->device, exchange_->request(), now);
     port_.Send(exchange_->request().bytes, serial_, now);
   }
@@ -83,8 +83,8 @@ void TelegramQueue::Hand(bool send, Now now) {
 
 /// It has failed. Nobody will have got it if it was never put on the wire.
 void TelegramQueue::TakeBack() {
-  const bool sent = command_->state == WriteState::sent;
-  if (sent && port_.IsUnsent()) command_->MoveTo(WriteState::queued);
+  const bool sent = command_->state == bus::WriteState::sent;
+  if (sent && port_.IsUnsent()) command_->MoveTo(bus::WriteState::queued);
 }
 
 bool TelegramQueue::TakeBytes(View bytes, Now now) {
@@ -101,17 +101,17 @@ void TelegramQueue::OnTimer(Now now) {
 }
 
 void TelegramQueue::End(Now now) {
-  const ExchangeEnd end = exchange_->end();
+  const bus::ExchangeEnd end = exchange_->end();
   tap_.OnExchangeEnd(command_->device, end, now);
   command_->telegram()->reply = exchange_->reply();
   exchange_.reset();
-  WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
-  const bool unsent = done.state == WriteState::queued;
+  bus::WriteCommand done = std::move(*std::exchange(command_, std::nullopt));
+  const bool unsent = done.state == bus::WriteState::queued;
   if (!unsent && !done.telegram()->reads) {
     poller_.OnWritingTelegram(done.device, done.telegram()->bytes, now);
   }
   if (!unsent && !ProvesLife(end.outcome)) poller_.OnUnansweredTelegram(now);
-  Answer(done, EndOf(done, end.outcome), unsent ? kNotConnected : end.reason, end.outcome);
+  Answer(done, EndOf(done, end.outcome), unsent ? bus::kNotConnected : end.reason, end.outcome);
   Settle(now);
 }
 
@@ -119,10 +119,10 @@ void TelegramQueue::OnClosed(const std::string& reason) {
   if (exchange_) {
     TakeBack();
     exchange_.reset();
-    WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
+    bus::WriteCommand cut = std::move(*std::exchange(command_, std::nullopt));
     Answer(cut, EndOf(cut, Outcome::line_down), reason, Outcome::line_down);
   }
-  for (WriteCommand& command : std::exchange(waiting_, {})) {
+  for (bus::WriteCommand& command : std::exchange(waiting_, {})) {
     Answer(command, WriteEnd::not_sent, reason, Outcome::line_down);
   }
 }
@@ -132,9 +132,9 @@ std::optional<Instant> TelegramQueue::Deadline() const {
   std::optional<Instant> unsent;
   std::optional<Instant> waiting;
   if (exchange_) under_way = exchange_->Deadline();
-  if (command_ && command_->state != WriteState::sent) unsent = command_->deadline;
+  if (command_ && command_->state != bus::WriteState::sent) unsent = command_->deadline;
   if (!waiting_.empty()) waiting = waiting_.front().deadline;
   return Soonest({under_way, unsent, waiting});
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

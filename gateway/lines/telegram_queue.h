@@ -19,16 +19,17 @@
 #include "gateway/bus/poller/poller.h"
 #include "gateway/bus/writes/write_command.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
 class TelegramQueue {
  public:
   /// All outlive it; `port` may be made later than this.
-  TelegramQueue(const config::Line& line, Poller& poller, Tap& tap, RequestPort& port)
+  TelegramQueue(const config::Line& line, bus::Poller& poller, bus::Tap& tap,
+                bus::RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
   /// `why_not`: nothing can be sent now; it is answered at once.
-  void Submit(WriteCommand command, const std::optional<std::string>& why_not, Now now);
+  void Submit(bus::WriteCommand command, const std::optional<std::string>& why_not, Now now);
   /// False: no telegram is on the line, and the bytes are the poller's.
   bool TakeBytes(View bytes, Now now);
   void OnTimer(Now now);
@@ -42,22 +43,22 @@ class TelegramQueue {
   bool is_busy() const { return exchange_.has_value(); }
 
  private:
-  static const char* WhyNotSend(const WriteCommand& command, Now now);
+  static const char* WhyNotSend(const bus::WriteCommand& command, Now now);
   void Withdraw(Now now);
   void Hand(bool send, Now now);
   void TakeBack();
   void End(Now now);
-  static void Answer(WriteCommand& command, WriteEnd end, const std::string& reason,
+  static void Answer(bus::WriteCommand& command, WriteEnd end, const std::string& reason,
                      Outcome outcome);
 
   const config::Line& line_;
-  Poller& poller_;
-  Tap& tap_;
-  RequestPort& port_;
-  std::deque<WriteCommand> waiting_;
-  std::optional<WriteCommand> command_;  // under way
+  bus::Poller& poller_;
+  bus::Tap& tap_;
+  bus::RequestPort& port_;
+  std::deque<bus::WriteCommand> waiting_;
+  std::optional<bus::WriteCommand> command_;  // under way
   config::SerialSettings serial_;
-  std::optional<TelegramExchange> exchange_;
+  std::optional<bus::TelegramExchange> exchange_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

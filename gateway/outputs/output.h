@@ -27,7 +27,7 @@
 #include "gateway/outputs/series.h"
 #include "gateway/records/history/history_view.h"
 
-namespace baudgate {
+namespace baudgate::outputs {
 
 /// Files that an output may have open at once, generously.
 struct DescriptorNeeds {
@@ -112,4 +112,4 @@ class Output {
 
 using OutputList = std::vector<std::unique_ptr<Output>>;
 
-}  // namespace baudgate
+}  // namespace baudgate::outputs

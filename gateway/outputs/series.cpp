@@ -7,16 +7,16 @@
 #include <cmath>
 #include <iterator>
 
-namespace baudgate {
+namespace baudgate::outputs {
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;
 /// Of the histogram.
-constexpr std::size_t kOctaves = RoundTrips::kBuckets / 4;
+constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
 /// By LineUse.
-constexpr std::array<std::string_view, kLineUses> kWhy = {"poll",  "probe",   "route",
-                                                          "write", "silence", "drain"};
+constexpr std::array<std::string_view, bus::kLineUses> kWhy = {"poll",  "probe",   "route",
+                                                               "write", "silence", "drain"};
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -51,24 +51,24 @@ void Series::AppendTo(std::string& out) const {
   out += text_;
 }
 
-void EachValue(DeviceState state, const AddValue& add) {
+void EachValue(bus::DeviceState state, const AddValue& add) {
   for (std::size_t i = 0; i < kDeviceStates; ++i) {
-    const auto one = static_cast<DeviceState>(i);
+    const auto one = static_cast<bus::DeviceState>(i);
     add(fmt::format("state=\"{}\"", Name(one)), state == one ? 1 : 0, "");
   }
 }
 
-void EachValue(const TimeByUse& times, const AddValue& add) {
-  for (std::size_t i = 0; i < kLineUses; ++i) {
+void EachValue(const bus::TimeByUse& times, const AddValue& add) {
+  for (std::size_t i = 0; i < bus::kLineUses; ++i) {
     add(fmt::format("why=\"{}\"", kWhy[i]), Seconds(times[i]), "");
   }
 }
 
-void EachValue(const RoundTrips& trips, const AddValue& add) {
+void EachValue(const bus::RoundTrips& trips, const AddValue& add) {
   std::uint64_t below = 0;
   for (std::size_t octave = 0; octave + 1 < kOctaves; ++octave) {
     for (std::size_t i = 0; i < 4; ++i) below += trips.buckets()[octave * 4 + i];
-    add(fmt::format("le=\"{}\"", Seconds(RoundTrips::UpperEdge(octave * 4 + 3))),
+    add(fmt::format("le=\"{}\"", Seconds(bus::RoundTrips::UpperEdge(octave * 4 + 3))),
         static_cast<double>(below), "_bucket");
   }
   const auto count = static_cast<double>(trips.count());
@@ -77,4 +77,4 @@ void EachValue(const RoundTrips& trips, const AddValue& add) {
   add("", count, "_count");
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::outputs

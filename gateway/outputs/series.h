@@ -19,7 +19,7 @@
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/line_status.h"
 
-namespace baudgate {
+namespace baudgate::outputs {
 
 /// A metric of Prometheus; docs/metrics.md has all of them.
 struct Metric {
@@ -54,13 +54,13 @@ class Series {
 using AddValue = std::function<void(std::string_view label, std::optional<double> value,
                                     std::string_view suffix)>;
 /// 1 for the state, 0 for the others.
-void EachValue(DeviceState state, const AddValue& add);
+void EachValue(bus::DeviceState state, const AddValue& add);
 /// Seconds, by LineUse.
-void EachValue(const TimeByUse& times, const AddValue& add);
+void EachValue(const bus::TimeByUse& times, const AddValue& add);
 /// Seconds, in buckets of an octave each, the last without a bound.
-void EachValue(const RoundTrips& trips, const AddValue& add);
-inline void EachValue(LineStatus::Port port, const AddValue& add) {
-  add("", port == LineStatus::Port::open ? 1 : 0, "");
+void EachValue(const bus::RoundTrips& trips, const AddValue& add);
+inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
+  add("", port == bus::LineStatus::Port::open ? 1 : 0, "");
 }
 /// Seconds.
 inline void EachValue(Duration duration, const AddValue& add) {
@@ -111,7 +111,7 @@ class Families {
   Families() {
     EachMetric(T(), [this]<typename Value>(auto row, const Value&) {
       std::string_view type = row.metric.ends_with("_total") ? "counter" : "gauge";
-      if (std::is_same_v<Value, RoundTrips>) type = "histogram";
+      if (std::is_same_v<Value, bus::RoundTrips>) type = "histogram";
       all_.emplace_back(Metric{row.metric, type, row.help});
     });
   }
@@ -132,4 +132,4 @@ class Families {
   std::vector<Series> all_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::outputs

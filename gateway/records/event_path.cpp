@@ -12,7 +12,7 @@
 #include "gateway/records/events/own_records.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 namespace {
 
@@ -30,7 +30,7 @@ std::string WhyOf(const std::string& reason) {
 }
 
 /// A gateway at the other end of the route reports that the slave does not answer.
-bool IsNoTarget(const RoutedReply& reply) {
+bool IsNoTarget(const bus::RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
          (reply.pdu[1] == modbus::kNoPath || reply.pdu[1] == modbus::kNoTarget);
 }
@@ -41,11 +41,11 @@ void AlarmService::TellAll(OwnAlarms::Records records) {
   for (events::EventRecord& record : records) tell_(std::move(record));
 }
 
-void AlarmService::OnNews(const std::string& line, const std::string& device, const News& news,
+void AlarmService::OnNews(const std::string& line, const std::string& device, const bus::News& news,
                           Now at) {
   const OwnAlarms::Subject place{line, device};
   const MutexLock lock(mutex_);
-  if (news.what == News::What::not_in_use || news.what == News::What::port_lent) {
+  if (news.what == bus::News::What::not_in_use || news.what == bus::News::What::port_lent) {
     return TellAll(alarms_.SetInUse(place, news.over, at));
   }
   const auto trouble = KindOf(news.what).trouble;
@@ -97,7 +97,7 @@ void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::strin
   ++its.requests;
   its.last = now.instant;
   const Duration since = now.instant - its.first.instant;
-  const bool many = its.requests >= DeviceHealth::kOfflineCount;
+  const bool many = its.requests >= bus::DeviceHealth::kOfflineCount;
   const bool long_ago = its.requests > 1 && since >= kLongSilence;
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
@@ -176,7 +176,7 @@ void TellJournal(const events::Alarm& alarm, bool raised) {
 events::EventLog::Options OptionsOf(const config::Config& config, const EventsPlace& place,
                                     std::shared_ptr<events::EventFeed> feed,
                                     std::shared_ptr<events::CursorBook> cursors,
-                                    RecordService& records,
+                                    events::RecordService& records,
                                     std::function<void(events::Source)> kept) {
   events::EventLog::Options options;
   options.file = place.file;
@@ -203,8 +203,8 @@ events::EventLog::Options OptionsOf(const config::Config& config, const EventsPl
 
 }  // namespace
 
-EventPath::EventPath(const config::Config& config, const PointStore& store,
-                     const EventsPlace& place, CommandSink& commands, Kept kept)
+EventPath::EventPath(const config::Config& config, const bus::PointStore& store,
+                     const EventsPlace& place, bus::CommandSink& commands, Kept kept)
     : store_(store),
       tells_own_(config.events.given),
       in_memory_(place.in_memory),
@@ -215,7 +215,8 @@ EventPath::EventPath(const config::Config& config, const PointStore& store,
       records_(
           store,
           {.clocks = ReadClocks,
-           .ask = [&commands](WriteCommand command) { return commands.Submit(std::move(command)); },
+           .ask = [&commands](
+                      bus::WriteCommand command) { return commands.Submit(std::move(command)); },
            .keep = [this](events::KeptRecord record) { queue().Keep(std::move(record)); }}),
       log_(OptionsOf(config, place, feed_, cursors_, records_,
                      [this](events::Source source) { kept_(source, queue().said(source), true); })),
@@ -286,7 +287,7 @@ void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
 
 void EventPath::End() { queue().End(kEndTime); }
 
-void EventPath::OnReported(ReportedEvents reported) {
+void EventPath::OnReported(bus::ReportedEvents reported) {
   if (in_memory_) return;  // nobody has asked for them
   const DeviceEntry& entry = entries_[reported.device];
   auto records = events::RecordsOf(reported.batch, entry.line->name, *entry.device,
@@ -300,7 +301,7 @@ void EventPath::OnReported(ReportedEvents reported) {
                .device = entry.device->name});
 }
 
-void EventPath::OnNews(const config::Line& line, const News& news, Now at) {
+void EventPath::OnNews(const config::Line& line, const bus::News& news, Now at) {
   events::Fact fact{
       .code = KindOf(news.what).code, .over = news.over, .line = line.name, .why = news.text};
   if (news.device) fact.device = entries_[*news.device].device->name;
@@ -345,7 +346,7 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
     Quality quality;
   };
   std::vector<Seen> seen;
-  store_.Read(device, [&](const DeviceRecord& record) {
+  store_.Read(device, [&](const bus::DeviceRecord& record) {
     for (const std::uint32_t point : points) {
       if (!watch->Watches(point)) continue;
       seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
@@ -359,4 +360,4 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

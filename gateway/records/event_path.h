@@ -31,7 +31,7 @@
 #include "gateway/records/events/point_watch.h"
 #include "gateway/records/events/record_service.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 // Where events.db is, for the parts that write to it.
 struct EventsPlace {
@@ -52,27 +52,27 @@ struct NewsKind {
 };
 
 /// The compiler refuses news without a row.
-constexpr NewsKind KindOf(News::What what) {
+constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;
   switch (what) {
-    case News::What::no_answer:
+    case bus::News::What::no_answer:
       break;
-    case News::What::not_in_use:
+    case bus::News::What::not_in_use:
       return {OwnCode::not_in_use};
-    case News::What::wrong_device:
+    case bus::News::What::wrong_device:
       return {OwnCode::wrong_device, Trouble::wrong_device};
-    case News::What::replaced:
+    case bus::News::What::replaced:
       return {OwnCode::replaced, Trouble::replaced};
-    case News::What::port_down:
+    case bus::News::What::port_down:
       return {OwnCode::port_down, Trouble::port_down};
-    case News::What::port_lent:
+    case bus::News::What::port_lent:
       return {OwnCode::port_lent};
-    case News::What::collisions:
+    case bus::News::What::collisions:
       return {OwnCode::collisions};
-    case News::What::ring_open:
+    case bus::News::What::ring_open:
       return {OwnCode::ring_open, Trouble::ring_open};
-    case News::What::port_served:
+    case bus::News::What::port_served:
       return {OwnCode::port_served};
   }
   return {OwnCode::no_answer, Trouble::no_answer};
@@ -88,7 +88,7 @@ struct RoutedEnd {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< as the client asked for it
   Slave slave = Slave::unknown;
-  const RoutedReply& reply;
+  const bus::RoutedReply& reply;
 };
 
 // The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
@@ -102,7 +102,7 @@ class AlarmService {
       : tell_(std::move(tell)), alarms_(std::move(config)) {}
 
   /// `device`: its name; empty: the news is of the line.
-  void OnNews(const std::string& line, const std::string& device, const News& news, Now at);
+  void OnNews(const std::string& line, const std::string& device, const bus::News& news, Now at);
   void OnRouted(const RoutedEnd& end, Now now);
   /// The configuration does not use this device.
   void OnUnused(const std::string& line, const std::string& device, Now now);
@@ -138,14 +138,14 @@ class AlarmService {
   std::map<events::OwnAlarms::Subject, Unanswered> unanswered_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-class EventPath final : public EventSink {
+class EventPath final : public bus::EventSink {
  public:
   /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
   /// `reported`: by OnReported; else from before the start. On the writing thread, or from Start.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
   /// All references outlive it. `commands`: for reads of the records that events owe.
-  EventPath(const config::Config& config, const PointStore& store, const EventsPlace& place,
-            CommandSink& commands, Kept kept);
+  EventPath(const config::Config& config, const bus::PointStore& store, const EventsPlace& place,
+            bus::CommandSink& commands, Kept kept);
 
   /// From now on lines are told what is kept from before, as soon as the file is open.
   void Start();
@@ -165,8 +165,8 @@ class EventPath final : public EventSink {
   /// The lines have ended; from now on outputs are told that the gateway ends.
   void End();
 
-  void OnReported(ReportedEvents reported) override;
-  void OnNews(const config::Line& line, const News& news, Now at) override;
+  void OnReported(bus::ReportedEvents reported) override;
+  void OnNews(const config::Line& line, const bus::News& news, Now at) override;
   void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) override;
   void OnDrained(std::uint32_t device, Instant asked) override {
     records_.OnDrained(device, asked);
@@ -195,7 +195,7 @@ class EventPath final : public EventSink {
   void AddEntries(const config::Line& line);
   void Tell(std::uint32_t first_device, std::size_t devices);
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
@@ -205,9 +205,9 @@ class EventPath final : public EventSink {
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
   const std::shared_ptr<events::CursorBook> cursors_;
-  RecordService records_;
+  events::RecordService records_;
   events::EventLog log_;  // its thread tells the service
   AlarmService alarms_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

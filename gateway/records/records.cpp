@@ -7,7 +7,7 @@
 #include "gateway/base/log.h"
 #include "gateway/base/worker.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 std::vector<std::string> FileTroubles::Held::All() const {
   std::vector<std::string> all;
@@ -52,8 +52,8 @@ audit::AuditLog::Options OptionsOf(const config::Config& config, const EventsPla
 
 }  // namespace
 
-WritePath::WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
-                     const EventsPlace& place, Unsettled unsettled)
+WritePath::WritePath(const config::Config& config, const bus::PointStore& store,
+                     bus::CommandSink& lines, const EventsPlace& place, Unsettled unsettled)
     : unsettled_(std::move(unsettled)),
       log_(OptionsOf(config, place,
                      [this](const std::set<audit::Target>& devices) { OnUnsettled(devices); })),
@@ -177,7 +177,8 @@ Status Records::PlaceHistory(const config::Config& config) {
   return {};
 }
 
-void Records::StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store) {
+void Records::StartHistory(const std::shared_ptr<const config::Config>& config,
+                           bus::PointStore& store) {
   if (!config->history.on()) return;
   history::HistoryLog::Options options;
   options.config = config.get();
@@ -206,7 +207,8 @@ void Records::OnReload(const std::shared_ptr<const config::Config>& config,
   if (EventPath* const its = events()) its->Renumber(config, begun);
 }
 
-void Records::RenewHistory(const std::shared_ptr<const config::Config>& config, PointStore& store) {
+void Records::RenewHistory(const std::shared_ptr<const config::Config>& config,
+                           bus::PointStore& store) {
   auto ends = std::make_shared<RunningHistory>();
   {
     const MutexLock lock(mutex_);
@@ -264,4 +266,4 @@ std::vector<AlarmService::DiskState> Records::LookAtDisks(Now now) {
   return disks;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -28,7 +28,7 @@
 #include "gateway/records/event_path.h"
 #include "gateway/records/history/history_log.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 // Small files that cannot be written, for the log and the status, as long as it lasts.
 
@@ -59,11 +59,11 @@ class WritePath {
   /// Called once, from any thread: see AuditLog::Options.
   using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
   /// All but `place` outlive it.
-  WritePath(const config::Config& config, const PointStore& store, CommandSink& lines,
+  WritePath(const config::Config& config, const bus::PointStore& store, bus::CommandSink& lines,
             const EventsPlace& place, Unsettled unsettled);
 
   /// What outputs submit to.
-  CommandSink& entrance() { return audited_; }
+  bus::CommandSink& entrance() { return audited_; }
   audit::AuditLog& log() { return log_; }
 
   /// The lines are there: `unsettled` is called from now on.
@@ -85,8 +85,8 @@ class WritePath {
 class Records {
  public:
   struct Links {
-    PointStore& store;
-    CommandSink& lines;
+    bus::PointStore& store;
+    bus::CommandSink& lines;
     EventPath::Kept kept;  ///< see EventPath
     WritePath::Unsettled unsettled;
     FileTroubles& troubles;
@@ -106,10 +106,10 @@ class Records {
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// Begins a new run of the history; its readers must be given the new one. The old one ends as
   /// soon as the disk allows: nothing waits for a disk that does not answer.
-  void RenewHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);
+  void RenewHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
 
   /// The sink of recorded writes; null: none are recorded.
-  CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
+  bus::CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
   /// Null: it was not opened.
@@ -140,7 +140,7 @@ class Records {
   void MakeEvents(const config::Config& config, const Links& links, EventsPlace place);
   Status PlaceEvents(const config::Config& config, EventsPlace& place);
   Status PlaceHistory(const config::Config& config);
-  void StartHistory(const std::shared_ptr<const config::Config>& config, PointStore& store);
+  void StartHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for it
@@ -161,4 +161,4 @@ class Records {
   std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);  // they were looked at
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -6,7 +6,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using std::chrono::hours;
@@ -104,4 +104,4 @@ bool MayCorrectAt(WallTime now, const CivilZone& zone) {
   return of_day >= kFromMidnight && of_day < days(1) - kFromMidnight;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

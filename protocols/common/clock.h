@@ -19,7 +19,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class CivilZone {
  public:
@@ -84,4 +84,4 @@ std::optional<ClockCare> ClockCareOf(const config::Device& device);
 /// and 00:30.
 bool MayCorrectAt(WallTime now, const CivilZone& zone);
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

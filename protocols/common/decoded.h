@@ -4,7 +4,7 @@
 
 #include "gateway/base/value.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// A value, or the quality that says why there is none: what is no measurement never becomes a
 /// number.
@@ -13,4 +13,4 @@ struct Decoded {
   Quality quality = Quality::good;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

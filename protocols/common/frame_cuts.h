@@ -6,7 +6,7 @@
 
 #include "protocols/frame_rule.h"
 
-namespace baudgate::cut {
+namespace baudgate::protocols::cut {
 
 /// 00 and FF appear when a line driver is switched on or off. `also`: what else is no sign of
 /// damage, such as the line feed that some converters add.
@@ -51,4 +51,4 @@ constexpr Cut OfAnother(std::size_t size) {
   return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
 }
 
-}  // namespace baudgate::cut
+}  // namespace baudgate::protocols::cut

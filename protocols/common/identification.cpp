@@ -7,7 +7,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 std::string Listed(const std::vector<std::string>& names) {
@@ -75,4 +75,4 @@ void ProbeChoice::OnReconnect() {
   silences_ = std::min(silences_, kSilencesOfAnUnknownRequest - 1);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -12,7 +12,7 @@
 #include "config/model/device.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// `says`: the name as it came. Reason::none with a text: nobody lists the name, the values are
 /// good anyway.
@@ -65,4 +65,4 @@ class ProbeChoice {
   bool own_answered_ = false;    // ever
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -26,7 +26,7 @@
 #include "gateway/base/time.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 // When something that a device has refused is tried again: soon, because it may have only just
 // started up, and less and less often if it goes on refusing it.
@@ -564,4 +564,4 @@ void QueryPlan<Key>::OnReconnect() {
   Make();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

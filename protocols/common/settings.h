@@ -30,7 +30,7 @@
 #include "gateway/base/time.h"
 #include "protocols/options.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace settings {
 
 /// 0 for the first word of `choices`: "auto,a,b".
@@ -192,4 +192,4 @@ template <typename Settings, typename... Rows>
 SettingsTable(const settings::Row<Settings>&, const Rows&...)
     -> SettingsTable<Settings, 1 + sizeof...(Rows)>;
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -11,7 +11,7 @@
 #include "gateway/base/result.h"
 #include "protocols/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// `Read` and `Written`: the protocol's parsed forms of `read` and `write`.
 template <typename Read, typename Written = Read>
@@ -73,4 +73,4 @@ class TwinPoints {
   std::vector<One> all_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

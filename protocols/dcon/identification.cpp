@@ -59,7 +59,7 @@ std::string_view UnitOfType(std::uint8_t type) {
 /// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
 /// is written.
 std::string_view PlainUnit(std::string_view unit) {
-  std::string text = config::Lower(unit);
+  std::string text = Lower(unit);
   std::erase(text, ' ');
   const auto found = std::ranges::find(kSpellings, text, &Spelling::text);
   return found == kSpellings.end() ? unit : found->unit;

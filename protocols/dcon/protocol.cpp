@@ -166,7 +166,7 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
 }  // namespace
 }  // namespace baudgate::protocols::dcon
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::dcon;  // NOLINT
 
@@ -203,4 +203,4 @@ const Protocol& DconProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -7,7 +7,7 @@
 #include "protocols/example/rules.h"
 #include "protocols/example/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::example;  // NOLINT
 
@@ -42,4 +42,4 @@ const Protocol& ExampleProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

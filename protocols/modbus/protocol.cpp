@@ -175,7 +175,7 @@ Protocol Describe(std::string_view name, std::string_view title,
 }  // namespace
 }  // namespace baudgate::protocols::modbus
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::modbus;  // NOLINT
 
@@ -197,4 +197,4 @@ const Protocol& ModbusTcpProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -9,7 +9,7 @@
 #include "protocols/reader/settings.h"
 #include "protocols/reader/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::reader;  // NOLINT
 
@@ -53,4 +53,4 @@ const Protocol& ReaderProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

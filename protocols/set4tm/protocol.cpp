@@ -173,7 +173,7 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
 }  // namespace
 }  // namespace baudgate::protocols::set4tm
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::set4tm;  // NOLINT
 
@@ -212,4 +212,4 @@ const Protocol& Set4tmProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

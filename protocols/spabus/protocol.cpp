@@ -56,7 +56,7 @@ std::unique_ptr<Twin> MakeTwin(const config::Device& device, TwinValues& values)
 }  // namespace
 }  // namespace baudgate::protocols::spabus
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::spabus;  // NOLINT
 
@@ -88,4 +88,4 @@ const Protocol& SpabusProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

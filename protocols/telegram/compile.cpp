@@ -19,7 +19,6 @@ using config::Assign;
 using config::Entry;
 using config::MapReader;
 using config::Problems;
-using config::Quoted;
 using config::YamlNode;
 
 constexpr std::string_view kAll = "all";
@@ -63,8 +62,8 @@ std::vector<std::string> FieldNames(const Telegram& telegram) {
 
 std::string HintOf(std::string_view name, const std::vector<std::string>& known) {
   const std::vector<std::string_view> views(known.begin(), known.end());
-  return config::DidYouMean(name, views) +
-         " its fields: " + (views.empty() ? std::string("none") : config::Join(views));
+  return DidYouMean(name, views) +
+         " its fields: " + (views.empty() ? std::string("none") : Join(views));
 }
 
 /// "0x1A" of "0x1a" and of the escape "\\x1A".
@@ -202,7 +201,7 @@ class Compiler {
   /// "al: { ends: '\r\n' }"
   static bool IsMeantAsAll(const Entry& entry) {
     constexpr std::array<std::string_view, 1> kKnown = {kAll};
-    if (entry.key == kAll || config::DidYouMean(entry.key, kKnown).empty()) return false;
+    if (entry.key == kAll || DidYouMean(entry.key, kKnown).empty()) return false;
     if (entry.value.kind() != YamlNode::Kind::map) return false;
     Problems unused;
     const MapReader map(entry.value, "", unused);
@@ -296,8 +295,8 @@ class Compiler {
     if (!found) {
       std::vector<std::string_view> names;
       for (const Telegram& one : description_->telegrams) names.push_back(one.name);
-      return error(Quoted(name) + " is no telegram;" + config::DidYouMean(name, names) +
-                   " telegrams: " + config::Join(names));
+      return error(Quoted(name) + " is no telegram;" + DidYouMean(name, names) +
+                   " telegrams: " + Join(names));
     }
     const Telegram& other = description_->telegrams[*found];
     if (*found == index) return error("a telegram cannot stand beside itself");

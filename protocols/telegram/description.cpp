@@ -110,7 +110,7 @@ Result<std::string> CanonicalAddress(std::string_view address) {
                                (c >= 'A' && c <= 'Z') || c == '-' || c == '_' || c == '.';
                       });
   if (!usable) {
-    return Error{config::Quoted(address) +
+    return Error{Quoted(address) +
                  " is no address: a number, hex as 0x4A, or a word of letters and digits"};
   }
   return ToText(AddressValue(address));

@@ -37,7 +37,7 @@ std::string PlainText(std::string_view unit) {
 
 /// "mPa" and "MPa", but not "mbar" and "MBAR" of a device that writes capitals only.
 bool AreMilliAndMega(std::string_view one, std::string_view other) {
-  return one.size() > 1 && one.front() != other.front() && config::Lower(one).front() == 'm' &&
+  return one.size() > 1 && one.front() != other.front() && Lower(one).front() == 'm' &&
          one.substr(1) == other.substr(1);
 }
 
@@ -103,11 +103,11 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
                          const std::string& unit, const std::vector<std::string>& texts) {
   std::string good;
   for (const std::string& text : texts) good += (good.empty() ? "'" : " or '") + text + "'";
-  return "has unit " + config::Quoted(point.unit) + ", and its number is good only where '" + unit +
+  return "has unit " + Quoted(point.unit) + ", and its number is good only where '" + unit +
          "' of telegram '" + telegram.name + "' says " + good +
          ": correct the unit of the point, or give it a 'scale' that converts the number; if the "
          "device is set to " +
-         config::Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
+         Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
 
 /// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
@@ -147,7 +147,7 @@ bool IsSameUnit(std::string_view text, std::string_view unit) {
     return known.first == said && known.second == wanted;
   });
   if (letter) return true;
-  return config::Lower(said) == config::Lower(wanted) && !AreMilliAndMega(said, wanted);
+  return Lower(said) == Lower(wanted) && !AreMilliAndMega(said, wanted);
 }
 
 namespace {
@@ -384,7 +384,7 @@ class FaultFinder {
     std::vector<std::string_view> names;
     for (const Telegram& telegram : description_.telegrams) names.push_back(telegram.name);
     Tell(std::string("has '") + key + ": " + call.telegram + "', which is no telegram;" +
-         config::DidYouMean(call.telegram, names) + " telegrams: " + config::Join(names));
+         DidYouMean(call.telegram, names) + " telegrams: " + Join(names));
     return nullptr;
   }
 
@@ -417,7 +417,7 @@ class FaultFinder {
       }
     }
     Tell("reads '" + name + "', which is no field of the answer to '" + telegram.name + "';" +
-         config::DidYouMean(name, names) + " its fields: " + config::Join(names));
+         DidYouMean(name, names) + " its fields: " + Join(names));
   }
 
   void CheckType(const Point& point, const ReadPlace& place, const Element& field) {
@@ -584,8 +584,8 @@ class FaultFinder {
           });
       if (known) continue;
       Tell("has a parameter '" + name + "', which no telegram has" +
-           (names.empty() ? "" : ";" + config::DidYouMean(name, names)) +
-           (names.empty() ? "" : " fields that are sent: " + config::Join(names)));
+           (names.empty() ? "" : ";" + DidYouMean(name, names)) +
+           (names.empty() ? "" : " fields that are sent: " + Join(names)));
     }
   }
 

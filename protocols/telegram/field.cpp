@@ -93,13 +93,13 @@ Error UnknownFormat(std::string_view text) {
   std::vector<std::string_view> words;
   for (const KindWord& one : kTextWords) words.push_back(one.word);
   words.insert(words.end(), kBinaryWords.begin(), kBinaryWords.end());
-  return {config::Quoted(text) + " is no format;" + config::DidYouMean(text, words) +
+  return {Quoted(text) + " is no format;" + DidYouMean(text, words) +
           " formats: " + std::string(kAllKinds)};
 }
 
 Status CheckTextFormat(const Format& format, std::string_view text) {
   const bool real = format.kind == Kind::decimal || format.kind == Kind::scientific;
-  const auto wrong = [&](const char* why) { return Error{config::Quoted(text) + ": " + why}; };
+  const auto wrong = [&](const char* why) { return Error{Quoted(text) + ": " + why}; };
   if ((format.precision >= 0 || format.point) && !real) {
     return wrong("only decimal and scientific numbers have a point");
   }

@@ -11,7 +11,6 @@ namespace {
 using config::Assign;
 using config::MapReader;
 using config::Problems;
-using config::Quoted;
 using config::YamlNode;
 
 constexpr std::size_t kMostForms = 20;

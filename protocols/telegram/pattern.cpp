@@ -97,8 +97,8 @@ class PatternParser {
     Element element;
     element.name = inside.substr(0, colon);
     if (!IsNameText(element.name)) {
-      return Fail(at_ + 1, config::Quoted(element.name) +
-                               " is no name of a field: small letters, digits and _");
+      return Fail(at_ + 1,
+                  Quoted(element.name) + " is no name of a field: small letters, digits and _");
     }
     const std::string_view form = colon < inside.size() ? inside.substr(colon + 1) : "";
     const auto format = ParseFormat(form);

@@ -251,7 +251,6 @@ namespace {
 
 using config::Access;
 using config::Point;
-using config::Quoted;
 using config::Type;
 
 constexpr std::array<DecoderSpec, 6> kDecoders = {

@@ -10,7 +10,7 @@
 #include "protocols/telegram/rules.h"
 #include "protocols/telegram/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 using namespace protocols::telegram;  // NOLINT
 
@@ -57,4 +57,4 @@ const Protocol& TelegramProtocol() {
   return kProtocol;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

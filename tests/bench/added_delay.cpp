@@ -125,7 +125,7 @@ void WriteBare(dds::SampleWriter& writer, double number) {
 /// to another process (of the program `self`) that writes it.
 class DirectPipeline {
  public:
-  explicit DirectPipeline(const std::string& self) : pty_(std::move(*Pty::Create())) {
+  explicit DirectPipeline(const std::string& self) : pty_(std::move(*tools::Pty::Create())) {
     StartRelay(self);
     reader_ = open(pty_.slave_path().c_str(), O_RDONLY | O_NOCTTY);
     read_thread_ = std::thread([this] { Read(); });
@@ -195,7 +195,7 @@ class DirectPipeline {
     close(ends[1]);
   }
 
-  Pty pty_;
+  tools::Pty pty_;
   int reader_ = -1;
   int socket_ = -1;
   pid_t relay_ = -1;
@@ -212,7 +212,7 @@ class DirectPipeline {
 class GatewayPipeline {
  public:
   explicit GatewayPipeline(const config::Catalog& catalog)
-      : pty_(std::move(*Pty::Create())),
+      : pty_(std::move(*tools::Pty::Create())),
         config_(
             Load(fmt::format(
                      "gateway: {{ name: {} }}\nmodbus: {{ enabled: false }}\n"
@@ -227,10 +227,10 @@ class GatewayPipeline {
     auto publisher = dds::DdsPublisher::Create(config_, store_, MakeWriter());
     if (!publisher) std::exit(4);
     publisher_ = std::move(*publisher);
-    const Protocol& protocol = *catalog.FindProtocol("dcon");
-    runner_ = std::make_unique<LineRunner>(
+    const protocols::Protocol& protocol = *catalog.FindProtocol("dcon");
+    runner_ = std::make_unique<lines::LineRunner>(
         loop_.io(), config_.lines.front(), 0,
-        [&](const std::string&) -> const Protocol& { return protocol; }, store_);
+        [&](const std::string&) -> const protocols::Protocol& { return protocol; }, store_);
     loop_.Start();
     twin_ = std::thread([this] { BeTwin(); });
     runner_->Start();
@@ -290,13 +290,13 @@ class GatewayPipeline {
     return link_->writer();
   }
 
-  Pty pty_;
+  tools::Pty pty_;
   config::Config config_;
-  PointStore store_;
+  bus::PointStore store_;
   std::unique_ptr<dds::ProcessLink> link_;
   std::unique_ptr<dds::DdsPublisher> publisher_;
-  LoopThread loop_{"line"};
-  std::unique_ptr<LineRunner> runner_;
+  transports::LoopThread loop_{"line"};
+  std::unique_ptr<lines::LineRunner> runner_;
   std::mutex mutex_;
   std::condition_variable answered_;
   int number_ = 0;

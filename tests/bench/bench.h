@@ -27,7 +27,7 @@ struct Totals {
   std::uint64_t missed = 0;    ///< periods
   std::uint64_t readings = 0;  ///< of points
 };
-Totals Sum(const PointStore& store);
+Totals Sum(const bus::PointStore& store);
 /// "reached" or "MISSED", for the column behind a figure.
 const char* Verdict(bool reached);
 

@@ -62,14 +62,14 @@ double ProcessSeconds() {
 /// Processor time for each update, both threads together, in microseconds.
 double RunOne(std::size_t points) {
   const config::Config config = MakeConfig(points);
-  PointStore store(config);
+  bus::PointStore store(config);
   std::atomic<std::uint64_t> written = 0;
   auto publisher =
       dds::DdsPublisher::Create(config, store, std::make_unique<CountingWriter>(written));
   if (!publisher) std::exit(4);
   while (written < points)
     std::this_thread::yield();  // the start-up image is paced and not meant here
-  std::vector<Sample> samples(kPointsPerDevice);
+  std::vector<bus::Sample> samples(kPointsPerDevice);
   const double began = ProcessSeconds();
   auto next = std::chrono::steady_clock::now();
   double value = 0;

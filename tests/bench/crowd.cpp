@@ -59,7 +59,7 @@ std::string Yaml(const std::vector<int>& ports) {
 // ---------------------------------------------------------------- the devices
 
 /// What is measured does not change, so that every reply is made once.
-struct StillValues final : TwinValues {
+struct StillValues final : protocols::TwinValues {
   Value Get(std::size_t point, Instant) const override { return static_cast<double>(point) / 2; }
   void Set(std::size_t, const Value&) override {}
 };
@@ -136,7 +136,7 @@ class Slaves {
 
   StillValues values_;
   const config::Config config_;
-  const std::unique_ptr<Twin> twin_;
+  const std::unique_ptr<protocols::Twin> twin_;
   const int epoll_;
   std::map<int, bool> listening_;
   std::map<std::string, std::string> replies_;
@@ -279,7 +279,7 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);
-  Daemon daemon(Load(Yaml(ports), catalog), catalog);
+  daemon::Daemon daemon(Load(Yaml(ports), catalog), catalog);
   if (const Status status = daemon.Start(); !status) {
     fmt::print(stderr, "{}\n", status.error());
     return 4;

@@ -54,11 +54,11 @@ class Lines {
         thread_([this] { world_.run(); }) {
     std::uint32_t first = 0;
     for (const config::Line& line : config_.lines) {
-      loops_.push_back(std::make_unique<LoopThread>("line " + line.name));
+      loops_.push_back(std::make_unique<transports::LoopThread>("line " + line.name));
       loops_.back()->Start();
-      runners_.push_back(std::make_unique<LineRunner>(
+      runners_.push_back(std::make_unique<lines::LineRunner>(
           loops_.back()->io(), line, first,
-          [this](const std::string&) -> const Protocol& { return protocol_; }, store_));
+          [this](const std::string&) -> const protocols::Protocol& { return protocol_; }, store_));
       first += static_cast<std::uint32_t>(line.devices.size());
     }
   }
@@ -70,11 +70,11 @@ class Lines {
 
   void StartTwins(std::size_t line) {
     const config::Line& its = config_.lines[line];
-    SimulatorOptions options;
+    tools::SimulatorOptions options;
     options.link = its.port;
     options.pace = its.serial;
-    auto twins = Simulator::Create(world_, protocol_,
-                                   {its.devices.begin(), its.devices.begin() + kLiving}, options);
+    auto twins = tools::Simulator::Create(
+        world_, protocol_, {its.devices.begin(), its.devices.begin() + kLiving}, options);
     twins_[line] = std::move(*twins);
   }
   /// The pty hangs up and its link is gone.
@@ -87,14 +87,14 @@ class Lines {
   std::uint64_t answered(std::size_t line) const { return twins_[line]->answered(); }
 
  private:
-  const Protocol& protocol_;
+  const protocols::Protocol& protocol_;
   const config::Config config_;
-  PointStore store_;
+  bus::PointStore store_;
   asio::io_context world_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_{world_.get_executor()};
-  std::vector<std::unique_ptr<Simulator>> twins_;
-  std::vector<std::unique_ptr<LoopThread>> loops_;
-  std::vector<std::unique_ptr<LineRunner>> runners_;
+  std::vector<std::unique_ptr<tools::Simulator>> twins_;
+  std::vector<std::unique_ptr<transports::LoopThread>> loops_;
+  std::vector<std::unique_ptr<lines::LineRunner>> runners_;
   std::thread thread_;
 };
 

@@ -54,7 +54,7 @@ void Measure(const config::Catalog& catalog, const Setup& setup) {
   Drive drive(*catalog.FindProtocol("modbus_rtu"), twin.lines[0].devices[0], twin.lines[0].serial);
   const std::uint16_t port = BareGateway("/dev/null").port();
   const std::uint16_t high_port = BareGateway("/dev/null").port();
-  Daemon daemon(
+  daemon::Daemon daemon(
       Load(
           fmt::format("dds: {{ enabled: false }}\nmodbus:\n"
                       "  listen: [ \"127.0.0.1:{}\", {{ at: \"127.0.0.1:{}\", priority: high }} ]\n"
@@ -76,7 +76,7 @@ void Measure(const config::Catalog& catalog, const Setup& setup) {
     if (start.seen) times.push_back(Milliseconds(*start.seen - start.sent));
     overtaken = std::max(overtaken, ReadsBefore(log, start.sent));
   }
-  const LineStatus line = daemon.store().ReadLine(0);
+  const bus::LineStatus line = daemon.store().ReadLine(0);
   const bool counted = line.bytes_out == drive.bytes_in && line.bytes_in == drive.bytes_out &&
                        line.exchanges == log.size();
   const bool clean = plc.mismatches == 0 && drive.overlaps == 0 && drive.short_silences == 0 &&

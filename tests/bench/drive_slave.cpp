@@ -18,9 +18,9 @@ constexpr Duration kThink = 5ms;
 
 }  // namespace
 
-Drive::Drive(const Protocol& rtu, const config::Device& device,
+Drive::Drive(const protocols::Protocol& rtu, const config::Device& device,
              const config::SerialSettings& serial)
-    : pty_(std::move(*Pty::Create())),
+    : pty_(std::move(*tools::Pty::Create())),
       character_(serial.CharacterTime()),
       values_(device),
       twin_(rtu.make_twin(device, values_)),

@@ -20,7 +20,7 @@
 namespace baudgate::bench {
 
 /// The inverter's registers: the frequency follows the run command.
-class DriveValues final : public TwinValues {
+class DriveValues final : public protocols::TwinValues {
  public:
   explicit DriveValues(const config::Device& device) {
     for (std::size_t i = 0; i < device.points.size(); ++i) index_[device.points[i].name] = i;
@@ -60,7 +60,8 @@ struct OnWire {
 /// in fragments, and watches that nobody talks out of turn.
 class Drive {
  public:
-  Drive(const Protocol& rtu, const config::Device& device, const config::SerialSettings& serial);
+  Drive(const protocols::Protocol& rtu, const config::Device& device,
+        const config::SerialSettings& serial);
   ~Drive();
 
   const std::string& path() const { return pty_.path(); }
@@ -75,10 +76,10 @@ class Drive {
   /// Says when the last byte went out, rather too early than too late.
   Instant Answer(View request, Instant begin);
 
-  Pty pty_;
+  tools::Pty pty_;
   const Duration character_;
   DriveValues values_;
-  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<protocols::Twin> twin_;
   mutable std::mutex mutex_;
   std::vector<OnWire> log_;
   std::atomic<bool> stop_ = false;

@@ -77,12 +77,12 @@ struct Kinds {
 };
 
 void CountChunks(const std::filesystem::path& file, Kinds& kinds) {
-  Database database(file.string(), Database::Mode::read);
-  Statement rows(
+  records::Database database(file.string(), records::Database::Mode::read);
+  records::Statement rows(
       database,
       "SELECT name, sum(count), sum(length(bytes)) FROM chunks JOIN points USING (point) "
       "GROUP BY name");
-  while (rows.Next() == Statement::Step::row) {
+  while (rows.Next() == records::Statement::Step::row) {
     const std::string name(rows.Text(0));
     const int point = std::stoi(name.substr(name.rfind('p') + 1));
     const int kind = point % 4 == 0 ? 0 : point % 4 == 3 ? 2 : 1;
@@ -95,7 +95,7 @@ void RunManyPoints() {
   const std::filesystem::path folder = Scratch() + "/history";
   std::filesystem::create_directories(folder);
   const config::Config config = ManyPoints();
-  PointStore store(config);
+  bus::PointStore store(config);
   const auto feed = store.Subscribe();
   constexpr Millis kBegin = 1'790'000'000'000 / kDay * kDay + kHour;
   Now now{Instant(1h), ToWall(kBegin)};
@@ -109,10 +109,10 @@ void RunManyPoints() {
   ValueStore files(folder, names, {.bytes = 100'000 * config::kMegabyte});
   if (!files.Open(now)) return;
   Signal signal;
-  Changes changes;
+  bus::Changes changes;
   double recording = 0;
   double writing = 0;
-  std::vector<baudgate::Sample> samples;
+  std::vector<bus::Sample> samples;
   for (int second = 0; second < kSeconds; ++second) {
     Batch batch;
     for (std::uint32_t device = 0; device < kDevices; ++device) {

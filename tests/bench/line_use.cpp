@@ -53,18 +53,18 @@ void RunOne(const Case& one, bool all_on, const config::Catalog& catalog) {
                   all_on ? AllOn() : kLineAlone, port, one.serial, one.protocol, one.profile),
       catalog);
   const config::Line& line = config.lines.front();
-  const Protocol& protocol = *catalog.FindProtocol(one.protocol);
+  const protocols::Protocol& protocol = *catalog.FindProtocol(one.protocol);
 
   asio::io_context world(1);
-  SimulatorOptions options;
+  tools::SimulatorOptions options;
   options.link = port;
   options.pace = line.serial;
   options.think_time = kThink;
-  if (all_on) options.events = EventSchedule{.every = kEvent};
-  auto twin = Simulator::Create(world, protocol, line.devices, options);
+  if (all_on) options.events = tools::EventSchedule{.every = kEvent};
+  auto twin = tools::Simulator::Create(world, protocol, line.devices, options);
   std::thread world_thread([&] { world.run(); });
 
-  Daemon daemon(config, catalog);
+  daemon::Daemon daemon(config, catalog);
   if (!daemon.Start()) std::exit(4);
   std::this_thread::sleep_for(kWarmUp);
   const auto began = std::chrono::steady_clock::now();

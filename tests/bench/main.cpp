@@ -56,14 +56,14 @@ config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
   return std::move(loaded.config);
 }
 
-Totals Sum(const PointStore& store) {
+Totals Sum(const bus::PointStore& store) {
   Totals totals;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device, [&](const DeviceRecord& record) {
+    store.Read(device, [&](const bus::DeviceRecord& record) {
       totals.exchanges += record.status.exchanges;
       totals.failed += record.status.exchanges - record.status.Count(Outcome::ok);
       totals.missed += record.status.missed;
-      for (const PointRecord& point : record.points) totals.readings += point.seq;
+      for (const bus::PointRecord& point : record.points) totals.readings += point.seq;
     });
   }
   return totals;

@@ -162,9 +162,9 @@ class Load {
   std::size_t reply_ = 0;
 };
 
-class NoCommands final : public CommandSink {
+class NoCommands final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand) override { return false; }
+  bool Submit(bus::WriteCommand) override { return false; }
 };
 
 /// One device with enough registers, all good.
@@ -197,7 +197,7 @@ class Server {
       : config_(MakeConfig()),
         store_(config_),
         server_(config_, store_, sink_, [] { return modbus::GatewayFigures{}; }) {
-    std::vector<Sample> samples;
+    std::vector<bus::Sample> samples;
     for (std::uint32_t i = 0; i < kPoints; ++i)
       samples.push_back({i, std::int64_t{i}, Quality::good});
     store_.Update(0, samples, ReadClocks(), 1ms);
@@ -218,7 +218,7 @@ class Server {
 
  private:
   config::Config config_;
-  PointStore store_;
+  bus::PointStore store_;
   NoCommands sink_;
   asio::io_context io_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_ = asio::make_work_guard(io_);

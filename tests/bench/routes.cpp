@@ -52,7 +52,7 @@ struct Gateway {
         "  routes: [ {{ units: \"20\", line: drive }} ]\n"
         "lines:\n  - {{ name: drive, port: {}, serial: {}, protocol: modbus_rtu{} }}\n",
         port, listen, high_port, path, serial, more);
-    daemon = std::make_unique<Daemon>(Load(yaml, catalog), catalog);
+    daemon = std::make_unique<daemon::Daemon>(Load(yaml, catalog), catalog);
     if (const Status status = daemon->Start(); !status) {
       fmt::print(stderr, "{}\n", status.error());
       std::exit(4);
@@ -71,7 +71,7 @@ struct Gateway {
 
   std::uint16_t port;
   std::uint16_t high_port;
-  std::unique_ptr<Daemon> daemon;
+  std::unique_ptr<daemon::Daemon> daemon;
 };
 
 double Microseconds(Duration time) {
@@ -177,15 +177,15 @@ class PacedSlave {
     config::SerialSettings serial;
     serial.baud = 19200;
     serial.parity = config::Parity::even;
-    SimulatorOptions options;
+    tools::SimulatorOptions options;
     options.pace = serial;
     const std::string yaml =
         "modbus: { enabled: false }\ndds: { enabled: false }\nlines:\n  - { name: drive, port: "
         "/dev/null, serial: 19200 8E1, protocol: modbus_rtu, devices: [ { name: drive, address: "
         "20, profile: mitsubishi-fr-d700 } ] }\n";
     config_ = Load(yaml, catalog);
-    auto twins = Simulator::Create(world_, *catalog.FindProtocol("modbus_rtu"),
-                                   config_.lines[0].devices, options);
+    auto twins = tools::Simulator::Create(world_, *catalog.FindProtocol("modbus_rtu"),
+                                          config_.lines[0].devices, options);
     if (!twins) std::exit(4);
     twins_ = std::move(*twins);
     thread_ = std::thread([this] {
@@ -203,7 +203,7 @@ class PacedSlave {
   config::Config config_;
   asio::io_context world_{1};
   asio::executor_work_guard<asio::io_context::executor_type> work_{world_.get_executor()};
-  std::unique_ptr<Simulator> twins_;
+  std::unique_ptr<tools::Simulator> twins_;
   std::thread thread_;
 };
 

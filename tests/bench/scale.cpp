@@ -90,11 +90,12 @@ int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv) {
   if (argc < 1) return 2;
   const auto config = Load(Yaml(argv[0]), catalog);
   asio::io_context io(1);
-  std::vector<std::unique_ptr<Simulator>> twins;
+  std::vector<std::unique_ptr<tools::Simulator>> twins;
   for (const config::Line& line : config.lines) {
-    SimulatorOptions options;
+    tools::SimulatorOptions options;
     options.link = line.port;
-    auto twin = Simulator::Create(io, *catalog.FindProtocol("spabus"), line.devices, options);
+    auto twin =
+        tools::Simulator::Create(io, *catalog.FindProtocol("spabus"), line.devices, options);
     if (!twin) return 4;
     twins.push_back(std::move(*twin));
   }
@@ -136,7 +137,7 @@ void RunScale(const config::Catalog& catalog, const std::string& self) {
     return samples;
   };
   {
-    Daemon daemon(Load(Yaml(directory), catalog), catalog);
+    daemon::Daemon daemon(Load(Yaml(directory), catalog), catalog);
     if (const Status status = daemon.Start(); !status) {
       fmt::print(stderr, "{}\n", status.error());
       std::exit(4);

@@ -93,9 +93,9 @@ std::string Digits(int tag) { return fmt::format("{:010X}", tag); }
 
 void RunTagDelay(const config::Catalog& catalog) {
   Fsyncs fsyncs;
-  auto pty = Pty::Create();
+  auto pty = tools::Pty::Create();
   if (!pty) std::exit(4);
-  Daemon daemon(
+  daemon::Daemon daemon(
       Load(fmt::format("gateway: {{ name: bench-tags }}\nmodbus: {{ enabled: false }}\n"
                        "dds: {{ domain: {} }}\nevents: {{}}\nlines:\n"
                        "  - name: gate\n    port: {}\n    protocol: reader\n    devices:\n"

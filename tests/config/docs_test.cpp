@@ -486,7 +486,7 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
       YAML::Node piece = YAML::Load(text);
       const YAML::Node whole = level(piece);
       if (!whole.IsMap()) continue;
-      const Protocol& protocol = *catalog.FindProtocol(base.protocol);
+      const protocols::Protocol& protocol = *catalog.FindProtocol(base.protocol);
       attempts.Take(
           config::LoadProfileText(Printed(completion.Profile(whole)), file, "x", protocol, catalog)
               .problems);

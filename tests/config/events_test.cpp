@@ -38,7 +38,7 @@ struct Table {
   std::vector<config::Problem> problems;
 };
 Table LoadTable(const std::string& events) {
-  static const Protocol kProtocol = MakeFakeProtocol("fake");
+  static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const std::string head = "device: D\npoints: [{ name: a, read: A1, type: uint16 }]\nevents:\n";
   const auto raw = config::ReadProfileText(head + events, "p.yaml", "p", kProtocol, problems);
@@ -115,7 +115,7 @@ TEST(PointEvents, AreKeptWhereTheGatewayKeepsEvents) {
 }
 
 TEST(EventTable, HasAlarms) {
-  static const Protocol kProtocol = MakeFakeProtocol("fake");
+  static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const auto raw = config::ReadProfileText(
       "device: D\npoints: [{ name: a, read: A1, type: uint16 }]\nevents:\n"
@@ -254,7 +254,7 @@ struct LoadedProfile {
 
 /// As a device of the profile would have it. `keys`: behind the points.
 LoadedProfile LoadKeys(const std::string& keys, bool events = true) {
-  static const Protocol kProtocol = MakeFakeProtocol("fake");
+  static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const auto raw = config::ReadProfileText(kPoints + keys, "p.yaml", "p", kProtocol, problems);
   LoadedProfile loaded{raw.profile, {}, {}};

@@ -93,7 +93,7 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
   const auto files = Shipped().Profiles();
   EXPECT_GE(files.size(), 3U);
   for (const config::ProfileFile& file : files) {
-    const Protocol* protocol = Shipped().FindProtocol(file.protocol);
+    const protocols::Protocol* protocol = Shipped().FindProtocol(file.protocol);
     ASSERT_NE(protocol, nullptr) << file.path;
     const auto loaded = config::LoadProfile(file.path.string(), *protocol, Shipped());
     EXPECT_EQ(Shown(loaded.problems), "") << file.path;
@@ -107,7 +107,7 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
 /// What a profile repeats needlessly could no longer be set for a whole line or gateway.
 TEST(Profiles, SayNothingThatIsTheDefault) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
-    const Protocol& protocol = *Shipped().FindProtocol(file.protocol);
+    const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);
     const config::Pace pace =
         config::LoadProfile(file.path.string(), protocol, Shipped()).profile.pace;
     const config::Timing fallback = protocol.timing(protocol.serial);

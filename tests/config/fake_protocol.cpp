@@ -6,13 +6,13 @@
 namespace baudgate::testing {
 namespace {
 
-using Kind = OptionSpec::Kind;
-using Scope = OptionSpec::Scope;
+using Kind = protocols::OptionSpec::Kind;
+using Scope = protocols::OptionSpec::Scope;
 
 constexpr auto kDevice = Scope::device;
 constexpr auto kLine = Scope::line;
 
-constexpr OptionSpec kOptions[] = {
+constexpr protocols::OptionSpec kOptions[] = {
     {"checksum", Kind::flag, "false", "with check characters", kDevice, 0, 0, ""},
     {"width", Kind::integer, "7", "characters of a value", kDevice, 1, 20, ""},
     {"ratio", Kind::real, "1", "of the transformer", kDevice, 0.1, 1000, ""},
@@ -24,7 +24,7 @@ constexpr OptionSpec kOptions[] = {
     {"broadcast", Kind::flag, "true", "may be used", kLine, 0, 0, ""},
 };
 
-constexpr DecoderSpec kDecoders[] = {{"A1", "the first value"}};
+constexpr protocols::DecoderSpec kDecoders[] = {{"A1", "the first value"}};
 
 Result<std::string> CanonicalAddress(std::string_view address) {
   const auto number = ParseInteger<int>(address.substr(address.starts_with('+') ? 1 : 0));
@@ -45,7 +45,7 @@ Status CheckDevice(const config::Device& device) {
 }
 
 /// Asks for every point with 10 characters and gets 10 characters.
-class FakeConversation : public Conversation {
+class FakeConversation : public protocols::Conversation {
  public:
   explicit FakeConversation(const config::Device& device)
       : address_(ParseInteger<std::uint8_t>(device.address)) {
@@ -53,35 +53,38 @@ class FakeConversation : public Conversation {
       queries_.push_back({device.points[i].group, {i}});
     }
   }
-  std::span<const Query> Queries() const override { return queries_; }
-  Result<Request> Ask(const Task& task, Instant) override {
-    Request request;
-    request.unlike_polls = task.kind == Task::Kind::probe;
+  std::span<const protocols::Query> Queries() const override { return queries_; }
+  Result<protocols::Request> Ask(const protocols::Task& task, Instant) override {
+    protocols::Request request;
+    request.unlike_polls = task.kind == protocols::Task::Kind::probe;
     request.bytes = Bytes(10, address_.value_or(0));
     request.expect.shapes = {{0, 30, 40}, {1, 10, 20}};
     return request;
   }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::ok; }
-  Answer Interpret(View, View) override { return {}; }
+  protocols::Answer Interpret(View, View) override { return {}; }
 
  private:
   std::optional<std::uint8_t> address_;
-  std::vector<Query> queries_;
+  std::vector<protocols::Query> queries_;
 };
 
-constexpr TimingRule kTimes = {.quiet = {.least = 5ms},
-                               .reply = {.least = 500ms},
-                               .gap = {.least = 25ms},
-                               .drain = {.least = 100ms},
-                               .longest = 1'000'000,
-                               .gaps = 0,
-                               .longest_time = {.least = 1500ms}};
+constexpr protocols::TimingRule kTimes = {.quiet = {.least = 5ms},
+                                          .reply = {.least = 500ms},
+                                          .gap = {.least = 25ms},
+                                          .drain = {.least = 100ms},
+                                          .longest = 1'000'000,
+                                          .gaps = 0,
+                                          .longest_time = {.least = 1500ms}};
 
 }  // namespace
 
-Protocol MakeFakeProtocol(std::string_view name) {
-  Protocol protocol;
+protocols::Protocol MakeFakeProtocol(std::string_view name) {
+  protocols::Protocol protocol;
   protocol.name = name;
   protocol.title = "Fake, for tests";
   protocol.options = kOptions;
@@ -92,24 +95,24 @@ Protocol MakeFakeProtocol(std::string_view name) {
   protocol.serial.baud = 19200;
   protocol.serial.parity = config::Parity::even;
   protocol.timing = kTimes;
-  protocol.make_conversation = [](const config::Device& device, const ParsedOptions&,
-                                  Bus*) -> std::unique_ptr<Conversation> {
+  protocol.make_conversation = [](const config::Device& device, const protocols::ParsedOptions&,
+                                  protocols::Bus*) -> std::unique_ptr<protocols::Conversation> {
     return std::make_unique<FakeConversation>(device);
   };
   return protocol;
 }
 
-Protocol MakeFakeCarrier(std::string_view name) {
-  static const PduCarrier kRtu = {.framing = modbus::Framing::rtu};
-  static const PduCarrier kOther;
-  Protocol protocol = MakeFakeProtocol(name);
+protocols::Protocol MakeFakeCarrier(std::string_view name) {
+  static const protocols::PduCarrier kRtu = {.framing = modbus::Framing::rtu};
+  static const protocols::PduCarrier kOther;
+  protocols::Protocol protocol = MakeFakeProtocol(name);
   protocol.carrier = name == "modbus_rtu" ? &kRtu : &kOther;
   return protocol;
 }
 
 const config::Catalog& FakeCatalog() {
-  static const Protocol kFake = MakeFakeProtocol("fake");
-  static const Protocol kOther = MakeFakeProtocol("other");
+  static const protocols::Protocol kFake = MakeFakeProtocol("fake");
+  static const protocols::Protocol kOther = MakeFakeProtocol("other");
   static const config::Catalog kCatalog = {{{"fake", &kFake}, {"other", &kOther}},
                                            {},
                                            {"tests/config/nowhere", "tests/config/profiles"}};
@@ -117,9 +120,9 @@ const config::Catalog& FakeCatalog() {
 }
 
 const config::Catalog& ModbusCatalog() {
-  static const Protocol kFake = MakeFakeProtocol("fake");
-  static const Protocol kAscii = MakeFakeCarrier("modbus_ascii");
-  static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
+  static const protocols::Protocol kFake = MakeFakeProtocol("fake");
+  static const protocols::Protocol kAscii = MakeFakeCarrier("modbus_ascii");
+  static const protocols::Protocol kRtu = MakeFakeCarrier("modbus_rtu");
   static const config::Catalog kCatalog = {
       {{"fake", &kFake}, {"modbus_ascii", &kAscii}, {"modbus_rtu", &kRtu}},
       {},

@@ -12,9 +12,9 @@
 namespace baudgate::testing {
 
 /// `name` must be a literal. Addresses are 1…99; `read` is 'A' and a number.
-Protocol MakeFakeProtocol(std::string_view name);
+protocols::Protocol MakeFakeProtocol(std::string_view name);
 /// The same, and it carries Modbus.
-Protocol MakeFakeCarrier(std::string_view name);
+protocols::Protocol MakeFakeCarrier(std::string_view name);
 
 /// The protocol "fake" (options: checksum, width, ratio, mode, password, pause, tags; of the line:
 /// broadcast) and the profiles under tests/config/profiles.

@@ -146,7 +146,7 @@ TEST(Loader, MissingFileIsOneClearProblem) {
 }
 
 TEST(Loader, ProfileByNameAndByPath) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   const auto by_name = config::LoadProfile("relay", protocol, FakeCatalog());
   const auto by_path =
       config::LoadProfile("tests/config/profiles/fake/relay.yaml", protocol, FakeCatalog());
@@ -160,7 +160,7 @@ TEST(Loader, ProfileByNameAndByPath) {
 }
 
 TEST(Loader, DeviceFromProfileEqualsTheConfiguredOne) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   const auto loaded = config::LoadProfile("relay", protocol, FakeCatalog());
   const Device made = config::DeviceFromProfile(loaded.profile, protocol, "d", "1");
   const Device configured = OneDevice("profile: relay");
@@ -172,7 +172,7 @@ TEST(Loader, DeviceFromProfileEqualsTheConfiguredOne) {
 }
 
 TEST(Loader, ProblemsOfAProfileNameItsFile) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   EXPECT_EQ(Shown(config::LoadProfile("broken", protocol, FakeCatalog()).problems),
             "tests/config/profiles/fake/broken.yaml:3:22: error: point 'a': read 'X1' is not "
             "understood; write A and a number\n"
@@ -186,9 +186,9 @@ TEST(Loader, ProblemsOfAProfileNameItsFile) {
 }
 
 TEST(OptionTable, ReadsTextForEveryKind) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   const auto parse = [&](std::string_view name, std::string_view text) {
-    for (const OptionSpec& spec : protocol.options) {
+    for (const protocols::OptionSpec& spec : protocol.options) {
       if (spec.name == name) return config::ParseOption(spec, text);
     }
     return Result<config::OptionValue>(Error{"no such option"});
@@ -232,8 +232,8 @@ class SharedProfiles : public ::testing::Test {
   }
 
   std::filesystem::path root_;
-  Protocol owner_ = MakeFakeProtocol("owner");
-  Protocol guest_ = MakeFakeProtocol("guest");
+  protocols::Protocol owner_ = MakeFakeProtocol("owner");
+  protocols::Protocol guest_ = MakeFakeProtocol("guest");
   config::Catalog catalog_;
 };
 
@@ -421,7 +421,7 @@ TEST(Pace, Recheck) {
 }
 
 TEST(Pace, RecheckWhereNeitherParityNorAStrongSumGuardsReplies) {
-  Protocol weak;
+  protocols::Protocol weak;
   weak.weak_check = true;
   EXPECT_EQ(config::DefaultRecheck(weak, {.parity = config::Parity::none}), config::Recheck::jump);
   EXPECT_EQ(config::DefaultRecheck(weak, {.parity = config::Parity::even}), config::Recheck::off);

@@ -58,7 +58,7 @@ TEST(MaskedConfig, HasNoSecretWhereverItStands) {
 TEST(MaskedConfig, KnowsEveryKeyThatIsDeclaredSecret) {
   EXPECT_THAT(SecretKeys(baudgate::testing::FakeCatalog()), IsSupersetOf({"password", "pin"}));
   for (const auto& [name, protocol] : baudgate::testing::Shipped().protocols) {
-    for (const OptionSpec& spec : protocol->options) {
+    for (const protocols::OptionSpec& spec : protocol->options) {
       EXPECT_EQ(SecretKeys(baudgate::testing::Shipped()).contains(std::string(spec.name)),
                 spec.secret)
           << name << " " << spec.name;

@@ -18,10 +18,10 @@ namespace {
 constexpr std::string_view kBytes = "{}[]:,-#&*!|>'\"%@` \t\n\r~?0179azAZ_.\\\xC2\xB0\xFF";
 
 const config::Catalog& ExampleCatalog() {
-  static const Protocol kSpabus = MakeFakeProtocol("spabus");
-  static const Protocol kDcon = MakeFakeProtocol("dcon");
-  static const Protocol kSet4tm = MakeFakeProtocol("set4tm");
-  static const Protocol kRtu = MakeFakeCarrier("modbus_rtu");
+  static const protocols::Protocol kSpabus = MakeFakeProtocol("spabus");
+  static const protocols::Protocol kDcon = MakeFakeProtocol("dcon");
+  static const protocols::Protocol kSet4tm = MakeFakeProtocol("set4tm");
+  static const protocols::Protocol kRtu = MakeFakeCarrier("modbus_rtu");
   static const config::Catalog kCatalog = {
       {{"spabus", &kSpabus}, {"dcon", &kDcon}, {"set4tm", &kSet4tm}, {"modbus_rtu", &kRtu}},
       {},
@@ -44,7 +44,7 @@ void ExpectConsistent(const std::string& text) {
   if (loaded.ok()) {
     for (const auto& line : loaded.config.lines) ASSERT_FALSE(line.port.empty());
     std::ostringstream out;
-    PrintRouteTable(loaded.config, out);
+    tools::PrintRouteTable(loaded.config, out);
   }
 }
 

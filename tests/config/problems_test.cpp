@@ -43,7 +43,7 @@ std::string DocumentOf(const std::string& form, std::string written) {
 
 std::string ProblemsOf(const std::string& catalog, const std::string& document) {
   if (catalog == "profile") {
-    static const Protocol kProtocol = MakeFakeProtocol("fake");
+    static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
     config::Problems problems;
     config::ReadProfileText(document, "p.yaml", "p", kProtocol, problems);
     return Shown(problems.Sorted());

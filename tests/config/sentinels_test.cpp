@@ -102,7 +102,7 @@ TEST(MeantProtocol, IsFoundByWhatPeopleCallIt) {
       {"", "", ""},
   };
   for (const auto& row : rows) {
-    const Protocol* meant = Shipped().MeantProtocol(row.name, row.port);
+    const protocols::Protocol* meant = Shipped().MeantProtocol(row.name, row.port);
     EXPECT_EQ(meant == nullptr ? "" : meant->name, row.meant) << row.name << " " << row.port;
   }
   EXPECT_EQ(Shipped().NeedProtocol("SPA").error().substr(0, 51),

@@ -8,7 +8,7 @@ namespace baudgate::testing {
 const config::Catalog& Shipped() {
   static const config::Catalog kCatalog = [] {
     config::Catalog catalog;
-    for (const Protocol* protocol : AllProtocols()) {
+    for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
       catalog.protocols.emplace(protocol->name, protocol);
     }
     catalog.profile_dirs = {"config/profiles"};

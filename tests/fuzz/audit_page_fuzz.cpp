@@ -46,7 +46,7 @@ std::vector<char> GoodFile() {
   return disk.files.at(kFile)->now;
 }
 
-void ReadAll(Database& database, PageQuery query) {
+void ReadAll(records::Database& database, PageQuery query) {
   for (int pages = 0; pages < 5; ++pages) {
     const auto page = ReadPage(database, query);
     if (!page) return Require(!page.error().empty(), "a refusal has words");
@@ -55,7 +55,7 @@ void ReadAll(Database& database, PageQuery query) {
       Require(record.client.size() <= audit::kLongestText + 3, "texts are bounded");
       Require(record.count >= 1 && record.took >= Duration::zero(), "numbers are in their range");
     }
-    const std::string text = control::PageJson(*page).dump(
+    const std::string text = status::PageJson(*page).dump(
         -1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
     Require(text.size() < 2'000'000 && text.find('\n') == std::string::npos, "one bounded line");
     Require(page->next > query.after || page->records.empty(), "pages go on");
@@ -76,10 +76,10 @@ void ReadDamaged(Input& input) {
   file->synced = file->now;
   disk.files[kFile] = file;
   {
-    Database database(kFile, Database::Mode::write, disk.vfs());
+    records::Database database(kFile, records::Database::Mode::write, disk.vfs());
     if (database.is_open()) ReadAll(database, {});
   }
-  const OpenedEvents opened = OpenEvents(kFile, disk.vfs());
+  const records::OpenedEvents opened = records::OpenEvents(kFile, disk.vfs());
   Require(opened.database || !opened.error.empty(), "a refusal has words");
 }
 
@@ -104,13 +104,14 @@ Value AnyField(Input& input) {
 }
 
 void ReadRows(Input& input) {
-  Database database(":memory:", Database::Mode::write);
+  records::Database database(":memory:", records::Database::Mode::write);
   database.Execute(
       "CREATE TABLE writes (seq, kind, time, last, client, line, device, point, old, first, new, "
       "outcome, reason, took, count, settled)");
   const bool settled = input.U8() % 2 == 1;
   while (!input.empty()) {
-    Statement insert(database, "INSERT INTO writes VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+    records::Statement insert(database,
+                              "INSERT INTO writes VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
     for (int field = 1; field <= kFields; ++field) insert.Bind(field, AnyField(input));
     Require(insert.Run(), "a row goes in");
   }
@@ -123,7 +124,7 @@ void ReadRows(Input& input) {
   PageQuery query;
   if (settled) query.order = PageQuery::Order::settled;
   query.since = WallTime{};
-  if (const auto since = ReadPage(database, query)) control::PageJson(*since);
+  if (const auto since = ReadPage(database, query)) status::PageJson(*since);
 }
 
 void FuzzAuditPage(View bytes) {

@@ -16,7 +16,8 @@ namespace {
 const config::Catalog& TheCatalog() {
   static const config::Catalog catalog = [] {
     config::Catalog all;
-    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    for (const protocols::Protocol* protocol : protocols::AllProtocols())
+      all.protocols.emplace(protocol->name, protocol);
     all.profile_dirs = {FUZZ_SOURCE_DIR "/tests/fuzz/profiles"};
     return all;
   }();
@@ -33,7 +34,7 @@ void CheckProblems(const std::vector<config::Problem>& problems) {
 }
 
 void CheckDevice(const config::Device& device) {
-  const Protocol* protocol = TheCatalog().FindProtocol(device.protocol);
+  const protocols::Protocol* protocol = TheCatalog().FindProtocol(device.protocol);
   Require(protocol != nullptr, "a device has a protocol");
   Require(!device.name.empty() && protocol->canonical_address(device.address).ok(),
           "a device has a name and an address");
@@ -44,7 +45,7 @@ void CheckDevice(const config::Device& device) {
   const auto bus = MakeBus(*protocol);
   const auto conversation = MakeConversation(*protocol, device, bus.get());
   for (std::size_t query = 0; query < conversation->Queries().size(); ++query) {
-    Task task;
+    protocols::Task task;
     task.query = query;
     Require(conversation->Ask(task, Instant(1h)).ok(), "what was accepted can be asked");
   }

@@ -33,7 +33,7 @@ Value ValueOf(config::Type type, std::uint8_t choice) {
   return static_cast<std::int64_t>(std::clamp(number, -9e18, 9e18));
 }
 
-class World final : public TwinValues {
+class World final : public protocols::TwinValues {
  public:
   World(const config::Device& device, std::uint8_t seed) : device_(device), seed_(seed) {}
 
@@ -71,7 +71,7 @@ class Session {
 
  private:
   void CheckQueries() const {
-    for (const Query& query : conversation_->Queries()) {
+    for (const protocols::Query& query : conversation_->Queries()) {
       // If another device answers, nothing but its identification is read.
       Require(!query.points.empty() || conversation_->trouble(), "a query reads something");
       for (const std::size_t point : query.points) {
@@ -85,18 +85,18 @@ class Session {
   void RunTask() {
     const std::uint8_t head = input_.U8();
     now_ += (head >> 3U) * 500ms;
-    if (const Standing* standing = conversation_->Listens();
+    if (const protocols::Standing* standing = conversation_->Listens();
         standing != nullptr && (head & 7U) < 3) {
       return Listen(*standing);
     }
-    Task task;
+    protocols::Task task;
     switch (head & 7U) {
       case 4:
-        task.kind = Task::Kind::probe;
+        task.kind = protocols::Task::Kind::probe;
         break;
       case 5:
       case 6:
-        task.kind = Task::Kind::write;
+        task.kind = protocols::Task::Kind::write;
         task.point = input_.Below(device_.points.size());
         task.value = ValueOf(device_.points[task.point].type, input_.U8());
         break;
@@ -108,18 +108,18 @@ class Session {
         if (task.query >= conversation_->Queries().size()) return;
         break;
     }
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < protocols::kMostSteps; ++step) {
       auto request = conversation_->Ask(task, now_);
       if (!request) {
         Require(!request.error().empty(), "a refused task has a reason");
         return;
       }
-      if (Exchange(task, *request) != Then::ask_again) return;
+      if (Exchange(task, *request) != protocols::Then::ask_again) return;
     }
   }
 
   /// One byte: even the twin's words, odd any bytes.
-  void Listen(const Standing& standing) {
+  void Listen(const protocols::Standing& standing) {
     if (!ear_) {
       ear_.emplace(standing);
       ear_->Begin(now_);
@@ -141,11 +141,11 @@ class Session {
     }
   }
 
-  void Take(const UnaskedInput& heard) {
-    for (const UnaskedMessage& message : heard.messages) Hear(message.bytes);
+  void Take(const bus::UnaskedInput& heard) {
+    for (const bus::UnaskedMessage& message : heard.messages) Hear(message.bytes);
   }
   void Hear(View message) {
-    const Answer answer = conversation_->OnUnasked(message, NowBoth());
+    const protocols::Answer answer = conversation_->OnUnasked(message, NowBoth());
     CheckAnswer(answer, device_);
     Require(!answer.batch || !answer.batch->events.empty(), "a batch has events");
   }
@@ -153,9 +153,9 @@ class Session {
   Now NowBoth() const { return {now_, WallTime(now_.time_since_epoch())}; }
 
   static bool IsWhole(View request, const config::Options& options) {
-    const Cut cut = UnderTest().request_rule(
+    const protocols::Cut cut = UnderTest().request_rule(
         request, UnderTest().expect({}, ParseOptions(UnderTest(), options)), true);
-    return cut.kind == Cut::Kind::frame && cut.size == request.size();
+    return cut.kind == protocols::Cut::Kind::frame && cut.size == request.size();
   }
 
   /// A DCON module is asked who it is with and without a checksum.
@@ -165,7 +165,7 @@ class Session {
     return options;
   }
 
-  void CheckRequest(const Request& request) const {
+  void CheckRequest(const protocols::Request& request) const {
     Require(!request.bytes.empty(), "a request has bytes");
     Require(IsWhole(request.bytes, device_.options) || IsWhole(request.bytes, OtherMode()),
             "a request is one whole frame of its protocol");
@@ -175,7 +175,7 @@ class Session {
     }
   }
 
-  Then Exchange(const Task& task, Request request) {
+  protocols::Then Exchange(const protocols::Task& task, protocols::Request request) {
     CheckRequest(request);
     now_ += 10ms;
     if (request.stamped) {
@@ -184,19 +184,19 @@ class Session {
       Require(request.bytes.size() == size, "a stamp changes no length");
       CheckRequest(request);
     }
-    if (request.expect.reply == Expectation::Reply::none) {
+    if (request.expect.reply == protocols::Expectation::Reply::none) {
       return conversation_->OnSent(task, request, now_);
     }
     const Bytes reply = TakeReply(request);
-    Assembler assembler;
+    protocols::Assembler assembler;
     assembler.Begin(UnderTest().reply_rule, request.expect);
     assembler.Feed(reply);
     auto frame = assembler.Next(false);
     if (!frame) frame = assembler.Next(true);
     if (frame) {
-      const Answer answer = conversation_->OnFrame(task, request, *frame, now_);
+      const protocols::Answer answer = conversation_->OnFrame(task, request, *frame, now_);
       CheckAnswer(answer, device_);
-      if (request.expect.reply == Expectation::Reply::standing) Hear(*frame);
+      if (request.expect.reply == protocols::Expectation::Reply::standing) Hear(*frame);
       if (ProvesLife(answer.outcome)) return answer.then;
       return Fail(task, request, answer.outcome);
     }
@@ -204,7 +204,8 @@ class Session {
                 assembler.blame() == Outcome::none ? Outcome::no_reply : assembler.blame());
   }
 
-  Then Fail(const Task& task, const Request& request, Outcome outcome) {
+  protocols::Then Fail(const protocols::Task& task, const protocols::Request& request,
+                       Outcome outcome) {
     now_ += 1s;
     if (const auto instead = conversation_->Instead(request, outcome, now_)) CheckRequest(*instead);
     return conversation_->OnFailure(task, request, outcome, now_);
@@ -212,7 +213,7 @@ class Session {
 
   /// One byte: 0 and 1 the twin's answer, 2 the same with edits and a new checksum, 3 the same
   /// without a new one, 4 bytes with a checksum, 5 bare bytes, 6 silence, 7 the request itself.
-  Bytes TakeReply(const Request& request) {
+  Bytes TakeReply(const protocols::Request& request) {
     const std::uint8_t head = input_.U8();
     const std::uint8_t kind = head & 7U;
     if (kind == 6) return {};
@@ -240,11 +241,11 @@ class Session {
   const config::Device& device_;
   Input& input_;
   World world_;
-  std::unique_ptr<Twin> twin_;
-  std::unique_ptr<Bus> bus_;
-  std::unique_ptr<Conversation> conversation_;
+  std::unique_ptr<protocols::Twin> twin_;
+  std::unique_ptr<protocols::Bus> bus_;
+  std::unique_ptr<protocols::Conversation> conversation_;
   Instant now_{1h};
-  std::optional<UnaskedReceiver> ear_;
+  std::optional<bus::UnaskedReceiver> ear_;
 };
 
 void FuzzConversation(View bytes) {

@@ -15,12 +15,13 @@ namespace {
 void FuzzDecode(View bytes) {
   static const config::Catalog catalog = [] {
     config::Catalog all;
-    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    for (const protocols::Protocol* protocol : protocols::AllProtocols())
+      all.protocols.emplace(protocol->name, protocol);
     return all;
   }();
   Input input(bytes);
-  DecodeOptions options;
-  options.protocol = AllProtocols()[input.Below(AllProtocols().size())]->name;
+  tools::DecodeOptions options;
+  options.protocol = protocols::AllProtocols()[input.Below(protocols::AllProtocols().size())]->name;
   std::istringstream in{std::string(AsText(input.Rest()))};
   std::ostringstream out;
   std::ostringstream err;

@@ -46,8 +46,8 @@ std::vector<config::Profile> LoadProfiles() {
 }
 
 const std::vector<Slice>& Slices() {
-  static std::map<const Protocol*, std::vector<config::Profile>> profiles_of;
-  static std::map<const Protocol*, std::vector<Slice>> slices_of;
+  static std::map<const protocols::Protocol*, std::vector<config::Profile>> profiles_of;
+  static std::map<const protocols::Protocol*, std::vector<Slice>> slices_of;
   std::vector<Slice>& slices = slices_of[&UnderTest()];
   if (!slices.empty()) return slices;
   const auto& profiles = profiles_of.emplace(&UnderTest(), LoadProfiles()).first->second;
@@ -76,15 +76,15 @@ bool IsNan(const Value& value) {
   return number != nullptr && std::isnan(*number);
 }
 
-void CheckReading(const Reading& reading, const config::Device& device) {
+void CheckReading(const protocols::Reading& reading, const config::Device& device) {
   Require(!IsGood(reading.quality) || !IsNan(reading.value), "NaN is never good");
   if (reading.point >= device.points.size()) {
-    Require(reading.point == kNoPoint, "a reading names a point of the device, or none");
+    Require(reading.point == protocols::kNoPoint, "a reading names a point of the device, or none");
     Require(!reading.label.empty(), "a reading without a point has a label");
     return;
   }
   const config::Point& point = device.points[reading.point];
-  const Sample sample = ToSample(point, reading);
+  const bus::Sample sample = bus::ToSample(point, reading);
   Require(sample.point == reading.point, "a sample keeps its point");
   Require(!IsGood(sample.quality) || HasValue(sample.value), "what is good has a value");
   if (const auto* number = std::get_if<double>(&sample.value)) {
@@ -98,7 +98,8 @@ void CheckReading(const Reading& reading, const config::Device& device) {
 }  // namespace
 
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant) {
-  static std::map<std::tuple<const Protocol*, std::size_t, std::uint8_t>, config::Device> made;
+  static std::map<std::tuple<const protocols::Protocol*, std::size_t, std::uint8_t>, config::Device>
+      made;
   const std::vector<Slice>& slices = Slices();
   const std::size_t index = slice % slices.size();
   variant %= kVariants;
@@ -108,18 +109,19 @@ const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant) {
   return made.emplace(key, MakeDevice(slices[index], variant)).first->second;
 }
 
-void CheckAnswer(const Answer& answer, const config::Device& device) {
+void CheckAnswer(const protocols::Answer& answer, const config::Device& device) {
   const bool life = ProvesLife(answer.outcome);
   // no_reply and partial, too: the last answer of a task speaks for the exchange that failed.
   Require(answer.outcome != Outcome::none && answer.outcome != Outcome::line_down,
           "an answer has an outcome of an exchange");
-  Require(answer.outcome == Outcome::ok || answer.then == Then::ask_again || !answer.reason.empty(),
+  Require(answer.outcome == Outcome::ok || answer.then == protocols::Then::ask_again ||
+              !answer.reason.empty(),
           "what is not ok has a reason");
   Require(answer.outcome == Outcome::ok || answer.reason.find('\n') == std::string::npos,
           "a reason is one line");
   Require(life || answer.readings.empty(), "a frame that does not fit gives no readings");
   Require(answer.wait >= Duration::zero(), "nobody waits back in time");
-  for (const Reading& reading : answer.readings) CheckReading(reading, device);
+  for (const protocols::Reading& reading : answer.readings) CheckReading(reading, device);
 }
 
 }  // namespace baudgate::fuzz

@@ -16,6 +16,6 @@ namespace baudgate::fuzz {
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant);
 
 /// The contract of Answer.
-void CheckAnswer(const Answer& answer, const config::Device& device);
+void CheckAnswer(const protocols::Answer& answer, const config::Device& device);
 
 }  // namespace baudgate::fuzz

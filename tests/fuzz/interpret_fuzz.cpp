@@ -11,17 +11,17 @@
 namespace baudgate::fuzz {
 namespace {
 
-void Interpret(Conversation& conversation, const config::Device& device, View request,
+void Interpret(protocols::Conversation& conversation, const config::Device& device, View request,
                const Stream& reply) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(UnderTest().reply_rule,
                   UnderTest().expect(request, ParseOptions(UnderTest(), device.options)));
   assembler.Feed(reply.bytes);
   for (const bool idle : {false, true}) {
     while (const auto frame = assembler.Next(idle)) {
-      const Answer answer = conversation.Interpret(request, *frame);
+      const protocols::Answer answer = conversation.Interpret(request, *frame);
       CheckAnswer(answer, device);
-      Require(answer.then == Then::done, "a captured exchange is no step of a task");
+      Require(answer.then == protocols::Then::done, "a captured exchange is no step of a task");
     }
   }
 }

@@ -51,7 +51,7 @@ class Gateway : private modbus::ClientSession::Owner {
     session->Close();
     Require(closed_ == 1, "closed once");
     sink_.kept.clear();
-    for (const RoutedRequest& request : target_.kept) {
+    for (const bus::RoutedRequest& request : target_.kept) {
       Require(request.client == 0, "who has left is forgotten");
     }
     target_.kept.clear();
@@ -91,7 +91,7 @@ class Gateway : private modbus::ClientSession::Owner {
     Bytes framed;
     View piece = input.TakeCounted();
     if (speaks_rtu() && (what & 16U) != 0 && piece.size() >= 2 && piece.size() <= 254) {
-      framed = ModbusRtuProtocol().carrier->wrap(piece[0], piece.subspan(1));
+      framed = protocols::ModbusRtuProtocol().carrier->wrap(piece[0], piece.subspan(1));
       piece = framed;
     }
     const ssize_t count =
@@ -134,7 +134,7 @@ class Gateway : private modbus::ClientSession::Owner {
       }
       Require(answers.size() >= size, "answers are as long as they say");
       const Bytes again =
-          ModbusRtuProtocol().carrier->wrap(answers[0], answers.subspan(1, size - 3));
+          protocols::ModbusRtuProtocol().carrier->wrap(answers[0], answers.subspan(1, size - 3));
       Require(std::ranges::equal(again, answers.first(size)), "answers have a good CRC");
       answers = answers.subspan(size);
     }
@@ -170,8 +170,12 @@ class Gateway : private modbus::ClientSession::Owner {
   config::Listener listener_;
   FuzzSink sink_;
   FuzzTarget target_;
-  modbus::ServerShared shared_{
-      ModbusConfig(), FilledStore(), sink_, {}, {}, {{nullptr, &target_}, {&ModbusRtuProtocol()}}};
+  modbus::ServerShared shared_{ModbusConfig(),
+                               FilledStore(),
+                               sink_,
+                               {},
+                               {},
+                               {{nullptr, &target_}, {&protocols::ModbusRtuProtocol()}}};
 };
 
 void FuzzModbusSession(View bytes) {

@@ -101,16 +101,16 @@ const config::Config& ModbusConfig() {
 
 Instant ModbusNow() { return Instant(24h); }
 
-PointStore& FilledStore() {
-  static PointStore store(ModbusConfig());
+bus::PointStore& FilledStore() {
+  static bus::PointStore store(ModbusConfig());
   static const bool filled = [] {
     constexpr Quality kQualities[] = {Quality::good, Quality::good, Quality::uncertain,
                                       Quality::bad_sensor_failure, Quality::bad_communication};
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
       const auto& points = store.device(device).points;
       for (std::uint32_t i = 0; i < points.size(); i += 1 + device) {
-        const Sample sample{i, StoredValue(points[i].type, i + device),
-                            kQualities[(i + device) % std::size(kQualities)]};
+        const bus::Sample sample{i, StoredValue(points[i].type, i + device),
+                                 kQualities[(i + device) % std::size(kQualities)]};
         store.Update(device, std::span(&sample, 1), {ModbusNow() - i * 1s, {}}, 10ms);
       }
     }
@@ -121,11 +121,11 @@ PointStore& FilledStore() {
   return store;
 }
 
-bool FuzzSink::Submit(WriteCommand command) {
+bool FuzzSink::Submit(bus::WriteCommand command) {
   Require(command.device < FilledStore().device_count(), "a write is for a device");
   const auto& points = FilledStore().device(command.device).points;
   Require(!command.writes().empty(), "a write writes something");
-  for (const PointWrite& write : command.writes()) {
+  for (const bus::PointWrite& write : command.writes()) {
     Require(write.point < points.size(), "a write is for a point of the device");
     Require(points[write.point].writing.allowed, "what may not be written is not");
     Require(HasValue(write.raw), "a write has a value");
@@ -145,7 +145,7 @@ bool FuzzSink::Submit(WriteCommand command) {
   }
 }
 
-bool FuzzTarget::Submit(RoutedRequest request) {
+bool FuzzTarget::Submit(bus::RoutedRequest request) {
   Require(!request.pdu.empty() && request.pdu.size() <= 253, "a PDU has its length");
   Require(request.pdu[0] >= 1 && request.pdu[0] < 0x80, "a routed function is one");
   Require(request.deadline > request.arrived, "a request has time");
@@ -159,19 +159,19 @@ bool FuzzTarget::Submit(RoutedRequest request) {
 void FuzzTarget::Abandon(std::uint64_t client) {
   const auto gone = std::stable_partition(
       kept.begin(), kept.end(),
-      [client](const RoutedRequest& request) { return request.client != client; });
+      [client](const bus::RoutedRequest& request) { return request.client != client; });
   std::for_each(gone, kept.end(),
-                [](const RoutedRequest& request) { request.done(Abandoned(false)); });
+                [](const bus::RoutedRequest& request) { request.done(bus::Abandoned(false)); });
   kept.erase(gone, kept.end());
 }
 
 void FuzzTarget::AnswerKept(Outcome outcome) {
   if (kept.empty()) return;
-  const RoutedRequest request = std::move(kept.front());
+  const bus::RoutedRequest request = std::move(kept.front());
   kept.pop_front();
   const std::uint8_t function = request.pdu[0];
   const bool write = function == 5 || function == 6 || function == 15 || function == 16;
-  RoutedReply reply;
+  bus::RoutedReply reply;
   reply.outcome = outcome;
   if (outcome == Outcome::refused) {
     reply.pdu = {static_cast<std::uint8_t>(function | 0x80U), 2};

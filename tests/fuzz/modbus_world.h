@@ -17,29 +17,29 @@ namespace baudgate::fuzz {
 
 /// Kept for ever.
 const config::Config& ModbusConfig();
-PointStore& FilledStore();
+bus::PointStore& FilledStore();
 /// Between the values' times: some are young, some old, some were never read.
 Instant ModbusNow();
 
 /// Takes, refuses or keeps writes, by turns that the input sets.
-class FuzzSink final : public CommandSink {
+class FuzzSink final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand command) override;
+  bool Submit(bus::WriteCommand command) override;
 
   std::uint8_t turn = 0;
-  std::deque<WriteCommand> kept;  ///< not answered yet
+  std::deque<bus::WriteCommand> kept;  ///< not answered yet
 };
 
 /// Takes, refuses or keeps routed requests, by turns that the input sets.
-class FuzzTarget final : public RouteTarget {
+class FuzzTarget final : public bus::RouteTarget {
  public:
-  bool Submit(RoutedRequest request) override;
+  bool Submit(bus::RoutedRequest request) override;
   void Abandon(std::uint64_t client) override;
   /// Answers the oldest request that was kept.
   void AnswerKept(Outcome outcome);
 
   std::uint8_t turn = 0;
-  std::deque<RoutedRequest> kept;
+  std::deque<bus::RoutedRequest> kept;
 };
 
 /// `answer` is a whole frame that answers `request`: the same ids and function, or an exception,

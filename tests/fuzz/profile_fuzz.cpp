@@ -13,16 +13,16 @@ namespace baudgate::fuzz {
 namespace {
 
 /// The first whose name has the letter; for other bytes by number.
-const Protocol& ProtocolOf(std::uint8_t byte) {
-  for (const Protocol* protocol : AllProtocols()) {
+const protocols::Protocol& ProtocolOf(std::uint8_t byte) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;
   }
-  return *AllProtocols()[byte % AllProtocols().size()];
+  return *protocols::AllProtocols()[byte % protocols::AllProtocols().size()];
 }
 
 void FuzzProfile(View bytes) {
   Input input(bytes);
-  const Protocol& protocol = ProtocolOf(input.U8());
+  const protocols::Protocol& protocol = ProtocolOf(input.U8());
   const std::string text(AsText(input.Rest()));
   config::Problems problems;
   try {

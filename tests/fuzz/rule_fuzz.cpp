@@ -12,16 +12,16 @@ namespace baudgate::fuzz {
 namespace {
 
 /// The assembler forgives what a rule may not do; this does not.
-template <FrameRule Protocol::*kRule>
-Cut CheckedRule(View held, const Expectation& expect, bool idle) {
-  const Cut cut = (UnderTest().*kRule)(held, expect, idle);
-  const Cut again = (UnderTest().*kRule)(held, expect, idle);
+template <protocols::FrameRule protocols::Protocol::*kRule>
+protocols::Cut CheckedRule(View held, const protocols::Expectation& expect, bool idle) {
+  const protocols::Cut cut = (UnderTest().*kRule)(held, expect, idle);
+  const protocols::Cut again = (UnderTest().*kRule)(held, expect, idle);
   Require(cut.kind == again.kind && cut.size == again.size && cut.blame == again.blame,
           "the same slice gets the same answer");
   Require(cut.size <= held.size(), "a cut is no longer than what is held");
-  if (cut.kind == Cut::Kind::need_more) return cut;
+  if (cut.kind == protocols::Cut::Kind::need_more) return cut;
   Require(cut.size >= 1, "every answer but need_more consumes");
-  if (cut.kind == Cut::Kind::frame) {
+  if (cut.kind == protocols::Cut::Kind::frame) {
     Require(cut.size <= expect.max_bytes, "a frame is no longer than max_bytes");
     return cut;
   }
@@ -41,18 +41,18 @@ struct Delivery {
   bool operator==(const Delivery&) const = default;
 };
 
-void TakeFrames(Assembler& assembler, bool idle, Delivery& delivery) {
+void TakeFrames(protocols::Assembler& assembler, bool idle, Delivery& delivery) {
   while (auto frame = assembler.Next(idle)) {
-    const AssemblerCounters& count = assembler.counters();
+    const protocols::AssemblerCounters& count = assembler.counters();
     delivery.ends.push_back(static_cast<std::size_t>(count.delivered + count.discarded));
     delivery.frames.push_back(std::move(*frame));
   }
 }
 
-Delivery Deliver(FrameRule rule, View stream, const std::vector<std::size_t>& cuts,
-                 const Expectation& expect) {
+Delivery Deliver(protocols::FrameRule rule, View stream, const std::vector<std::size_t>& cuts,
+                 const protocols::Expectation& expect) {
   Delivery delivery;
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(rule, expect);
   std::size_t from = 0;
   const auto feed = [&](std::size_t to) {
@@ -64,7 +64,7 @@ Delivery Deliver(FrameRule rule, View stream, const std::vector<std::size_t>& cu
   for (const std::size_t cut : cuts) feed(cut);
   feed(stream.size());
   TakeFrames(assembler, true, delivery);
-  const AssemblerCounters& count = assembler.counters();
+  const protocols::AssemblerCounters& count = assembler.counters();
   Require(count.in == stream.size(), "all bytes are counted");
   Require(count.in == count.delivered + count.discarded + assembler.held(),
           "bytes in = delivered + discarded + held");
@@ -77,16 +77,16 @@ Delivery Deliver(FrameRule rule, View stream, const std::vector<std::size_t>& cu
 template <bool kReplies>
 void FuzzRule(View bytes) {
   Input input(bytes);
-  const ParsedOptions& options = CachedOptions(input.U8());
+  const protocols::ParsedOptions& options = CachedOptions(input.U8());
   const View request = kReplies ? input.TakeCounted() : View();
-  const Expectation expect = UnderTest().expect(request, options);
+  const protocols::Expectation expect = UnderTest().expect(request, options);
   Require(expect.max_bytes > 0 && expect.max_bytes <= 8192, "max_bytes bounds every buffer");
   for (const auto& [at, count] : expect.secrets) {
     Require(at <= request.size() && count <= request.size() - at, "secrets lie in the request");
   }
   const Stream stream = TakeStream(UnderTest(), input);
-  const FrameRule rule =
-      kReplies ? CheckedRule<&Protocol::reply_rule> : CheckedRule<&Protocol::request_rule>;
+  const protocols::FrameRule rule = kReplies ? CheckedRule<&protocols::Protocol::reply_rule>
+                                             : CheckedRule<&protocols::Protocol::request_rule>;
   const Delivery pieces = Deliver(rule, stream.bytes, stream.cuts, expect);
   if (!stream.cuts.empty()) {
     const Delivery whole = Deliver(rule, stream.bytes, {}, expect);

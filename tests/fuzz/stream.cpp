@@ -11,12 +11,12 @@ constexpr std::uint8_t kLength = 0x3F;
 constexpr std::uint8_t kSeal = 0x40;
 constexpr std::uint8_t kCut = 0x80;
 
-bool HasCrc(const Protocol& protocol) {
+bool HasCrc(const protocols::Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
 /// The one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
-bool IsKs(const Protocol& protocol, int checksum) {
+bool IsKs(const protocols::Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }
 
@@ -39,7 +39,7 @@ void SealAscii(Bytes& bytes, View covered) {
 
 }  // namespace
 
-void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum) {
+void Seal(const protocols::Protocol& protocol, Bytes& bytes, std::size_t from, int checksum) {
   View covered = View(bytes).subspan(from);
   if (IsKs(protocol, checksum)) {
     bytes.push_back(static_cast<std::uint8_t>(0xFFU ^ Xor8(covered)));
@@ -64,7 +64,7 @@ void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum
   Append(bytes, "\r");
 }
 
-void Unseal(const Protocol& protocol, Bytes& frame, int checksum) {
+void Unseal(const protocols::Protocol& protocol, Bytes& frame, int checksum) {
   if (protocol.name == "modbus_tcp") return;
   std::size_t keep = frame.size();
   if (protocol.name == "spabus") {
@@ -78,7 +78,7 @@ void Unseal(const Protocol& protocol, Bytes& frame, int checksum) {
   frame.resize(keep);
 }
 
-Stream TakeStream(const Protocol& protocol, Input& input) {
+Stream TakeStream(const protocols::Protocol& protocol, Input& input) {
   Stream stream;
   std::size_t sealed = 0;
   while (!input.empty()) {

@@ -17,13 +17,13 @@ struct Stream {
 
 /// Appends the check value that the protocol's frames end with, over what begins at `from`.
 /// `checksum`: which kind, where it has several (Expectation::checksum).
-void Seal(const Protocol& protocol, Bytes& bytes, std::size_t from, int checksum = 0);
+void Seal(const protocols::Protocol& protocol, Bytes& bytes, std::size_t from, int checksum = 0);
 
 /// Takes the check value off a whole frame, so that Seal can make it anew.
-void Unseal(const Protocol& protocol, Bytes& frame, int checksum = 0);
+void Unseal(const protocols::Protocol& protocol, Bytes& frame, int checksum = 0);
 
 /// All pieces that are left in the input: one byte of length (6 bits), 0x40 = seal everything since
 /// the last seal, 0x80 = a fragment ends here; then the piece.
-Stream TakeStream(const Protocol& protocol, Input& input);
+Stream TakeStream(const protocols::Protocol& protocol, Input& input);
 
 }  // namespace baudgate::fuzz

@@ -19,12 +19,12 @@ using namespace protocols::telegram;  // NOLINT
 
 constexpr std::size_t kMostBytes = 128;
 
-Cut Checked(View held, const Expectation& expect, bool idle) {
-  const Cut cut = CutTelegram(held, expect, idle);
+protocols::Cut Checked(View held, const protocols::Expectation& expect, bool idle) {
+  const protocols::Cut cut = CutTelegram(held, expect, idle);
   Require(cut.size <= held.size(), "a cut is no longer than what is held");
-  if (cut.kind == Cut::Kind::need_more) return cut;
+  if (cut.kind == protocols::Cut::Kind::need_more) return cut;
   Require(cut.size >= 1, "every answer but need_more consumes");
-  if (cut.kind == Cut::Kind::frame) {
+  if (cut.kind == protocols::Cut::Kind::frame) {
     Require(cut.size <= expect.max_bytes, "a frame is no longer than max_bytes");
   } else {
     Require(!cut.why.empty(), "a discard says why");
@@ -39,9 +39,10 @@ struct Delivered {
   bool operator==(const Delivered&) const = default;
 };
 
-Delivered Deliver(View stream, const std::vector<std::size_t>& cuts, const Expectation& expect) {
+Delivered Deliver(View stream, const std::vector<std::size_t>& cuts,
+                  const protocols::Expectation& expect) {
   Delivered delivered;
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(Checked, expect);
   std::size_t from = 0;
   const auto take = [&](std::size_t to, bool idle) {
@@ -129,7 +130,7 @@ void FuzzTelegram(View bytes) {
     if ((head & 0x80U) != 0 && built) Append(stream, *built);
     if ((head & 0x40U) != 0) cuts.push_back(stream.size());
   }
-  Expectation expect;
+  protocols::Expectation expect;
   expect.max_bytes = kMostBytes;
   auto awaited = std::make_shared<Awaited>();
   for (const Form& form : telegram.receive) awaited->forms.push_back(&form);

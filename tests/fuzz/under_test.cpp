@@ -13,10 +13,10 @@
 namespace baudgate::fuzz {
 namespace {
 
-const Protocol* under_test = nullptr;
+const protocols::Protocol* under_test = nullptr;
 
 /// If the telegrams of the protocol are described: as a shipped profile describes them.
-void Describe(const Protocol& protocol, std::uint8_t variant, config::Options& options) {
+void Describe(const protocols::Protocol& protocol, std::uint8_t variant, config::Options& options) {
   const std::string name(protocol.name);
   const config::Catalog catalog = {.protocols = {{name, &protocol}},
                                    .module_dirs = {},
@@ -29,11 +29,11 @@ void Describe(const Protocol& protocol, std::uint8_t variant, config::Options& o
 
 }  // namespace
 
-const Protocol& UnderTest() { return *under_test; }
+const protocols::Protocol& UnderTest() { return *under_test; }
 
 RegisteredFor::RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
                              void (*run)(View input)) {
-  for (const Protocol* protocol : AllProtocols()) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (which == Protocols::with_conversations && !protocol->profiles_of.empty()) continue;
     Registered(before + std::string(protocol->name) + behind, [protocol, run](View input) {
       under_test = protocol;
@@ -42,21 +42,21 @@ RegisteredFor::RegisteredFor(Protocols which, const std::string& before, const s
   }
 }
 
-config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
+config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant) {
   config::Options options = config::DefaultOptions(protocol);
   Describe(protocol, variant, options);
   std::uint8_t bits = variant;
-  for (const OptionSpec& spec : protocol.options) {
-    if (spec.scope != OptionSpec::Scope::device) continue;
+  for (const protocols::OptionSpec& spec : protocol.options) {
+    if (spec.scope != protocols::OptionSpec::Scope::device) continue;
     const std::string name(spec.name);
-    if (spec.kind == OptionSpec::Kind::flag) {
+    if (spec.kind == protocols::OptionSpec::Kind::flag) {
       options.Set(name, options.Flag(name) != ((bits & 1U) != 0));
       bits = std::rotr(bits, 1);
-    } else if (spec.kind == OptionSpec::Kind::choice) {
+    } else if (spec.kind == protocols::OptionSpec::Kind::choice) {
       const auto choices = Split(spec.choices, ',');
       options.Set(name, std::string(choices[bits % choices.size()]));
       bits = std::rotr(bits, 2);
-    } else if (spec.kind == OptionSpec::Kind::integer && spec.maximum > spec.minimum) {
+    } else if (spec.kind == protocols::OptionSpec::Kind::integer && spec.maximum > spec.minimum) {
       if ((bits & 1U) != 0) options.Set(name, static_cast<std::int64_t>(spec.minimum) + 1);
       bits = std::rotr(bits, 1);
     }
@@ -64,8 +64,9 @@ config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant) {
   return options;
 }
 
-const ParsedOptions& CachedOptions(std::uint8_t variant) {
-  static std::map<std::pair<const Protocol*, std::uint8_t>, ParsedOptions> made;
+const protocols::ParsedOptions& CachedOptions(std::uint8_t variant) {
+  static std::map<std::pair<const protocols::Protocol*, std::uint8_t>, protocols::ParsedOptions>
+      made;
   const auto found = made.find({&UnderTest(), variant});
   if (found != made.end()) return found->second;
   return made

@@ -11,7 +11,7 @@
 namespace baudgate::fuzz {
 
 /// The protocol of the target that runs.
-const Protocol& UnderTest();
+const protocols::Protocol& UnderTest();
 
 enum class Protocols {
   all,
@@ -26,9 +26,9 @@ class RegisteredFor {
 };
 
 /// The device options with flags and choices set by the bits of `variant`.
-config::Options OptionsOf(const Protocol& protocol, std::uint8_t variant);
+config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant);
 
 /// Kept for ever, made on first use.
-const ParsedOptions& CachedOptions(std::uint8_t variant);
+const protocols::ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

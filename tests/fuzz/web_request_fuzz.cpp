@@ -62,15 +62,15 @@ struct WebWorld {
     config.web.hosts = {"gate"};
     logins.SetToken("0123456789abcdef");
   }
-  control::GatewayInfo Info() {
-    control::GatewayInfo info{"1.2.3", kWebStart};
+  status::GatewayInfo Info() {
+    status::GatewayInfo info{"1.2.3", kWebStart};
     info.events = &events;
     info.history = history;
     return info;
   }
 
-  config::Config config = control::TwoLines();
-  PointStore store{config};
+  config::Config config = status::TwoLines();
+  bus::PointStore store{config};
   control::FakeLines lines{store};
   web::FakeEvents events;
   std::shared_ptr<web::FakeHistory> history = std::make_shared<web::FakeHistory>();

@@ -18,7 +18,7 @@ namespace baudgate::fuzz {
 namespace {
 
 using namespace dds;
-using What = RequestBook::Verdict::What;
+using What = bus::RequestBook::Verdict::What;
 
 void CheckForm(const RequestSample& request) {
   WriteArrival arrival;
@@ -57,7 +57,7 @@ class Requests {
   void Take(const RequestSample& request) {
     now_ += 1ms;
     const auto verdict = book_.Begin(IdOf(request), now_);
-    Require(book_.clients() <= RequestBook::kClients, "clients are bounded");
+    Require(book_.clients() <= bus::RequestBook::kClients, "clients are bounded");
     if (verdict.what != What::fresh) return;
     const auto key = std::pair(request.client, request.seq);
     Require(done_.insert(key).second, "nothing is carried out twice");
@@ -65,7 +65,7 @@ class Requests {
   }
 
  private:
-  RequestBook book_;
+  bus::RequestBook book_;
   std::set<std::pair<std::string, std::uint64_t>> done_;
   Instant now_{1h};
 };

@@ -24,8 +24,8 @@ namespace baudgate {
 
 struct LawSubject {
   std::string name;  ///< letters and digits only
-  FrameRule rule = nullptr;
-  Expectation expect;
+  protocols::FrameRule rule = nullptr;
+  protocols::Expectation expect;
   std::vector<Bytes> frames;  ///< good frames that all fit `expect`
   /// Bytes in which no whole frame stands: noise, cut frames, foreign text.
   std::function<Bytes(std::mt19937&)> garbage;
@@ -58,7 +58,7 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
   /// What comes out when `stream` arrives in pieces that end at `cuts`, then silence.
   static Frames Deliver(const LawSubject& subject, View stream,
                         const std::vector<std::size_t>& cuts) {
-    Assembler assembler;
+    protocols::Assembler assembler;
     assembler.Begin(subject.rule, subject.expect);
     Frames frames;
     std::size_t from = 0;
@@ -71,7 +71,7 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
     for (const std::size_t cut : cuts) take(cut);
     take(stream.size());
     while (auto frame = assembler.Next(true)) frames.push_back(std::move(*frame));
-    const AssemblerCounters& count = assembler.counters();
+    const protocols::AssemblerCounters& count = assembler.counters();
     EXPECT_EQ(count.in, stream.size());
     EXPECT_EQ(count.in, count.delivered + count.discarded + assembler.held());
     EXPECT_EQ(assembler.held(), 0U) << "bytes held after the line fell silent";
@@ -178,12 +178,12 @@ TEST_P(FrameRuleLaws, TheSameSliceGetsTheSameAnswer) {
     Append(slice, subject.frames[random() % subject.frames.size()]);
     slice.resize(1 + random() % slice.size());
     for (const bool idle : {false, true}) {
-      const Cut first = subject.rule(slice, subject.expect, idle);
-      const Cut second = subject.rule(slice, subject.expect, idle);
+      const protocols::Cut first = subject.rule(slice, subject.expect, idle);
+      const protocols::Cut second = subject.rule(slice, subject.expect, idle);
       ASSERT_EQ(first.kind, second.kind);
       ASSERT_EQ(first.size, second.size);
       ASSERT_LE(first.size, slice.size());
-      if (first.kind != Cut::Kind::need_more) {
+      if (first.kind != protocols::Cut::Kind::need_more) {
         ASSERT_GE(first.size, 1U);
       }
     }

@@ -11,7 +11,7 @@
 
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 class AssemblerTest : public ::testing::Test {
@@ -145,4 +145,4 @@ TEST_F(AssemblerTest, RandomStreamsAreConserved) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

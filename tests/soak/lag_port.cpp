@@ -17,10 +17,11 @@ Instant ReadClock() { return std::chrono::steady_clock::now(); }
 
 }  // namespace
 
-LagPort::LagPort(asio::io_context& io, const Protocol& protocol, const config::Options& options,
-                 const TwinWire& wire, const std::string& path, OnRequest on_request)
+LagPort::LagPort(asio::io_context& io, const protocols::Protocol& protocol,
+                 const config::Options& options, const tools::TwinWire& wire,
+                 const std::string& path, OnRequest on_request)
     : wire_(wire),
-      pty_(std::move(*Pty::Create(path))),
+      pty_(std::move(*tools::Pty::Create(path))),
       descriptor_(io, pty_.TakeMaster()),
       timer_(io),
       on_request_(std::move(on_request)) {
@@ -45,7 +46,7 @@ void LagPort::Take(View bytes) {
   while (const auto request = NextRequest()) {
     Keep(true, *request);
     const Instant end = ReadClock() + wire_.TimeOf(request->size());
-    for (TimedPiece& piece : on_request_(*request, end))
+    for (tools::TimedPiece& piece : on_request_(*request, end))
       leaving_.emplace(end + piece.after, std::move(piece.bytes));
   }
   SendNext();
@@ -54,7 +55,7 @@ void LagPort::Take(View bytes) {
 /// A request that only silence ends is taken at once if all that is held is one.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
-  Assembler after_silence = assembler_;
+  protocols::Assembler after_silence = assembler_;
   auto frame = after_silence.Next(true);
   if (!frame || after_silence.counters().discarded != assembler_.counters().discarded) return {};
   assembler_ = std::move(after_silence);

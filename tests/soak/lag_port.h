@@ -23,12 +23,13 @@ namespace baudgate {
 
 class LagPort {
  public:
-  using OnRequest = std::function<std::vector<TimedPiece>(View request, Instant end_of_request)>;
+  using OnRequest =
+      std::function<std::vector<tools::TimedPiece>(View request, Instant end_of_request)>;
 
   /// `path`: where a line's port finds it. All but `on_request` outlives this, which ends after the
   /// last run of `io`.
-  LagPort(asio::io_context& io, const Protocol& protocol, const config::Options& options,
-          const TwinWire& wire, const std::string& path, OnRequest on_request);
+  LagPort(asio::io_context& io, const protocols::Protocol& protocol, const config::Options& options,
+          const tools::TwinWire& wire, const std::string& path, OnRequest on_request);
 
   /// The latest requests and replies, each with the time before now: who reads of a wrong value
   /// wants to know what came.
@@ -47,12 +48,12 @@ class LagPort {
   void SendNext();
   void Keep(bool is_request, View bytes);
 
-  TwinWire wire_;
-  Pty pty_;
+  tools::TwinWire wire_;
+  tools::Pty pty_;
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
   OnRequest on_request_;
-  Assembler assembler_;
+  protocols::Assembler assembler_;
   std::array<std::uint8_t, 1024> buffer_{};
   std::multimap<Instant, Bytes> leaving_;
   std::deque<Passed> passed_;

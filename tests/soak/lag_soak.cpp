@@ -40,7 +40,7 @@ class LagSoak : public ::testing::Test {
         static_cast<unsigned>(Setting("BAUDGATE_LAG_SEED", std::random_device()() % 1'000'000));
     fmt::print("seed {}\n", seed);
     std::fflush(stdout);
-    for (const LagCase& which : LagCases()) {
+    for (const protocols::LagCase& which : protocols::LagCases()) {
       constexpr std::string_view kLines[] = {"Spa9600", "Dcon9600", "Set4tm9600", "ModbusRtu19200"};
       if (std::ranges::find(kLines, which.setup.name) == std::end(kLines)) continue;
       const std::string path = (folder_ / which.name()).string();

@@ -26,9 +26,9 @@ config::Config ConfigOf(config::Line line, const std::string& name, const std::s
 
 }  // namespace
 
-LagSoakLine::LagSoakLine(const LagCase& which, unsigned seed, const std::string& path,
+LagSoakLine::LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
                          asio::io_context& world)
-    : LagStage(which, seed, LagLineOf(which)),
+    : protocols::LagStage(which, seed, LagLineOf(which)),
       seed_(seed),
       random_(seed),
       world_(world),
@@ -42,10 +42,10 @@ LagSoakLine::LagSoakLine(const LagCase& which, unsigned seed, const std::string&
   twins_.resize(twins());
   MakeTwins();
   Judge(store_);
-  const Protocol& protocol = *which.setup.protocol;
-  runner_ = std::make_unique<LineRunner>(
+  const protocols::Protocol& protocol = *which.setup.protocol;
+  runner_ = std::make_unique<lines::LineRunner>(
       loop_.io(), config_.lines[0], 0,
-      [&protocol](const std::string&) -> const Protocol& { return protocol; }, store_);
+      [&protocol](const std::string&) -> const protocols::Protocol& { return protocol; }, store_);
   loop_.Start();
   runner_->Start();
 }
@@ -53,7 +53,7 @@ LagSoakLine::LagSoakLine(const LagCase& which, unsigned seed, const std::string&
 Instant LagSoakLine::NowOnStage() const { return std::chrono::steady_clock::now(); }
 
 /// Its answer comes on the line's thread.
-bool LagSoakLine::Submit(WriteCommand command) {
+bool LagSoakLine::Submit(bus::WriteCommand command) {
   command.done = [&world = world_, done = std::move(command.done)](const WriteResult& result) {
     asio::post(world, [done, result] { done(result); });
   };
@@ -74,7 +74,7 @@ void LagSoakLine::MakeTwins() {
   }
 }
 
-std::vector<TimedPiece> LagSoakLine::OnRequest(View request, Instant end) {
+std::vector<tools::TimedPiece> LagSoakLine::OnRequest(View request, Instant end) {
   Bytes said;
   for (std::size_t twin = 0; twin < twins(); ++twin) {
     if (!twins_[twin]) continue;
@@ -115,9 +115,9 @@ void LagSoakLine::NextTurn() {
   trouble_ = "quiet, after " + trouble_;
   server().faults = {};
   if (!troubled_) return;
-  Trouble trouble{};
+  protocols::Trouble trouble{};
   do {
-    trouble = static_cast<Trouble>(OneOf(kTroubles));
+    trouble = static_cast<protocols::Trouble>(OneOf(protocols::kTroubles));
   } while (IsCopied(trouble) || (!which().CanProve() && IsBeyondProof(trouble)));
   trouble_ = Name(trouble);
   Suffer(trouble);

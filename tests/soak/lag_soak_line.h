@@ -17,10 +17,10 @@
 
 namespace baudgate {
 
-class LagSoakLine final : public LagStage {
+class LagSoakLine final : public protocols::LagStage {
  public:
   /// The twins run on `world`, in the thread that calls everything here; the line in its own.
-  LagSoakLine(const LagCase& which, unsigned seed, const std::string& path,
+  LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
 
@@ -43,8 +43,8 @@ class LagSoakLine final : public LagStage {
   };
 
   Instant NowOnStage() const override;
-  bool Submit(WriteCommand command) override;
-  std::vector<TimedPiece> OnRequest(View request, Instant end);
+  bool Submit(bus::WriteCommand command) override;
+  std::vector<tools::TimedPiece> OnRequest(View request, Instant end);
   void MakeTwins();
   void EndTurn();
   void NextTurn();
@@ -55,11 +55,11 @@ class LagSoakLine final : public LagStage {
   std::mt19937 random_;
   asio::io_context& world_;
   config::Config config_;
-  PointStore store_;
-  std::vector<std::unique_ptr<Twin>> twins_;
+  bus::PointStore store_;
+  std::vector<std::unique_ptr<protocols::Twin>> twins_;
   LagPort port_;
-  LoopThread loop_{"line"};
-  std::unique_ptr<LineRunner> runner_;
+  transports::LoopThread loop_{"line"};
+  std::unique_ptr<lines::LineRunner> runner_;
 
   Duration turn_{};
   Instant turn_began_{};

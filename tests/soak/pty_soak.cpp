@@ -62,8 +62,8 @@ class PtySoak : public ::testing::Test {
   }
 
   void AddLine(const std::string& name, bool echoes) {
-    lines_.push_back(
-        std::make_unique<SoakLine>(RealLine(name), echoes, (folder_ / name).string(), world_));
+    lines_.push_back(std::make_unique<SoakLine>(protocols::RealLine(name), echoes,
+                                                (folder_ / name).string(), world_));
   }
 
   void Look() {

@@ -34,8 +34,8 @@ void Pin(config::Point& point, const Value& value) {
   point.simulate = config::Simulate{ToDouble(value), ToDouble(value), std::nullopt};
 }
 
-Fault MakeFault(const std::string& text) {
-  const auto fault = ParseFault(text);
+tools::Fault MakeFault(const std::string& text) {
+  const auto fault = tools::ParseFault(text);
   if (!fault) {
     ADD_FAILURE() << fault.error();
     return {};
@@ -49,7 +49,7 @@ void WeakChecksums::OnDelivery(View request, View reply, View delivered) {
   const bool echo = delivered.size() >= request.size() &&
                     std::equal(request.begin(), request.end(), delivered.begin());
   if (echo) delivered = delivered.subspan(request.size());
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(setup_.protocol->reply_rule, setup_.protocol->expect(request, options_));
   assembler.Feed(delivered);
   auto frame = assembler.Next(false);
@@ -71,7 +71,7 @@ std::size_t WeakChecksums::count() const {
   return deliveries_.size();
 }
 
-SoakLine::SoakLine(const Setup& setup, bool echoes, const std::string& port,
+SoakLine::SoakLine(const protocols::Setup& setup, bool echoes, const std::string& port,
                    asio::io_context& world)
     : setup_(setup), echoes_(echoes), world_(world) {
   config_.lines.push_back(LineOf(setup));
@@ -85,9 +85,9 @@ SoakLine::SoakLine(const Setup& setup, bool echoes, const std::string& port,
     device.slow = kSlowPeriod;
   }
   LearnTruth(setup);
-  store_ = std::make_unique<PointStore>(config_);
+  store_ = std::make_unique<bus::PointStore>(config_);
   weak_ = std::make_unique<WeakChecksums>(setup_, line.devices.front().options);
-  SimulatorOptions options;
+  tools::SimulatorOptions options;
   options.link = port;
   options.pace = line.serial;
   options.faults = Standing();
@@ -95,14 +95,14 @@ SoakLine::SoakLine(const Setup& setup, bool echoes, const std::string& port,
     weak_->OnDelivery(request, reply, delivered);
   };
   RunIn(world_, [&] {
-    auto simulator = Simulator::Create(world_, *setup.protocol, line.devices, options);
+    auto simulator = tools::Simulator::Create(world_, *setup.protocol, line.devices, options);
     if (!simulator) ADD_FAILURE() << simulator.error();
     if (simulator) simulator_ = std::move(*simulator);
   });
-  const Protocol& protocol = *setup.protocol;
-  runner_ = std::make_unique<LineRunner>(
-      loop_.io(), line, 0, [&protocol](const std::string&) -> const Protocol& { return protocol; },
-      *store_);
+  const protocols::Protocol& protocol = *setup.protocol;
+  runner_ = std::make_unique<lines::LineRunner>(
+      loop_.io(), line, 0,
+      [&protocol](const std::string&) -> const protocols::Protocol& { return protocol; }, *store_);
   loop_.Start();
   runner_->Start();
 }
@@ -113,8 +113,8 @@ SoakLine::~SoakLine() {
 }
 
 /// What a clean run under virtual time shows, whose twins measure what these are set to.
-void SoakLine::LearnTruth(const Setup& setup) {
-  Rig rig(setup);
+void SoakLine::LearnTruth(const protocols::Setup& setup) {
+  protocols::Rig rig(setup);
   rig.LearnTruth();
   auto& devices = config_.lines.front().devices;
   versions_.resize(devices.size());
@@ -124,8 +124,8 @@ void SoakLine::LearnTruth(const Setup& setup) {
       Pin(points[point], rig->twin(i).values.Get(point, {}));
     }
     truth_.emplace_back();
-    rig->store().Read(i, [&](const DeviceRecord& record) {
-      for (const PointRecord& point : record.points) truth_.back().push_back(point.value);
+    rig->store().Read(i, [&](const bus::DeviceRecord& record) {
+      for (const bus::PointRecord& point : record.points) truth_.back().push_back(point.value);
     });
     told_.emplace_back(points.size());
   }
@@ -134,7 +134,7 @@ void SoakLine::LearnTruth(const Setup& setup) {
 bool SoakLine::AllGood() const {
   bool all = true;
   for (std::uint32_t device = 0; device < store_->device_count(); ++device) {
-    store_->Read(device, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const bus::DeviceRecord& record) {
       const Instant now = std::chrono::steady_clock::now();
       for (std::size_t i = 0; i < record.points.size() && all; ++i) {
         all = IsGood(QualityAt(record, i, now));
@@ -153,7 +153,7 @@ bool IsClock(const config::Point& point) { return point.read.starts_with("04 00"
 
 void SoakLine::CompareWithTruth() {
   for (std::uint32_t device = 0; device < store_->device_count(); ++device) {
-    store_->Read(device, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         if (IsClock(record.device->points[i])) continue;
         EXPECT_EQ(ToText(record.points[i].value), ToText(truth_[device][i]))
@@ -163,7 +163,7 @@ void SoakLine::CompareWithTruth() {
   }
 }
 
-std::vector<Fault> SoakLine::Standing() const {
+std::vector<tools::Fault> SoakLine::Standing() const {
   if (!echoes_) return {};
   return {MakeFault("echo")};
 }
@@ -172,7 +172,7 @@ void SoakLine::BeginFaults(Duration time) {
   const config::Timing times = setup_.protocol->timing(setup_.serial);
   const std::string too_late = FormatDuration(*times.reply + *times.drain / 2);
   const Duration turn = std::clamp<Duration>(time / 5, 8s, 1min);
-  std::vector<Fault> faults = Standing();
+  std::vector<tools::Fault> faults = Standing();
   const std::uint64_t seed = Crc16(ToBytes(name()));  // no two lines suffer alike
   for (const std::string& text : {
            std::string("bits:rate=0.01,count=3"),
@@ -202,7 +202,7 @@ void SoakLine::EndFaults() {
 
 void SoakLine::Check() {
   for (std::uint32_t device = 0; device < store_->device_count(); ++device) {
-    store_->Read(device, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const bus::DeviceRecord& record) {
       if (std::exchange(versions_[device], record.version) == record.version) return;
       const Instant now = std::chrono::steady_clock::now();
       for (std::size_t i = 0; i < record.points.size(); ++i) CheckPoint(record, device, i, now);
@@ -210,10 +210,10 @@ void SoakLine::Check() {
   }
 }
 
-void SoakLine::CheckPoint(const DeviceRecord& record, std::uint32_t device, std::size_t point,
+void SoakLine::CheckPoint(const bus::DeviceRecord& record, std::uint32_t device, std::size_t point,
                           Instant now) {
   if (IsClock(record.device->points[point])) return;
-  const PointRecord& shown = record.points[point];
+  const bus::PointRecord& shown = record.points[point];
   const Value& truth = truth_[device][point];
   if (IsBad(QualityAt(record, point, now)) || shown.value == truth) return;
   if (std::exchange(told_[device][point], shown.seq) == shown.seq) return;
@@ -235,18 +235,18 @@ void SoakLine::ExpectProgress() {
 std::uint64_t SoakLine::struck() const {
   return std::accumulate(
       struck_.begin(), struck_.end(), std::uint64_t{},
-      [](std::uint64_t sum, const FaultCount& count) { return sum + count.struck; });
+      [](std::uint64_t sum, const tools::FaultCount& count) { return sum + count.struck; });
 }
 
 void SoakLine::PrintSummary() const {
-  const LineStatus status = store_->ReadLine(0);
+  const bus::LineStatus status = store_->ReadLine(0);
   std::string outcomes;
   for (std::size_t i = 0; i < kOutcomeCount; ++i) {
     if (status.outcomes[i] == 0) continue;
     outcomes += fmt::format(" {} {}", Name(static_cast<Outcome>(i)), status.outcomes[i]);
   }
   std::string faults;
-  for (const FaultCount& count : struck_) {
+  for (const tools::FaultCount& count : struck_) {
     faults += fmt::format(" {} {}/{}", count.fault.substr(0, count.fault.find(':')), count.struck,
                           count.exchanges);
   }

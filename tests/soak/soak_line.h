@@ -21,7 +21,7 @@ namespace baudgate {
 /// Remembers when frames left a twin that are damaged although their check value is good.
 class WeakChecksums {
  public:
-  WeakChecksums(const Setup& setup, const config::Options& options)
+  WeakChecksums(const protocols::Setup& setup, const config::Options& options)
       : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
@@ -30,8 +30,8 @@ class WeakChecksums {
   std::size_t count() const;
 
  private:
-  const Setup& setup_;
-  const ParsedOptions options_;
+  const protocols::Setup& setup_;
+  const protocols::ParsedOptions options_;
   mutable std::mutex mutex_;
   std::vector<Instant> deliveries_;
 };
@@ -40,7 +40,8 @@ class SoakLine {
  public:
   /// `world` runs in another thread until this line is gone. With `echoes` the bus brings every
   /// request back, and the line strips it.
-  SoakLine(const Setup& setup, bool echoes, const std::string& port, asio::io_context& world);
+  SoakLine(const protocols::Setup& setup, bool echoes, const std::string& port,
+           asio::io_context& world);
   ~SoakLine();
 
   bool AllGood() const;
@@ -59,23 +60,24 @@ class SoakLine {
   const std::string& name() const { return setup_.name; }
 
  private:
-  void LearnTruth(const Setup& setup);
-  std::vector<Fault> Standing() const;
-  void CheckPoint(const DeviceRecord& record, std::uint32_t device, std::size_t point, Instant now);
+  void LearnTruth(const protocols::Setup& setup);
+  std::vector<tools::Fault> Standing() const;
+  void CheckPoint(const bus::DeviceRecord& record, std::uint32_t device, std::size_t point,
+                  Instant now);
 
-  Setup setup_;
+  protocols::Setup setup_;
   bool echoes_;
   asio::io_context& world_;
   config::Config config_;
   std::vector<std::vector<Value>> truth_;
   std::vector<std::vector<std::uint64_t>> told_;  // seq of the wrong value that was told last
   std::vector<std::uint64_t> versions_;           // of each device at the last check
-  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<bus::PointStore> store_;
   std::unique_ptr<WeakChecksums> weak_;
-  std::unique_ptr<Simulator> simulator_;
-  LoopThread loop_{"line"};
-  std::unique_ptr<LineRunner> runner_;
-  std::vector<FaultCount> struck_;
+  std::unique_ptr<tools::Simulator> simulator_;
+  transports::LoopThread loop_{"line"};
+  std::unique_ptr<lines::LineRunner> runner_;
+  std::vector<tools::FaultCount> struck_;
   std::uint64_t exchanges_ = 0;
   std::size_t excused_ = 0;
   std::size_t wrong_ = 0;

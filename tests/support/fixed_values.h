@@ -8,10 +8,10 @@
 
 namespace baudgate {
 
-struct FixedValues final : TwinValues {
+struct FixedValues final : protocols::TwinValues {
   std::map<std::size_t, Value> values;
-  Value fallback;                 ///< of points without one
-  TwinValues* instead = nullptr;  ///< who answers in place of all this
+  Value fallback;                            ///< of points without one
+  protocols::TwinValues* instead = nullptr;  ///< who answers in place of all this
   Value Get(std::size_t point, Instant now) const override {
     if (instead != nullptr) return instead->Get(point, now);
     const auto found = values.find(point);

@@ -9,18 +9,18 @@
 
 namespace baudgate {
 
-class KeepingSink final : public CommandSink {
+class KeepingSink final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand command) override {
+  bool Submit(bus::WriteCommand command) override {
     if (full) return false;
     commands.push_back(std::move(command));
     return true;
   }
-  void OnNotTaken(const DeniedWrite& write) override { denied.push_back(write); }
+  void OnNotTaken(const bus::DeniedWrite& write) override { denied.push_back(write); }
 
   bool full = false;
-  std::vector<WriteCommand> commands;
-  std::vector<DeniedWrite> denied;
+  std::vector<bus::WriteCommand> commands;
+  std::vector<bus::DeniedWrite> denied;
 };
 
 }  // namespace baudgate

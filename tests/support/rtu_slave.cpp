@@ -47,9 +47,9 @@ Bytes RegistersReply(View request, std::uint16_t base) {
 }
 
 ScriptedSlave::ScriptedSlave(const std::string& link, Script script) : script_(std::move(script)) {
-  auto pty = Pty::Create(link);
+  auto pty = tools::Pty::Create(link);
   if (!pty.ok()) return;
-  pty_ = std::make_unique<Pty>(std::move(*pty));
+  pty_ = std::make_unique<tools::Pty>(std::move(*pty));
   thread_ = std::thread([this] { Run(); });
 }
 

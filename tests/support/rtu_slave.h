@@ -52,7 +52,7 @@ class ScriptedSlave {
   void Run();
   void Handle(const Bytes& request);
 
-  std::unique_ptr<Pty> pty_;
+  std::unique_ptr<tools::Pty> pty_;
   Script script_;
   mutable std::mutex mutex_;
   std::vector<Bytes> heard_;

@@ -6,7 +6,7 @@
 
 namespace baudgate {
 
-config::Options OptionsOf(const Protocol& protocol, const Settable& given) {
+config::Options OptionsOf(const protocols::Protocol& protocol, const Settable& given) {
   config::Options options = config::DefaultOptions(protocol);
   for (const auto& [name, value] : given) {
     EXPECT_TRUE(options.Has(name)) << name;
@@ -33,7 +33,7 @@ config::Point WritePoint(const std::string& name, const std::string& read, const
   return point;
 }
 
-config::Device DeviceOf(const Protocol& protocol, const std::string& address,
+config::Device DeviceOf(const protocols::Protocol& protocol, const std::string& address,
                         std::vector<config::Point> points, const Settable& options) {
   config::Device device;
   device.name = "device";
@@ -52,38 +52,45 @@ config::Device DeviceOf(const Protocol& protocol, const std::string& address,
   return device;
 }
 
-Task Poll(std::size_t query) {
-  return {.kind = Task::Kind::poll, .query = query, .point = kNoPoint, .value = {}};
+protocols::Task Poll(std::size_t query) {
+  return {.kind = protocols::Task::Kind::poll,
+          .query = query,
+          .point = protocols::kNoPoint,
+          .value = {}};
 }
 
-Task Probe() { return {.kind = Task::Kind::probe, .query = 0, .point = kNoPoint, .value = {}}; }
-
-Task Write(std::size_t point, Value value) {
-  return {.kind = Task::Kind::write, .query = 0, .point = point, .value = std::move(value)};
+protocols::Task Probe() {
+  return {
+      .kind = protocols::Task::Kind::probe, .query = 0, .point = protocols::kNoPoint, .value = {}};
 }
 
-Bytes CutFrame(FrameRule rule, Expectation expect, View bytes) {
-  Assembler assembler;
+protocols::Task Write(std::size_t point, Value value) {
+  return {
+      .kind = protocols::Task::Kind::write, .query = 0, .point = point, .value = std::move(value)};
+}
+
+Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes) {
+  protocols::Assembler assembler;
   assembler.Begin(rule, std::move(expect));
   assembler.Feed(bytes);
   if (auto frame = assembler.Next(false)) return *frame;
   return assembler.Next(true).value_or(Bytes());
 }
 
-Bytes AskTwin(const Protocol& protocol, Twin& twin, const config::Options& options, View request,
-              Instant now) {
+Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
+              const config::Options& options, View request, Instant now) {
   const Bytes frame = CutFrame(protocol.request_rule,
                                protocol.expect({}, ParseOptions(protocol, options)), request);
   return frame.empty() ? Bytes() : twin.Answer(frame, now);
 }
 
-Talk::Talk(const Protocol& protocol, config::Device device)
+Talk::Talk(const protocols::Protocol& protocol, config::Device device)
     : protocol_(&protocol),
       device_(std::make_unique<const config::Device>(std::move(device))),
       bus_(MakeBus(protocol)),
       conversation_(MakeConversation(protocol, *device_, bus_.get())) {}
 
-Result<Request> Talk::Ask(const Task& task) {
+Result<protocols::Request> Talk::Ask(const protocols::Task& task) {
   auto request = conversation_->Ask(task, now);
   if (!request) return request;
   request_ = *request;
@@ -91,52 +98,52 @@ Result<Request> Talk::Ask(const Task& task) {
   return request;
 }
 
-Answer Talk::Reply(const Task& task, View wire) {
-  if (request_.expect.reply == Expectation::Reply::none) {
-    Answer answer;
+protocols::Answer Talk::Reply(const protocols::Task& task, View wire) {
+  if (request_.expect.reply == protocols::Expectation::Reply::none) {
+    protocols::Answer answer;
     answer.then = conversation_->OnSent(task, request_, now);
     return answer;
   }
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(protocol_->reply_rule, request_.expect);
   assembler.Feed(wire);
   auto frame = assembler.Next(false);
   if (!frame) frame = assembler.Next(true);
   if (frame) return conversation_->OnFrame(task, request_, *frame, now);
-  Answer answer;
+  protocols::Answer answer;
   answer.outcome = assembler.blame() == Outcome::none ? Outcome::no_reply : assembler.blame();
   answer.reason = assembler.why();
   answer.then = Fail(task, answer.outcome);
   return answer;
 }
 
-Then Talk::Fail(const Task& task, Outcome outcome) {
+protocols::Then Talk::Fail(const protocols::Task& task, Outcome outcome) {
   return conversation_->OnFailure(task, request_, outcome, now);
 }
 
-Answer Talk::Exchange(const Task& task, const Wire& wire) {
+protocols::Answer Talk::Exchange(const protocols::Task& task, const Wire& wire) {
   const auto request = Ask(task);
   if (request) return Reply(task, wire(request->bytes));
-  Answer answer;
+  protocols::Answer answer;
   answer.outcome = Outcome::unsupported;
   answer.reason = request.error();
   return answer;
 }
 
-Answer Talk::Exchange(const Task& task, View wire) {
+protocols::Answer Talk::Exchange(const protocols::Task& task, View wire) {
   return Exchange(task, [wire](View) { return Bytes(wire.begin(), wire.end()); });
 }
 
-Answer Talk::Run(const Task& task, const Wire& wire) {
-  for (int step = 0; step < kMostSteps; ++step) {
-    Answer answer = Exchange(task, wire);
-    if (answer.then != Then::ask_again) return answer;
+protocols::Answer Talk::Run(const protocols::Task& task, const Wire& wire) {
+  for (int step = 0; step < protocols::kMostSteps; ++step) {
+    protocols::Answer answer = Exchange(task, wire);
+    if (answer.then != protocols::Then::ask_again) return answer;
   }
   ADD_FAILURE() << "more steps than a task may have";
   return {};
 }
 
-Wire Talk::WireTo(Twin& twin) const {
+Wire Talk::WireTo(protocols::Twin& twin) const {
   return [this, &twin](View request) {
     return AskTwin(*protocol_, twin, device_->options, request, now);
   };

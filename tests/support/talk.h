@@ -26,7 +26,7 @@ namespace baudgate {
 using Settable = std::vector<std::pair<std::string, config::OptionValue>>;
 
 /// Every option that the protocol declares at its fallback, then `given`.
-config::Options OptionsOf(const Protocol& protocol, const Settable& given = {});
+config::Options OptionsOf(const protocols::Protocol& protocol, const Settable& given = {});
 
 config::Point ReadPoint(const std::string& name, const std::string& read, config::Type type,
                         config::Group group = config::Group::fast);
@@ -35,62 +35,66 @@ config::Point WritePoint(const std::string& name, const std::string& read, const
                          config::Type type);
 
 /// Fails the test where the protocol's own checks refuse the device or a point.
-config::Device DeviceOf(const Protocol& protocol, const std::string& address,
+config::Device DeviceOf(const protocols::Protocol& protocol, const std::string& address,
                         std::vector<config::Point> points, const Settable& options = {});
 
 // ---------------------------------------------------------------- tasks
 
-Task Poll(std::size_t query);
-Task Probe();
-Task Write(std::size_t point, Value value);
+protocols::Task Poll(std::size_t query);
+protocols::Task Probe();
+protocols::Task Write(std::size_t point, Value value);
 
 // ---------------------------------------------------------------- both ends
 
 /// The first whole frame in bytes that silence follows; empty when there is none.
-Bytes CutFrame(FrameRule rule, Expectation expect, View bytes);
+Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
 /// What the twin puts on the wire for these bytes; nothing where they are no whole request.
-Bytes AskTwin(const Protocol& protocol, Twin& twin, const config::Options& options, View request,
-              Instant now = {});
+Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
+              const config::Options& options, View request, Instant now = {});
 
 /// What comes back for a request, as a test likes it; empty: silence.
 using Wire = std::function<Bytes(View request)>;
 
 class Talk {
  public:
-  Talk(const Protocol& protocol, config::Device device);
+  Talk(const protocols::Protocol& protocol, config::Device device);
 
-  Conversation* operator->() const { return conversation_.get(); }
-  const Protocol& protocol() const { return *protocol_; }
+  protocols::Conversation* operator->() const { return conversation_.get(); }
+  const protocols::Protocol& protocol() const { return *protocol_; }
   /// The latest.
-  const Request& request() const { return request_; }
+  const protocols::Request& request() const { return request_; }
 
-  Result<Request> Ask(const Task& task);
+  Result<protocols::Request> Ask(const protocols::Task& task);
   /// `wire` is all that came for the latest request. Without a whole frame in it the request has
   /// failed, and the answer says what the bytes are blamed for.
-  Answer Reply(const Task& task, View wire);
-  Then Fail(const Task& task, Outcome outcome);
+  protocols::Answer Reply(const protocols::Task& task, View wire);
+  protocols::Then Fail(const protocols::Task& task, Outcome outcome);
 
   /// One exchange. What cannot be asked is `unsupported`.
-  Answer Exchange(const Task& task, const Wire& wire);
-  Answer Exchange(const Task& task, View wire);
-  Answer Exchange(const Task& task, Twin& twin) { return Exchange(task, WireTo(twin)); }
+  protocols::Answer Exchange(const protocols::Task& task, const Wire& wire);
+  protocols::Answer Exchange(const protocols::Task& task, View wire);
+  protocols::Answer Exchange(const protocols::Task& task, protocols::Twin& twin) {
+    return Exchange(task, WireTo(twin));
+  }
   /// Exchanges to the end of the task.
-  Answer Run(const Task& task, const Wire& wire);
-  Answer Run(const Task& task, Twin& twin) { return Run(task, WireTo(twin)); }
+  protocols::Answer Run(const protocols::Task& task, const Wire& wire);
+  protocols::Answer Run(const protocols::Task& task, protocols::Twin& twin) {
+    return Run(task, WireTo(twin));
+  }
 
   Instant now{std::chrono::hours(1)};
   std::vector<Bytes> asked;  ///< all requests, in order
 
  private:
-  Wire WireTo(Twin& twin) const;
+  Wire WireTo(protocols::Twin& twin) const;
 
-  const Protocol* protocol_;
+  const protocols::Protocol* protocol_;
   // Conversations keep references to both.
   std::unique_ptr<const config::Device> device_;
-  std::unique_ptr<Bus> bus_;
-  std::unique_ptr<Conversation> conversation_;
-  Request request_;
+  std::unique_ptr<protocols::Bus> bus_;
+  std::unique_ptr<protocols::Conversation> conversation_;
+  protocols::Request request_;
 };
 
 }  // namespace baudgate

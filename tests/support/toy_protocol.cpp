@@ -29,55 +29,55 @@ std::optional<Words> Read(std::string_view text) {
   return words;
 }
 
-Cut ToyRequestRule(View held, const Expectation&, bool) {
+protocols::Cut ToyRequestRule(View held, const protocols::Expectation&, bool) {
   const auto end = std::find(held.begin(), held.end(), '\r');
-  if (end == held.end()) return Cut::NeedMore();
-  return Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+  if (end == held.end()) return protocols::Cut::NeedMore();
+  return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
 }
 
-Cut ToyReplyRule(View held, const Expectation&, bool) {
-  if (held[0] == 0) return Cut::Discard(1, Outcome::none, "the line came alive");
-  if (held[0] != '!') return Cut::Discard(1, Outcome::corrupt, "noise before frame");
+protocols::Cut ToyReplyRule(View held, const protocols::Expectation&, bool) {
+  if (held[0] == 0) return protocols::Cut::Discard(1, Outcome::none, "the line came alive");
+  if (held[0] != '!') return protocols::Cut::Discard(1, Outcome::corrupt, "noise before frame");
   const auto end = std::find(held.begin(), held.end(), '\r');
-  if (end == held.end()) return Cut::NeedMore();
+  if (end == held.end()) return protocols::Cut::NeedMore();
   const auto size = static_cast<std::size_t>(end - held.begin()) + 1;
   const View body = held.first(size < 5 ? 0 : size - 4);
   if (body.empty() || held[size - 4] != '*' ||
       AsText(held.subspan(size - 3, 2)) != HexByte(Sum8(body))) {
-    return Cut::Discard(1, Outcome::corrupt, "checksum");
+    return protocols::Cut::Discard(1, Outcome::corrupt, "checksum");
   }
-  return Cut::Frame(size);
+  return protocols::Cut::Frame(size);
 }
 
-Expectation ToyExpect(View request, const ParsedOptions&) {
-  Expectation expect;
+protocols::Expectation ToyExpect(View request, const protocols::ParsedOptions&) {
+  protocols::Expectation expect;
   expect.max_bytes = 64;
   if (request.empty()) return expect;
   if (request[0] != 'U' && request.size() > 1) expect.address = {request[1]};
-  if (request[0] == 'Q') expect.reply = Expectation::Reply::none;
+  if (request[0] == 'Q') expect.reply = protocols::Expectation::Reply::none;
   expect.repeatable = request[0] != 'L' && request[0] != 'W' && request[0] != 'Q';
   return expect;
 }
 
-class ToyConversation final : public Conversation {
+class ToyConversation final : public protocols::Conversation {
  public:
   explicit ToyConversation(const config::Device& device) : device_(device) { Plan(); }
 
-  std::span<const Query> Queries() const override { return queries_; }
+  std::span<const protocols::Query> Queries() const override { return queries_; }
 
-  Result<Request> Ask(const Task& task, Instant) override {
-    if (task.kind == Task::Kind::probe) {
+  Result<protocols::Request> Ask(const protocols::Task& task, Instant) override {
+    if (task.kind == protocols::Task::Kind::probe) {
       if (IsOnlyWritten()) return Error{"nothing of it can be read"};
-      Request request = Make("P0");
+      protocols::Request request = Make("P0");
       request.steady = true;
       return request;
     }
-    const bool write = task.kind == Task::Kind::write;
+    const bool write = task.kind == protocols::Task::Kind::write;
     const std::size_t point = write ? task.point : queries_.at(task.query).points.front();
     const auto [how, number] = Split(device_.points[point].read);
     if (how == 'E') return Error{"this point cannot be asked"};
     if (how == 'S' && closing_) {
-      Request request = Make("C0");
+      protocols::Request request = Make("C0");
       request.closes = true;
       return request;
     }
@@ -89,13 +89,15 @@ class ToyConversation final : public Conversation {
     return Make("?" + number);
   }
 
-  Then OnSent(const Task& task, const Request&, Instant) override {
-    announced_ = task.kind == Task::Kind::poll && device_.points[PointOf(task)].read[0] == 'N';
-    return announced_ ? Then::ask_again : Then::done;
+  protocols::Then OnSent(const protocols::Task& task, const protocols::Request&, Instant) override {
+    announced_ =
+        task.kind == protocols::Task::Kind::poll && device_.points[PointOf(task)].read[0] == 'N';
+    return announced_ ? protocols::Then::ask_again : protocols::Then::done;
   }
 
-  Answer OnFrame(const Task& task, const Request& request, View frame, Instant) override {
-    Answer answer;
+  protocols::Answer OnFrame(const protocols::Task& task, const protocols::Request& request,
+                            View frame, Instant) override {
+    protocols::Answer answer;
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request.bytes).substr(1));
     const char kind = static_cast<char>(request.bytes[0]);
@@ -107,7 +109,7 @@ class ToyConversation final : public Conversation {
     const std::string& rest = got->rest;
     if (rest == "~closed") {
       open_ = false;
-      answer.then = Then::ask_again;
+      answer.then = protocols::Then::ask_again;
       return answer;
     }
     if (rest.starts_with("~")) return OnWord(task, rest.substr(1));
@@ -129,20 +131,22 @@ class ToyConversation final : public Conversation {
     return words ? Outcome::unsupported : Outcome::ok;
   }
 
-  Then OnFailure(const Task& task, const Request& request, Outcome, Instant) override {
-    const bool close = task.kind == Task::Kind::write && InSession(task) && !closing_;
+  protocols::Then OnFailure(const protocols::Task& task, const protocols::Request& request, Outcome,
+                            Instant) override {
+    const bool close = task.kind == protocols::Task::Kind::write && InSession(task) && !closing_;
     closing_ = close;
     if (close) failed_write_ = true;
     if (!close) open_ = false;
     if (request.bytes[0] == 'B') {
       dropped_.insert(PointOf(task));
       Plan();
-      return Then::replan;
+      return protocols::Then::replan;
     }
-    return close ? Then::ask_again : Then::done;
+    return close ? protocols::Then::ask_again : protocols::Then::done;
   }
 
-  std::optional<Request> Instead(const Request& request, Outcome, Instant) override {
+  std::optional<protocols::Request> Instead(const protocols::Request& request, Outcome,
+                                            Instant) override {
     if (request.bytes[0] != 'L') return std::nullopt;
     for (const config::Point& point : device_.points) {
       const auto [how, number] = Split(point.read);
@@ -158,7 +162,7 @@ class ToyConversation final : public Conversation {
     return true;
   }
 
-  const DeviceTrouble& trouble() const override { return trouble_; }
+  const protocols::DeviceTrouble& trouble() const override { return trouble_; }
 
   void OnReconnect() override {
     open_ = closing_ = failed_write_ = false;
@@ -166,7 +170,7 @@ class ToyConversation final : public Conversation {
     Plan();
   }
 
-  Answer Interpret(View request, View frame) override {
+  protocols::Answer Interpret(View request, View frame) override {
     return OnFrame({}, {Bytes(request.begin(), request.end()), {}}, frame, {});
   }
 
@@ -189,39 +193,40 @@ class ToyConversation final : public Conversation {
         device_.points, [](const config::Point& point) { return point.read.starts_with("V"); });
   }
 
-  std::size_t PointOf(const Task& task) const {
-    if (task.kind == Task::Kind::write) return task.point;
-    return task.query < queries_.size() ? queries_[task.query].points.front() : kNoPoint;
+  std::size_t PointOf(const protocols::Task& task) const {
+    if (task.kind == protocols::Task::Kind::write) return task.point;
+    return task.query < queries_.size() ? queries_[task.query].points.front() : protocols::kNoPoint;
   }
-  bool InSession(const Task& task) const {
-    return PointOf(task) != kNoPoint && device_.points[PointOf(task)].read.starts_with("S");
+  bool InSession(const protocols::Task& task) const {
+    return PointOf(task) != protocols::kNoPoint &&
+           device_.points[PointOf(task)].read.starts_with("S");
   }
 
-  Request Make(const std::string& text) const {
-    Request request;
+  protocols::Request Make(const std::string& text) const {
+    protocols::Request request;
     request.bytes = ToBytes(text.substr(0, 1) + device_.address + text.substr(1) + "\r");
     request.expect = ToyExpect(request.bytes, {});
     request.prepares = text[0] == 'O';
     return request;
   }
 
-  Answer OnWord(const Task& task, const std::string& word) {
-    Answer answer;
+  protocols::Answer OnWord(const protocols::Task& task, const std::string& word) {
+    protocols::Answer answer;
     answer.reason = "the device says " + word;
     if (word == "busy") {
       answer.outcome = Outcome::busy;
       answer.wait = device_.options.Time("wait");
     } else if (word == "refused") {
       answer.outcome = Outcome::refused;
-      if (task.kind == Task::Kind::write && InSession(task)) {
+      if (task.kind == protocols::Task::Kind::write && InSession(task)) {
         closing_ = failed_write_ = true;
-        answer.then = Then::ask_again;
+        answer.then = protocols::Then::ask_again;
       }
     } else if (word == "replan") {
       dropped_.insert(PointOf(task));
       Plan();
       answer.outcome = Outcome::unsupported;
-      answer.then = Then::replan;
+      answer.then = protocols::Then::replan;
     } else if (word == "fault") {
       answer.readings.push_back({PointOf(task), {}, Quality::bad_sensor_failure, {}});
     } else if (word == "foreign") {
@@ -235,17 +240,17 @@ class ToyConversation final : public Conversation {
     return answer;
   }
 
-  Answer OnContent(const Task& task, char kind, const std::string& rest) {
-    Answer answer;
+  protocols::Answer OnContent(const protocols::Task& task, char kind, const std::string& rest) {
+    protocols::Answer answer;
     if (kind == 'O') {
       open_ = true;
-      answer.then = Then::ask_again;
+      answer.then = protocols::Then::ask_again;
     } else if (kind == 'C') {
       open_ = closing_ = false;
       if (std::exchange(failed_write_, false)) answer.outcome = Outcome::refused;
     } else if (kind == 'W' && InSession(task)) {
       closing_ = true;
-      answer.then = Then::ask_again;
+      answer.then = protocols::Then::ask_again;
     } else if (kind == 'W' || kind == 'P') {
       // confirmed
     } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
@@ -258,18 +263,18 @@ class ToyConversation final : public Conversation {
   }
 
   const config::Device& device_;
-  std::vector<Query> queries_;
+  std::vector<protocols::Query> queries_;
   std::set<std::size_t> dropped_;
   bool open_ = false;
   bool closing_ = false;
   bool failed_write_ = false;
   bool announced_ = false;
-  DeviceTrouble trouble_;
+  protocols::DeviceTrouble trouble_;
 };
 
-class ToyTwin final : public Twin {
+class ToyTwin final : public protocols::Twin {
  public:
-  ToyTwin(const config::Device& device, TwinValues& values)
+  ToyTwin(const config::Device& device, protocols::TwinValues& values)
       : device_(device), values_(values), reply_as_(device.address) {}
 
   void ReplyAs(std::string_view address) override { reply_as_ = address; }
@@ -295,18 +300,18 @@ class ToyTwin final : public Twin {
 
  private:
   const config::Device& device_;
-  TwinValues& values_;
+  protocols::TwinValues& values_;
   std::string reply_as_;
 };
 
 /// A ceiling of 1 s at every bit rate.
-constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
-                                .reply = {.least = 200ms},
-                                .gap = {.least = 20ms},
-                                .drain = {.least = 50ms},
-                                .longest = 1'000'000,
-                                .gaps = 0,
-                                .longest_time = {.least = 800ms}};
+constexpr protocols::TimingRule kTiming = {.quiet = {.least = 5ms},
+                                           .reply = {.least = 200ms},
+                                           .gap = {.least = 20ms},
+                                           .drain = {.least = 50ms},
+                                           .longest = 1'000'000,
+                                           .gaps = 0,
+                                           .longest_time = {.least = 800ms}};
 
 }  // namespace
 
@@ -322,14 +327,14 @@ config::Options ToyOptions() {
   return options;
 }
 
-const Protocol& ToyProtocol() {
-  static const OptionSpec kOptions[] = {{.name = "wait",
-                                         .kind = OptionSpec::Kind::duration,
-                                         .fallback = "50ms",
-                                         .help = "pause after busy",
-                                         .choices = {}}};
-  static const Protocol protocol = [] {
-    Protocol p;
+const protocols::Protocol& ToyProtocol() {
+  static const protocols::OptionSpec kOptions[] = {{.name = "wait",
+                                                    .kind = protocols::OptionSpec::Kind::duration,
+                                                    .fallback = "50ms",
+                                                    .help = "pause after busy",
+                                                    .choices = {}}};
+  static const protocols::Protocol protocol = [] {
+    protocols::Protocol p;
     p.name = "toy";
     p.title = "Toy";
     p.options = kOptions;
@@ -341,11 +346,12 @@ const Protocol& ToyProtocol() {
     p.request_rule = ToyRequestRule;
     p.reply_rule = ToyReplyRule;
     p.expect = ToyExpect;
-    p.make_conversation = [](const config::Device& device, const ParsedOptions&,
-                             Bus*) -> std::unique_ptr<Conversation> {
+    p.make_conversation = [](const config::Device& device, const protocols::ParsedOptions&,
+                             protocols::Bus*) -> std::unique_ptr<protocols::Conversation> {
       return std::make_unique<ToyConversation>(device);
     };
-    p.make_twin = [](const config::Device& device, TwinValues& values) -> std::unique_ptr<Twin> {
+    p.make_twin = [](const config::Device& device,
+                     protocols::TwinValues& values) -> std::unique_ptr<protocols::Twin> {
       return std::make_unique<ToyTwin>(device, values);
     };
     return p;

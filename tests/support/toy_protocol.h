@@ -26,7 +26,7 @@ namespace baudgate {
 /// asks again; replan drops the query; fault and nan are readings without a usable value; foreign:
 /// the device is another one, until it answers with a value. Address: one letter. Options: wait
 /// (duration, after busy).
-const Protocol& ToyProtocol();
+const protocols::Protocol& ToyProtocol();
 
 /// "!A7=5*XX\r" from "A7=5".
 Bytes ToyReply(std::string_view body);

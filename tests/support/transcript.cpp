@@ -23,15 +23,15 @@ using Step = TranscriptStep;
 using Script = TranscriptScript;
 
 /// What a line does with the reply, without its clock.
-Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& task,
-             const Request& request, const Step& step, Instant now,
-             std::optional<Request>& instead) {
-  if (request.expect.reply == Expectation::Reply::none) {
-    Answer answer;
+protocols::Answer Carry(const protocols::Protocol& protocol, protocols::Conversation& conversation,
+                        const protocols::Task& task, const protocols::Request& request,
+                        const Step& step, Instant now, std::optional<protocols::Request>& instead) {
+  if (request.expect.reply == protocols::Expectation::Reply::none) {
+    protocols::Answer answer;
     answer.then = conversation.OnSent(task, request, now);
     return answer;
   }
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(protocol.reply_rule, request.expect);
   std::optional<Bytes> frame;
   for (const Piece& piece : step.reply) {
@@ -43,26 +43,26 @@ Answer Carry(const Protocol& protocol, Conversation& conversation, const Task& t
   }
   if (!frame) frame = assembler.Next(true);
   if (frame) return conversation.OnFrame(task, request, *frame, now);
-  Answer answer;
+  protocols::Answer answer;
   answer.outcome = assembler.blame() == Outcome::none ? Outcome::no_reply : assembler.blame();
   instead = conversation.Instead(request, answer.outcome, now);
   if (!instead) answer.then = conversation.OnFailure(task, request, answer.outcome, now);
   return answer;
 }
 
-std::vector<std::string> ValuesOf(const config::Device& device, const Answer& answer) {
+std::vector<std::string> ValuesOf(const config::Device& device, const protocols::Answer& answer) {
   std::vector<std::string> values;
-  for (const Reading& reading : answer.readings) {
+  for (const protocols::Reading& reading : answer.readings) {
     if (reading.point >= device.points.size()) continue;
     const config::Point& point = device.points[reading.point];
-    const Sample sample = ToSample(point, reading);
+    const bus::Sample sample = bus::ToSample(point, reading);
     const std::string value = HasValue(sample.value) ? ToText(sample.value) + " " : "";
     values.push_back(point.name + " " + value + Name(sample.quality));
   }
   if (!answer.batch) return values;
   if (answer.batch->drained) values.emplace_back("drained");
   if (answer.batch->again) values.emplace_back("again");
-  for (const DeviceEvent& event : answer.batch->events) {
+  for (const protocols::DeviceEvent& event : answer.batch->events) {
     std::string text = "event " + std::to_string(event.channel) + " " + std::to_string(event.code);
     if (event.time) text += " " + FormatDuration(event.time->time);
     values.push_back(text + (event.text.empty() ? "" : " " + event.text));
@@ -72,7 +72,7 @@ std::vector<std::string> ValuesOf(const config::Device& device, const Answer& an
 
 class Player {
  public:
-  Player(const Protocol& protocol, const std::string& path, Script script)
+  Player(const protocols::Protocol& protocol, const std::string& path, Script script)
       : protocol_(protocol), path_(path), script_(std::move(script)) {}
 
   void Play() {
@@ -93,8 +93,9 @@ class Player {
       }
       const std::size_t count = conversation->Queries().size();
       if (count == 0) return Fail(step, "the conversation asks for nothing");
-      const Then then = PlayTask(*conversation, {.kind = Task::Kind::poll, .query = query % count});
-      query = then == Then::replan || then == Then::restart ? 0 : query + 1;
+      const protocols::Then then =
+          PlayTask(*conversation, {.kind = protocols::Task::Kind::poll, .query = query % count});
+      query = then == protocols::Then::replan || then == protocols::Then::restart ? 0 : query + 1;
     }
   }
 
@@ -103,36 +104,37 @@ class Player {
     ADD_FAILURE_AT(path_.c_str(), step.line) << message;
   }
 
-  Then PlayTask(Conversation& conversation, const Task& task) {
-    std::optional<Request> instead;
-    for (int i = 0; i < kMostSteps; ++i) {
+  protocols::Then PlayTask(protocols::Conversation& conversation, const protocols::Task& task) {
+    std::optional<protocols::Request> instead;
+    for (int i = 0; i < protocols::kMostSteps; ++i) {
       if (next_ == script_.steps.size() || (i > 0 && script_.steps[next_].task)) {
         Fail(script_.steps[next_ - 1], "what is asked here is not at its end");
-        return Then::done;
+        return protocols::Then::done;
       }
       const Step& step = script_.steps[next_++];
       now_ += 1s;
-      const auto request =
-          instead ? Result<Request>(*std::exchange(instead, {})) : conversation.Ask(task, now_);
+      const auto request = instead ? Result<protocols::Request>(*std::exchange(instead, {}))
+                                   : conversation.Ask(task, now_);
       if (!request || !step.request) {
         CheckUnsent(step, request);
-        return Then::done;
+        return protocols::Then::done;
       }
       EXPECT_EQ(ToHex(request->bytes), ToHex(*step.request)) << path_ << ":" << step.line;
-      const Answer answer = Carry(protocol_, conversation, task, *request, step, now_, instead);
+      const protocols::Answer answer =
+          Carry(protocol_, conversation, task, *request, step, now_, instead);
       EXPECT_EQ(Name(answer.outcome), Name(step.outcome))
           << path_ << ":" << step.line << ": " << answer.reason;
       EXPECT_EQ(ValuesOf(script_.device, answer), step.values) << path_ << ":" << step.line;
       if (answer.batch && !answer.batch->events.empty()) {
         conversation.OnEventsKept(answer.batch->said);
       }
-      if (!instead && answer.then != Then::ask_again) return answer.then;
+      if (!instead && answer.then != protocols::Then::ask_again) return answer.then;
     }
-    return Then::done;
+    return protocols::Then::done;
   }
 
-  void PlayUnasked(Conversation& conversation, const Step& step) {
-    const Standing* const standing = conversation.Listens();
+  void PlayUnasked(protocols::Conversation& conversation, const Step& step) {
+    const protocols::Standing* const standing = conversation.Listens();
     if (standing == nullptr) return Fail(step, "the device says nothing unasked");
     if (!ear_) {
       ear_.emplace(*standing);
@@ -140,13 +142,13 @@ class Player {
     }
     std::vector<std::string> values;
     Outcome outcome = Outcome::ok;
-    const auto take = [&](const Answer& answer) {
+    const auto take = [&](const protocols::Answer& answer) {
       if (answer.outcome != Outcome::ok) outcome = answer.outcome;
       for (std::string& value : ValuesOf(script_.device, answer)) values.push_back(value);
     };
-    const auto hear = [&](const UnaskedInput& heard) {
+    const auto hear = [&](const bus::UnaskedInput& heard) {
       if (heard.damaged > 0) outcome = Outcome::corrupt;
-      for (const UnaskedMessage& message : heard.messages) {
+      for (const bus::UnaskedMessage& message : heard.messages) {
         take(conversation.OnUnasked(message.bytes, At(now_ - message.since)));
       }
     };
@@ -175,23 +177,23 @@ class Player {
   static Now At(Instant instant) { return {instant, WallTime(instant.time_since_epoch())}; }
 
   /// A task that the conversation gives no request for ends as unsupported.
-  void CheckUnsent(const Step& step, const Result<Request>& request) const {
+  void CheckUnsent(const Step& step, const Result<protocols::Request>& request) const {
     if (request) return Fail(step, "nothing may be sent, but this is: " + ToHex(request->bytes));
     if (step.request) return Fail(step, request.error());
     EXPECT_EQ(Name(step.outcome), Name(Outcome::unsupported)) << path_ << ":" << step.line;
   }
 
-  const Protocol& protocol_;
+  const protocols::Protocol& protocol_;
   const std::string& path_;
   Script script_;
   std::size_t next_ = 0;
   Instant now_ = Instant() + 1h;
-  std::optional<UnaskedReceiver> ear_;
+  std::optional<bus::UnaskedReceiver> ear_;
 };
 
 }  // namespace
 
-void PlayTranscript(const Protocol& protocol, const std::string& path) {
+void PlayTranscript(const protocols::Protocol& protocol, const std::string& path) {
   Script script = ReadTranscript(protocol, path);
   if (script.steps.empty()) ADD_FAILURE_AT(path.c_str(), 1) << "no exchange in it";
   Player(protocol, path, std::move(script)).Play();

@@ -45,6 +45,6 @@
 namespace baudgate {
 
 /// Plays the file; every difference is a GoogleTest failure that names file and line.
-void PlayTranscript(const Protocol& protocol, const std::string& path);
+void PlayTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

@@ -53,7 +53,8 @@ std::optional<Value> ValueOf(config::Type type, const std::string& text) {
 
 class Reader {
  public:
-  Reader(const Protocol& protocol, const std::string& path) : protocol_(protocol), path_(path) {
+  Reader(const protocols::Protocol& protocol, const std::string& path)
+      : protocol_(protocol), path_(path) {
     script_.device.name = "device";
     script_.device.protocol = protocol.name;
     script_.device.options = config::DefaultOptions(protocol);
@@ -75,7 +76,7 @@ class Reader {
       } else if (trimmed.starts_with("write:")) {
         Write(Words(trimmed.substr(6)));
       } else if (trimmed == "events:") {
-        Begin(Task{.kind = Task::Kind::events});
+        Begin(protocols::Task{.kind = protocols::Task::Kind::events});
       } else if (trimmed == "unasked:") {
         Begin({});
         script_.steps.back().unasked = true;
@@ -105,7 +106,7 @@ class Reader {
         continue;
       }
       bool known = false;
-      for (const OptionSpec& spec : protocol_.options) {
+      for (const protocols::OptionSpec& spec : protocol_.options) {
         if (spec.name != key) continue;
         known = true;
         auto option = config::ParseOption(spec, value);
@@ -173,14 +174,14 @@ class Reader {
       if (point.name != words[0]) continue;
       const auto value = ValueOf(point.type, words[1]);
       if (!value) return Fail("no value: " + words[1]);
-      auto raw = ToRaw(point, *value);
+      auto raw = bus::ToRaw(point, *value);
       if (!raw) return Fail(raw.error());
-      return Begin(Task{Task::Kind::write, 0, i, std::move(*raw)});
+      return Begin(protocols::Task{protocols::Task::Kind::write, 0, i, std::move(*raw)});
     }
     Fail("no point " + words[0]);
   }
 
-  void Begin(std::optional<Task> task) {
+  void Begin(std::optional<protocols::Task> task) {
     TranscriptStep step;
     step.line = line_;
     step.task = std::move(task);
@@ -231,7 +232,7 @@ class Reader {
     return Outcome::none;
   }
 
-  const Protocol& protocol_;
+  const protocols::Protocol& protocol_;
   const std::string& path_;
   int line_ = 0;
   bool silence_ = false;
@@ -241,7 +242,7 @@ class Reader {
 
 }  // namespace
 
-TranscriptScript ReadTranscript(const Protocol& protocol, const std::string& path) {
+TranscriptScript ReadTranscript(const protocols::Protocol& protocol, const std::string& path) {
   return Reader(protocol, path).Read();
 }
 

@@ -21,7 +21,7 @@ struct TranscriptPiece {
 /// One request and what came of it.
 struct TranscriptStep {
   int line = 0;
-  std::optional<Task> task;      ///< begins here: a write, with a raw value, or events
+  std::optional<protocols::Task> task;  ///< begins here: a write, with a raw value, or events
   bool unasked = false;          ///< nothing is asked: `reply` is what the device says by itself
   std::optional<Bytes> request;  ///< nothing: the write must end without one
   std::vector<TranscriptPiece> reply;
@@ -36,6 +36,6 @@ struct TranscriptScript {
 };
 
 /// What is not understood is a GoogleTest failure at its line.
-TranscriptScript ReadTranscript(const Protocol& protocol, const std::string& path);
+TranscriptScript ReadTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

@@ -15,7 +15,7 @@ namespace {
 
 config::Catalog ShippedCatalog() {
   config::Catalog catalog;
-  for (const Protocol* protocol : AllProtocols()) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
   }
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
@@ -68,7 +68,7 @@ FromWire FromWireBits(const WireBits& bits, const config::SerialSettings& serial
 
 void TwinBus::Add(const TwinWish& wish) {
   static const config::Catalog kCatalog = ShippedCatalog();
-  const Protocol* protocol = FindProtocol(wish.protocol);
+  const protocols::Protocol* protocol = protocols::FindProtocol(wish.protocol);
   ASSERT_NE(protocol, nullptr) << wish.protocol;
   const config::LoadedProfile loaded = config::LoadProfile(wish.profile, *protocol, kCatalog);
   ASSERT_TRUE(loaded.ok()) << wish.profile;
@@ -79,15 +79,15 @@ void TwinBus::Add(const TwinWish& wish) {
   one->device = std::make_unique<config::Device>(
       config::DeviceFromProfile(loaded.profile, *protocol, "twin", wish.address));
   for (const auto& [key, text] : wish.options) {
-    for (const OptionSpec& spec : protocol->options) {
+    for (const protocols::OptionSpec& spec : protocol->options) {
       if (spec.name != key) continue;
       auto value = config::ParseOption(spec, text);
       ASSERT_TRUE(value) << key;
       one->device->options.Set(key, std::move(*value));
     }
   }
-  one->values = std::make_unique<SimulatedValues>(one->device->points,
-                                                  static_cast<std::uint32_t>(twins_.size()));
+  one->values = std::make_unique<tools::SimulatedValues>(one->device->points,
+                                                         static_cast<std::uint32_t>(twins_.size()));
   one->twin = protocol->make_twin(*one->device, *one->values);
   twins_.push_back(std::move(one));
 }
@@ -102,7 +102,7 @@ TwinBus::Answer TwinBus::Ask(View request, const config::SerialSettings& serial,
     if (one->serial.baud != serial.baud) continue;
     const FromWire heard = FromWireBits(sent, one->serial);
     if (heard.damaged > 0 && one->judges_parity) continue;
-    Assembler assembler;
+    protocols::Assembler assembler;
     assembler.Begin(one->protocol->request_rule,
                     one->protocol->expect({}, ParseOptions(*one->protocol, one->device->options)));
     // A twin that does not judge parity hears the characters themselves.

@@ -54,12 +54,12 @@ class TwinBus {
 
  private:
   struct Inhabitant {
-    const Protocol* protocol;
+    const protocols::Protocol* protocol;
     config::SerialSettings serial;
     bool judges_parity;
     std::unique_ptr<config::Device> device;
-    std::unique_ptr<SimulatedValues> values;
-    std::unique_ptr<Twin> twin;
+    std::unique_ptr<tools::SimulatedValues> values;
+    std::unique_ptr<protocols::Twin> twin;
   };
   std::vector<std::unique_ptr<Inhabitant>> twins_;
   std::size_t asked_ = 0;  // none of two begins at the same moment every time

@@ -25,12 +25,13 @@ config::Config ConfigOf(config::Line line) {
 
 }  // namespace
 
-VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protocols,
+VirtualLine::VirtualLine(config::Line line, std::vector<const protocols::Protocol*> protocols,
                          std::vector<config::Device> others)
     : config_(ConfigOf(std::move(line))),
-      find_([protocols](const std::string& name) -> const Protocol& {
-        return **std::find_if(protocols.begin(), protocols.end(),
-                              [&](const Protocol* protocol) { return protocol->name == name; });
+      find_([protocols](const std::string& name) -> const protocols::Protocol& {
+        return **std::find_if(
+            protocols.begin(), protocols.end(),
+            [&](const protocols::Protocol* protocol) { return protocol->name == name; });
       }),
       others_(std::move(others)) {
   const auto add_twin = [&](const config::Device& device) {
@@ -40,15 +41,15 @@ VirtualLine::VirtualLine(config::Line line, std::vector<const Protocol*> protoco
   };
   for (const config::Device& device : config_.lines[0].devices) add_twin(device);
   for (const config::Device& device : others_) add_twin(device);
-  store_ = std::make_unique<PointStore>(config_);
+  store_ = std::make_unique<bus::PointStore>(config_);
   MakePoller();
 }
 
 void VirtualLine::MakePoller() {
-  RequestPort& port = *this;
-  PollerListener& listener = *this;
-  poller_ =
-      std::make_unique<Poller>(config_.lines[0], 0U, find_, *store_, port, listener, &Observe);
+  bus::RequestPort& port = *this;
+  bus::PollerListener& listener = *this;
+  poller_ = std::make_unique<bus::Poller>(config_.lines[0], 0U, find_, *store_, port, listener,
+                                          &diagnosis::Observe);
   sends_ = 0;
   const auto& devices = config_.lines[0].devices;
   for (std::uint32_t i = 0; i < devices.size(); ++i) {
@@ -58,16 +59,16 @@ void VirtualLine::MakePoller() {
 
 VirtualLine::~VirtualLine() = default;
 
-bool VirtualLine::Submit(WriteCommand command) {
-  if (auto* const writes = std::get_if<Writes>(&command.kind)) {
+bool VirtualLine::Submit(bus::WriteCommand command) {
+  if (auto* const writes = std::get_if<bus::Writes>(&command.kind)) {
     const auto& points = store_->device(command.device).points;
-    for (PointWrite& write : *writes) {
-      write.shown = ToSample(points[write.point], {write.point, write.raw}).value;
+    for (bus::PointWrite& write : *writes) {
+      write.shown = bus::ToSample(points[write.point], {write.point, write.raw}).value;
     }
   }
   return poller_->Submit(std::move(command), now());
 }
-void VirtualLine::Submit(RoutedRequest request) { poller_->Submit(std::move(request), now()); }
+void VirtualLine::Submit(bus::RoutedRequest request) { poller_->Submit(std::move(request), now()); }
 bool VirtualLine::asking() const { return sends_ > poller_->accounts().line.counters().exchanges; }
 
 void VirtualLine::Open() {
@@ -81,7 +82,7 @@ void VirtualLine::Close() {
   poller_->OnClosed(now());
 }
 
-void VirtualLine::OnEvents(ReportedEvents reported) {
+void VirtualLine::OnEvents(bus::ReportedEvents reported) {
   keeping_.emplace(instant_ + keep_time, std::move(reported));
 }
 
@@ -158,9 +159,9 @@ void VirtualLine::Inject(Bytes bytes, Duration after) {
 }
 
 bool VirtualLine::Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within) {
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = device;
-  command.kind = Writes{{point, std::move(raw)}};
+  command.kind = bus::Writes{{point, std::move(raw)}};
   command.deadline = instant_ + within;
   command.done = [this](const WriteResult& result) { ends.push_back(result.end); };
   return Submit(std::move(command));
@@ -189,7 +190,7 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
       continue;
     }
     if (manner.deliver) {
-      for (const TimedPiece& piece : manner.deliver(bytes, std::move(reply), end))
+      for (const tools::TimedPiece& piece : manner.deliver(bytes, std::move(reply), end))
         Deliver(piece, manner.fragment, end, character);
       continue;
     }
@@ -204,7 +205,7 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
     Deliver(manner, std::move(whole), end + manner.think, character);
   }
   if (!server) return;
-  for (const TimedPiece& piece : server(bytes, std::move(said), end)) {
+  for (const tools::TimedPiece& piece : server(bytes, std::move(said), end)) {
     Deliver(piece, 0, end, character);
   }
 }
@@ -221,8 +222,8 @@ void VirtualLine::Deliver(const Manner& manner, Bytes reply, Instant from, Durat
   }
 }
 
-void VirtualLine::Deliver(const TimedPiece& piece, std::size_t fragment, Instant end_of_request,
-                          Duration character) {
+void VirtualLine::Deliver(const tools::TimedPiece& piece, std::size_t fragment,
+                          Instant end_of_request, Duration character) {
   if (fragment == 0) fragment = piece.bytes.size();
   View rest = piece.bytes;
   while (!rest.empty()) {
@@ -233,33 +234,36 @@ void VirtualLine::Deliver(const TimedPiece& piece, std::size_t fragment, Instant
   }
 }
 
-void VirtualLine::OnDeviceState(std::uint32_t device, DeviceState, DeviceState to,
+void VirtualLine::OnDeviceState(std::uint32_t device, bus::DeviceState, bus::DeviceState to,
                                 const std::string&, Now) {
   states.push_back({instant_, device, to});
 }
 
 Quality VirtualLine::QualityOf(std::uint32_t device, std::uint32_t point) const {
   Quality quality{};
-  store_->Read(device,
-               [&](const DeviceRecord& record) { quality = QualityAt(record, point, instant_); });
+  store_->Read(device, [&](const bus::DeviceRecord& record) {
+    quality = QualityAt(record, point, instant_);
+  });
   return quality;
 }
 
 std::optional<Duration> VirtualLine::AgeOf(std::uint32_t device, std::uint32_t point) const {
   std::optional<Duration> age;
-  store_->Read(device, [&](const DeviceRecord& record) { age = AgeAt(record, point, instant_); });
+  store_->Read(device,
+               [&](const bus::DeviceRecord& record) { age = AgeAt(record, point, instant_); });
   return age;
 }
 
 Value VirtualLine::ValueOf(std::uint32_t device, std::uint32_t point) const {
   Value value;
-  store_->Read(device, [&](const DeviceRecord& record) { value = record.points[point].value; });
+  store_->Read(device,
+               [&](const bus::DeviceRecord& record) { value = record.points[point].value; });
   return value;
 }
 
-DeviceStatus VirtualLine::StatusOf(std::uint32_t device) const {
-  DeviceStatus status;
-  store_->Read(device, [&](const DeviceRecord& record) { status = record.status; });
+bus::DeviceStatus VirtualLine::StatusOf(std::uint32_t device) const {
+  bus::DeviceStatus status;
+  store_->Read(device, [&](const bus::DeviceRecord& record) { status = record.status; });
   return status;
 }
 

@@ -25,9 +25,11 @@
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
-
+namespace baudgate::bus {
 class Poller;
+}  // namespace baudgate::bus
+
+namespace baudgate {
 
 /// How a device behaves on the wire, whatever it has to say. May change at any time.
 struct Manner {
@@ -45,7 +47,8 @@ struct Manner {
   /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about
   /// every request on the line; `reply` is empty where the twin has none. See
   /// gateway/tools/simulate/twin_faults.h.
-  std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> deliver;
+  std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
+      deliver;
 };
 
 struct Sent {
@@ -56,23 +59,23 @@ struct Sent {
 struct StateChange {
   Instant at;
   std::uint32_t device = 0;
-  DeviceState to = DeviceState::never_seen;
+  bus::DeviceState to = bus::DeviceState::never_seen;
 };
 
 /// For messages of failed tests.
 inline void PrintTo(WriteEnd end, std::ostream* out) { *out << Name(end); }
 
-class VirtualLine : private RequestPort, private PollerListener {
+class VirtualLine : private bus::RequestPort, private bus::PollerListener {
  public:
   struct WireTwin {
-    std::unique_ptr<Twin> twin;
+    std::unique_ptr<protocols::Twin> twin;
     FixedValues values = ToyValues();
     Manner manner;
     std::size_t answered = 0;
   };
 
   /// `others`: devices on the wire that the line does not know of; their twins come last.
-  VirtualLine(config::Line line, std::vector<const Protocol*> protocols,
+  VirtualLine(config::Line line, std::vector<const protocols::Protocol*> protocols,
               std::vector<config::Device> others = {});
   ~VirtualLine() override;
 
@@ -91,22 +94,22 @@ class VirtualLine : private RequestPort, private PollerListener {
   void Inject(Bytes bytes, Duration after = {});
   /// A write of one point through the command queue; its answer goes to `ends`.
   bool Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within = 1h);
-  bool Submit(WriteCommand command);
-  void Submit(RoutedRequest request);
+  bool Submit(bus::WriteCommand command);
+  void Submit(bus::RoutedRequest request);
 
   Now now() const { return {instant_, WallTime(1'790'000'000s) + (instant_ - kStart)}; }
   Duration elapsed() const { return instant_ - kStart; }
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
-  Poller& poller() { return *poller_; }
+  bus::Poller& poller() { return *poller_; }
   /// An exchange is under way: a request went out and has not ended.
   bool asking() const;
-  PointStore& store() { return *store_; }
+  bus::PointStore& store() { return *store_; }
   const config::Config& config() const { return config_; }
 
   Quality QualityOf(std::uint32_t device, std::uint32_t point) const;
   Value ValueOf(std::uint32_t device, std::uint32_t point) const;
   std::optional<Duration> AgeOf(std::uint32_t device, std::uint32_t point) const;
-  DeviceStatus StatusOf(std::uint32_t device) const;
+  bus::DeviceStatus StatusOf(std::uint32_t device) const;
   /// Requests that began with `start`.
   std::size_t CountSent(std::string_view start) const;
 
@@ -124,12 +127,13 @@ class VirtualLine : private RequestPort, private PollerListener {
   /// What a serial server before all devices makes of a request and of what they say to it, empty
   /// where they are silent: what arrives, and when. In place of all manners but `dead` and
   /// `instead`.
-  std::function<std::vector<TimedPiece>(View request, Bytes reply, Instant end_of_request)> server;
+  std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
+      server;
   /// So long the disk takes for a batch of events; a kill loses what it has not taken yet.
   Duration keep_time = 5ms;
   /// Whether it has; if not, it is asked again after a second. Without it they go to `events`.
-  std::function<bool(const ReportedEvents& reported)> keep;
-  std::vector<ReportedEvents> events;  ///< that were kept, in their order
+  std::function<bool(const bus::ReportedEvents& reported)> keep;
+  std::vector<bus::ReportedEvents> events;  ///< that were kept, in their order
   /// What the store of events holds at a start of what the device has said last; without it
   /// nothing.
   std::function<std::string(std::uint32_t device)> said;
@@ -145,9 +149,9 @@ class VirtualLine : private RequestPort, private PollerListener {
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override { ++dropped; }
   bool IsUnsent() const override { return unsent_; }
-  void OnDeviceState(std::uint32_t device, DeviceState from, DeviceState to,
+  void OnDeviceState(std::uint32_t device, bus::DeviceState from, bus::DeviceState to,
                      const std::string& reason, Now at) override;
-  void OnEvents(ReportedEvents reported) override;
+  void OnEvents(bus::ReportedEvents reported) override;
   void OnDrained(std::uint32_t device, Instant asked) override {
     if (drained) drained(device, asked);
   }
@@ -160,20 +164,20 @@ class VirtualLine : private RequestPort, private PollerListener {
 
   void Step(Instant until);
   void Deliver(const Manner& manner, Bytes reply, Instant from, Duration character);
-  void Deliver(const TimedPiece& piece, std::size_t fragment, Instant end_of_request,
+  void Deliver(const tools::TimedPiece& piece, std::size_t fragment, Instant end_of_request,
                Duration character);
 
   void MakePoller();
 
   config::Config config_;
-  const std::function<const Protocol&(const std::string& name)> find_;
+  const std::function<const protocols::Protocol&(const std::string& name)> find_;
   std::vector<config::Device> others_;
   Instant instant_ = kStart;
   std::vector<std::unique_ptr<WireTwin>> twins_;
   std::multimap<Instant, Bytes> arriving_;
-  std::multimap<Instant, ReportedEvents> keeping_;
-  std::unique_ptr<PointStore> store_;
-  std::unique_ptr<Poller> poller_;
+  std::multimap<Instant, bus::ReportedEvents> keeping_;
+  std::unique_ptr<bus::PointStore> store_;
+  std::unique_ptr<bus::Poller> poller_;
   bool open_ = false;
   std::uint64_t sends_ = 0;
   bool unsent_ = false;  // see RequestPort
@@ -181,10 +185,15 @@ class VirtualLine : private RequestPort, private PollerListener {
 
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }
 inline void PrintTo(Outcome outcome, std::ostream* out) { *out << Name(outcome); }
-inline void PrintTo(DeviceState state, std::ostream* out) { *out << Name(state); }
 
 /// A device with one fast point for each `read`, polled every second.
 config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads);
 config::Line ToyLine(std::vector<config::Device> devices);
 
 }  // namespace baudgate
+
+namespace baudgate::bus {
+
+inline void PrintTo(DeviceState state, std::ostream* out) { *out << Name(state); }
+
+}  // namespace baudgate::bus

@@ -27,7 +27,7 @@ void WriteAll(int descriptor, View bytes) {
 
 BadCable::BadCable(const std::string& near, const std::string& far, std::uint32_t seed)
     : random_(seed) {
-  auto pty = Pty::Create(near);
+  auto pty = tools::Pty::Create(near);
   if (pty.ok()) pty_ = std::move(*pty);
   twin_ = ::open(far.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (connected()) thread_ = std::thread([this] { Carry(); });

@@ -39,7 +39,7 @@ class BadCable {
   int Random(int low, int high);
 
   std::mt19937 random_;
-  std::optional<Pty> pty_;
+  std::optional<tools::Pty> pty_;
   int twin_ = -1;
   std::atomic<bool> noisy_ = false;
   std::atomic<bool> stop_ = false;

@@ -217,7 +217,7 @@ class EventRing : public EventStation {
   void FillFile() const {
     const auto folder = directory() / "state" / gateway();
     std::filesystem::create_directories(folder);
-    const auto opened = OpenEvents(folder / "events.db");
+    const auto opened = records::OpenEvents(folder / "events.db");
     ASSERT_TRUE(opened.database) << opened.error;
     events::EventTable table(*opened.database);
     std::vector<events::Batch> batches;

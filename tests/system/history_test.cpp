@@ -91,7 +91,7 @@ TEST_F(History, IsKeptAndReadBack) {
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("values-") || !name.ends_with(".db")) continue;
-    Database database(entry.path().string(), Database::Mode::read);
+    records::Database database(entry.path().string(), records::Database::Mode::read);
     ASSERT_TRUE(database.is_open());
     EXPECT_GE(std::get<std::int64_t>(database.First("SELECT count(*) FROM rows")), 1);
     EXPECT_EQ(std::get<std::int64_t>(database.First("SELECT count(*) FROM runs")), 2);

@@ -24,8 +24,8 @@ std::uint64_t Pass(int from, int to) {
 }  // namespace
 
 NullModem::NullModem(const std::string& near, const std::string& far) {
-  auto one = Pty::Create(near);
-  auto other = Pty::Create(far);
+  auto one = tools::Pty::Create(near);
+  auto other = tools::Pty::Create(far);
   if (one.ok()) near_ = std::move(*one);
   if (other.ok()) far_ = std::move(*other);
   if (connected()) thread_ = std::thread([this] { Carry(); });

@@ -28,8 +28,8 @@ class NullModem {
  private:
   void Carry();
 
-  std::optional<Pty> near_;
-  std::optional<Pty> far_;
+  std::optional<tools::Pty> near_;
+  std::optional<tools::Pty> far_;
   std::atomic<bool> stop_ = false;
   std::atomic<std::uint64_t> bytes_to_far_ = 0;
   std::atomic<std::uint64_t> bytes_to_near_ = 0;

@@ -135,7 +135,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
   ASSERT_TRUE(EventuallyQualityIs(kGood));
-  EXPECT_FALSE(OpenExclusive(LinkOf("bay")).ok()) << "the daemon has it for itself";
+  EXPECT_FALSE(transports::OpenExclusive(LinkOf("bay")).ok()) << "the daemon has it for itself";
 
   const std::string time = FormatDuration(kLongEnough);
   const Finished release = Release({"bay", "--for", time});
@@ -145,7 +145,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   EXPECT_EQ(Status()["port_state"], "released");
   EXPECT_TRUE(Status()["released_until"].is_string());
   EXPECT_THAT(Ask({"status"}).output, HasSubstr("\nbay: released: the port is lent until "));
-  const auto tool = OpenExclusive(LinkOf("bay"));
+  const auto tool = transports::OpenExclusive(LinkOf("bay"));
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 

@@ -30,7 +30,7 @@ bool IsOddParity(int fd) {
 
 }  // namespace
 
-PtyBus::PtyBus(const std::string& link) : pty_(std::move(Pty::Create(link).value())) {}
+PtyBus::PtyBus(const std::string& link) : pty_(std::move(tools::Pty::Create(link).value())) {}
 
 PtyBus::~PtyBus() {
   stop_ = true;
@@ -62,7 +62,7 @@ void PtyBus::Run() {
 }
 
 void PtyBus::Answer(const Bytes& request) {
-  const auto port = ReadSerialSettings(pty_.master());
+  const auto port = transports::ReadSerialSettings(pty_.master());
   // A pty forgets that there is a parity, and not that it is odd.
   const bool odd = IsOddParity(pty_.master());
   Bytes replies;

@@ -30,7 +30,7 @@ class PtyBus {
   void Run();
   void Answer(const Bytes& request);
 
-  Pty pty_;
+  tools::Pty pty_;
   TwinBus bus_;
   std::string talk_;
   std::atomic<bool> stop_ = false;

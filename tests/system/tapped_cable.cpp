@@ -28,7 +28,7 @@ std::string PassText(int from, int to) {
 }  // namespace
 
 TappedCable::TappedCable(const std::string& near, const std::string& far) {
-  auto pty = Pty::Create(near);
+  auto pty = tools::Pty::Create(near);
   if (pty.ok()) pty_ = std::move(*pty);
   twin_ = ::open(far.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (connected()) thread_ = std::thread([this] { Carry(); });

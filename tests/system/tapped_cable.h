@@ -29,7 +29,7 @@ class TappedCable {
  private:
   void Carry();
 
-  std::optional<Pty> pty_;
+  std::optional<tools::Pty> pty_;
   int twin_ = -1;
   mutable std::mutex mutex_;
   std::string heard_;

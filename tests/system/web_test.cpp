@@ -108,7 +108,7 @@ TEST_F(Web, ComesMovesAndGoesByReload) {
 }
 
 TEST_F(Web, APortThatIsTakenIsSaidBeforeAnythingIsAsked) {
-  const auto other = ListenSocket::Open({asio::ip::address_v4::loopback(), 0}, "");
+  const auto other = transports::ListenSocket::Open({asio::ip::address_v4::loopback(), 0}, "");
   ASSERT_TRUE(other) << other.error();
   web_ = other->port();
   Write("baudgate.yaml", WithWeb());

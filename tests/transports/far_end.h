@@ -37,7 +37,7 @@ inline void RunReady(asio::io_context& io) {
   }
 }
 
-class Recorder : public TransportListener {
+class Recorder : public transports::TransportListener {
  public:
   void OnOpened() override { ++opened; }
   void OnOpenFailed(const std::string& reason) override { failures.push_back(reason); }

@@ -23,7 +23,7 @@
 #include "tests/transports/far_end.h"
 #include "transports/serial_port.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 namespace fs = std::filesystem;
@@ -172,7 +172,7 @@ TEST(OpenExclusive, MissingAndForeignFiles) {
 }
 
 TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
-  const auto pty = Pty::Create();
+  const auto pty = tools::Pty::Create();
   const auto first = OpenExclusive(pty->slave_path());
   ASSERT_TRUE(first.ok()) << first.error();
   const auto second = OpenExclusive(pty->slave_path());
@@ -217,7 +217,7 @@ class Holder {
 };
 
 TEST(OpenExclusive, HolderIsNamedAndItsEndFreesThePort) {
-  const auto pty = Pty::Create();
+  const auto pty = tools::Pty::Create();
   {
     const Holder holder(pty->slave_path());
     ASSERT_TRUE(holder.locked());
@@ -333,7 +333,7 @@ TEST_F(PortWatchTest, TheTargetOfALinkIsWatchedToo) {
 TEST_F(PortWatchTest, APtyIsHeardOf) {
   const fs::path link = folder_ / "line";
   Watch(link);
-  const auto pty = Pty::Create(link.string());
+  const auto pty = tools::Pty::Create(link.string());
   EXPECT_GE(News(), 1);
 }
 
@@ -476,4 +476,4 @@ TEST_F(SerialThreadTest, BytesThatAreNotHeardTakeBoundedMemory) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::transports

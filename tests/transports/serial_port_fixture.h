@@ -14,7 +14,7 @@
 #include "tests/transports/far_end.h"
 #include "transports/serial_port.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 
 namespace fs = std::filesystem;
 using Far = test::FarEnd<asio::posix::stream_descriptor>;
@@ -36,7 +36,7 @@ class SerialPortTest : public testing::Test {
 
   void Plug() {
     fs::remove(link_);
-    auto pty = Pty::Create(link_);
+    auto pty = tools::Pty::Create(link_);
     ASSERT_TRUE(pty.ok()) << pty.error();
     pty_.emplace(std::move(*pty));
     far_.emplace(asio::posix::stream_descriptor(io_, pty_->TakeMaster()));
@@ -70,9 +70,9 @@ class SerialPortTest : public testing::Test {
   std::string link_;
   config::SerialSettings serial_;
   test::Recorder listener_;
-  std::optional<Pty> pty_;
+  std::optional<tools::Pty> pty_;
   std::optional<Far> far_;
   std::unique_ptr<Transport> port_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::transports

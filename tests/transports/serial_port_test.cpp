@@ -9,7 +9,7 @@
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 TEST_F(SerialPortTest, CarriesEveryByteBothWays) {
@@ -394,7 +394,7 @@ TEST_F(SerialPortTest, WhatCameBeforeTheHangUpIsHeardOrLostButEndsTheSame) {
 TEST_F(SerialPortTest, ALinkIsFollowedAnewAtEachOpen) {
   Open();
   const std::string first = pty_->slave_path();
-  auto other = Pty::Create();
+  auto other = tools::Pty::Create();
   ASSERT_TRUE(other.ok());
   Far other_far(asio::posix::stream_descriptor(io_, other->TakeMaster()));
   other_far.Start();
@@ -421,4 +421,4 @@ TEST_F(SerialPortTest, MayBeOpenedAgainFromOnLost) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -11,7 +11,7 @@
 #include "tests/transports/far_end.h"
 #include "transports/parity.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 config::SerialSettings Settings(int baud, int data_bits, config::Parity parity, int stop_bits) {
@@ -28,14 +28,15 @@ const config::SerialSettings k8N1 = Settings(9600, 8, config::Parity::none, 1);
 
 class PtySlave {
  public:
-  explicit PtySlave(const Pty& pty) : fd(open(pty.slave_path().c_str(), O_RDWR | O_NOCTTY)) {}
+  explicit PtySlave(const tools::Pty& pty)
+      : fd(open(pty.slave_path().c_str(), O_RDWR | O_NOCTTY)) {}
   ~PtySlave() { close(fd); }
   const int fd;
 };
 
 class SerialSettingsOnPty : public testing::Test {
  protected:
-  Result<Pty> pty_ = Pty::Create();
+  Result<tools::Pty> pty_ = tools::Pty::Create();
 };
 
 TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
@@ -303,4 +304,4 @@ TEST(ParmrkDecoder, AnyFragmentationGivesTheSame) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::transports

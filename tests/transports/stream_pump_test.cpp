@@ -19,7 +19,7 @@
 #include "transports/serial_port.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 using Handler = std::function<void(const std::error_code&, std::size_t)>;
@@ -292,4 +292,4 @@ TEST(MakeTransport, FormOfThePortDecides) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::transports

@@ -22,7 +22,7 @@
 #include "gateway/base/text.h"
 #include "tests/transports/far_end.h"
 
-namespace baudgate {
+namespace baudgate::transports {
 namespace {
 
 using asio::ip::tcp;
@@ -511,4 +511,4 @@ TEST_F(NamesTest, ALineWhoseNameHangsCanBeClosed) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::transports

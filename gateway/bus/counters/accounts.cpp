@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// A slave that only routes reach stands in no store.
 void DeviceAccounts::Change(const Member& member,
@@ -262,4 +262,4 @@ void FastRounds::Measure(Instant now) const {
   for (const auto& device : roster_.devices()) store_.SetLineCycle(device->index, cycle, now);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -21,7 +21,7 @@
 #include "gateway/bus/schedule/effects.h"
 #include "gateway/bus/schedule/schedule.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
 // much line time they took. Shown in the point store. Driven by DeviceTracker, EffectApplier and
@@ -172,4 +172,4 @@ struct Accounts {
   FastRounds rounds;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 Duration LineAccount::OnTime(Now now, bool busy, bool drains) {
   const Duration took = open_ && busy ? now.instant - now_.instant : Duration::zero();
@@ -33,7 +33,7 @@ void LineAccount::OnClosed() {
   minute_.OnClosed();
 }
 
-void LineAccount::OnSent(const Member& member, const Request& request) {
+void LineAccount::OnSent(const Member& member, const protocols::Request& request) {
   counters_.bytes_out += request.bytes.size();
   if (tap_ != nullptr) tap_->OnSent(member.index, request, now_);
 }
@@ -110,4 +110,4 @@ std::uint64_t LineAccount::Answers() const {
   return answers;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

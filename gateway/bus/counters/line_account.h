@@ -17,7 +17,7 @@
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Whether something that may happen once by chance happens again and again: it has begun when it
 // happened three times within a minute, and ended after a minute without it.
@@ -123,7 +123,7 @@ class LineAccount {
   void OnOpened();
   void OnClosed();
 
-  void OnSent(const Member& member, const Request& request);
+  void OnSent(const Member& member, const protocols::Request& request);
   /// Bytes came, while `member` was asked; null: nobody was.
   void OnHeard(const EchoWatch::Received& heard, const Member* member);
   /// `broadcast`: nothing has answered. `use`: what it was for.
@@ -182,4 +182,4 @@ class LineAccount {
   Instant last_failure_{};              // of an exchange
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

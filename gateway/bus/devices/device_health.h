@@ -15,7 +15,7 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/points/device_status.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Which points of a device were answered since it was connected. It decides one question: does
 // silence to a request say something about the device, or about the points that were asked for?
@@ -117,4 +117,4 @@ inline DeviceState DeviceHealth::state() const {
   return DeviceState::online;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
-std::string Change(const DeviceTrouble& was, const DeviceTrouble& is) {
+std::string Change(const protocols::DeviceTrouble& was, const protocols::DeviceTrouble& is) {
   if (is || (!was && !is.text.empty())) return is.text;
   if (!was) return "no longer so: " + was.text;
   const std::string over = "it is the configured device again";
@@ -81,10 +81,10 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
 
 /// A remark is shown, and goes to the log. Its values are good, so it is no news.
 bool DeviceStates::OnTrouble(const Device& device) {
-  const DeviceTrouble& is = device.conversation->trouble();
-  DeviceTrouble& known = entries_[device].trouble;
+  const protocols::DeviceTrouble& is = device.conversation->trouble();
+  protocols::DeviceTrouble& known = entries_[device].trouble;
   if (is.reason == known.reason && is.text == known.text) return false;
-  const DeviceTrouble was = std::exchange(known, is);
+  const protocols::DeviceTrouble was = std::exchange(known, is);
   ShowOverride(device);
   if (is && was && is.text == was.text) return false;
   store_.UpdateStatus(device.index, [&is](DeviceStatus& status) { status.trouble = is.text; });
@@ -127,4 +127,4 @@ Override DeviceStates::OverrideOf(const Member& member) const {
   return QualityOfDevice(device->conversation->trouble().reason);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

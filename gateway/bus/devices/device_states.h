@@ -14,7 +14,7 @@
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 class DeviceStates {
  public:
@@ -43,7 +43,7 @@ class DeviceStates {
  private:
   struct Entry {
     DeviceState shown = DeviceState::never_seen;
-    DeviceTrouble trouble;  // or a remark
+    protocols::DeviceTrouble trouble;  // or a remark
   };
 
   void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;
@@ -60,4 +60,4 @@ class DeviceStates {
   Override closed_as_ = Quality::bad_not_connected;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

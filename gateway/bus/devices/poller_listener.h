@@ -22,12 +22,12 @@
 #include "gateway/bus/points/device_status.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// Events that a device has reported, to be saved.
 struct ReportedEvents {
   std::uint32_t device = 0;          ///< index in the point store
-  EventBatch batch{};                ///< with at least one event, or record of the past
+  protocols::EventBatch batch{};     ///< with at least one event, or record of the past
   Now received{};                    ///< the end of the reply
   std::optional<Duration> oldest{};  ///< the greatest age at `received`; empty: not known
 };
@@ -119,7 +119,8 @@ class LineObserver {
   virtual ~LineObserver() = default;
 
   virtual void OnOpened() {}
-  virtual void OnRequest(const Member& /*member*/, const Request& /*request*/, Instant /*now*/) {}
+  virtual void OnRequest(const Member& /*member*/, const protocols::Request& /*request*/,
+                         Instant /*now*/) {}
   virtual void Hear(View /*bytes*/, Instant /*now*/) {}
   virtual void OnReply(View /*frame*/) {}
   /// How the exchange looked.
@@ -157,4 +158,4 @@ class EventSink {
   virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

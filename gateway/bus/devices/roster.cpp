@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -38,11 +38,11 @@ bool Device::LearnTimes() {
 
 Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find)
     : line_(line), first_device_(first_device) {
-  const Protocol& own = find(line.protocol);
+  const protocols::Protocol& own = find(line.protocol);
   if (own.carrier != nullptr) carrier_ = &own;
-  std::vector<std::pair<const Protocol*, Bus*>> made;
+  std::vector<std::pair<const protocols::Protocol*, protocols::Bus*>> made;
   for (const config::Device& config : line.devices) {
-    const Protocol& protocol = find(config.protocol);
+    const protocols::Protocol& protocol = find(config.protocol);
     auto known = std::ranges::find(made, &protocol, [](const auto& pair) { return pair.first; });
     if (known == made.end()) {
       buses_.push_back(MakeBus(protocol));
@@ -52,7 +52,8 @@ Roster::Roster(const config::Line& line, std::uint32_t first_device, const FindP
   }
 }
 
-void Roster::AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus) {
+void Roster::AddDevice(const config::Device& config, const protocols::Protocol& protocol,
+                       protocols::Bus* bus) {
   auto device = std::make_unique<Device>(config);
   device->place = devices_.size();
   device->index = first_device_ + static_cast<std::uint32_t>(device->place);
@@ -105,4 +106,4 @@ Member& Roster::SlaveAt(std::uint8_t address) {
   return *everyone_.back();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

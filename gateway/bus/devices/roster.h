@@ -22,7 +22,7 @@
 #include "gateway/bus/points/readings.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 struct Device;
 
@@ -33,8 +33,8 @@ struct Member {
   std::uint8_t slave = 0;    // its Modbus address, where routes may reach it; 0: they do not
   bool in_use = true;
   int max_retries = 0;
-  const Protocol* protocol = nullptr;
-  ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
+  const protocols::Protocol* protocol = nullptr;
+  protocols::ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
   config::SerialSettings serial;
   config::Timing timing;  ///< of a device: its times, and where each comes from
   LineTimes times;
@@ -57,12 +57,12 @@ struct Device : Member {
   Device& operator=(const Device&) = delete;
 
   const config::Device* config = nullptr;
-  std::unique_ptr<Conversation> conversation;
+  std::unique_ptr<protocols::Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;                  // of the conversation, as it was reported last
-  config::Timing configured;           // `timing`, if it needs no longer times
-  std::vector<Query> planned_queries;  // of the conversation, as the line knows them
+  std::string memory;                             // of the conversation, as it was reported last
+  config::Timing configured;                      // `timing`, if it needs no longer times
+  std::vector<protocols::Query> planned_queries;  // of the conversation, as the line knows them
 
   /// Takes over what the conversation has learned of its times. True: they have changed.
   bool LearnTimes();
@@ -73,7 +73,7 @@ struct Slave : Member {};
 
 class Roster {
  public:
-  using FindProtocol = std::function<const Protocol&(const std::string& name)>;
+  using FindProtocol = std::function<const protocols::Protocol&(const std::string& name)>;
 
   /// `line` outlives the roster. `first_device`: the index of line.devices[0] in the store.
   Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find);
@@ -88,26 +88,27 @@ class Roster {
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 
   /// How messages of other protocols are known on this line.
-  void SetForeign(std::vector<ForeignRule> foreign) { foreign_ = std::move(foreign); }
-  const std::vector<ForeignRule>& foreign() const { return foreign_; }
+  void SetForeign(std::vector<protocols::ForeignRule> foreign) { foreign_ = std::move(foreign); }
+  const std::vector<protocols::ForeignRule>& foreign() const { return foreign_; }
 
   /// The line is behind a serial server.
   bool is_network() const { return line_.is_network(); }
   /// The line's protocol, when it carries Modbus; null: no routes lead here.
-  const Protocol* carrier() const { return carrier_; }
+  const protocols::Protocol* carrier() const { return carrier_; }
   /// A device of this Modbus address, or a slave that has been asked before; null: neither.
   Member* FindSlave(std::uint8_t slave) const;
   /// Adds it if no member has its address yet.
   Member& SlaveAt(std::uint8_t slave);
 
  private:
-  void AddDevice(const config::Device& config, const Protocol& protocol, Bus* bus);
+  void AddDevice(const config::Device& config, const protocols::Protocol& protocol,
+                 protocols::Bus* bus);
 
   const config::Line& line_;
   const std::uint32_t first_device_;
-  const Protocol* carrier_ = nullptr;
-  std::vector<ForeignRule> foreign_;
-  std::vector<std::unique_ptr<Bus>> buses_;
+  const protocols::Protocol* carrier_ = nullptr;
+  std::vector<protocols::ForeignRule> foreign_;
+  std::vector<std::unique_ptr<protocols::Bus>> buses_;
   std::vector<std::unique_ptr<Device>> devices_;
   std::vector<std::unique_ptr<Slave>> slaves_;
   std::vector<Member*> everyone_;
@@ -144,4 +145,4 @@ class ByMember {
   mutable std::deque<Entry> entries_;  // by place
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

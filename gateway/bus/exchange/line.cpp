@@ -47,11 +47,11 @@
 #include "gateway/base/text.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 bool IsEmptyLine(View frame) { return std::ranges::all_of(frame, IsLineEnd); }
 
-bool SecondReply::IsAlone(const Bytes& frame, const Assembler& assembler) {
+bool SecondReply::IsAlone(const Bytes& frame, const protocols::Assembler& assembler) {
   taken_.clear();
   behind_ = assembler;
   while (const auto second = behind_.Next(false)) {
@@ -248,7 +248,7 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   // The timer is late.
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
   const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
-  const bool awaited = exchange_.request.expect.reply == Expectation::Reply::standing &&
+  const bool awaited = exchange_.request.expect.reply == protocols::Expectation::Reply::standing &&
                        (early || IsListening(state_));
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
@@ -357,7 +357,7 @@ void Line::BeginSending(Instant now) {
 }
 
 void Line::EndSending(Instant now) {
-  if (exchange_.request.expect.reply == Expectation::Reply::none) {
+  if (exchange_.request.expect.reply == protocols::Expectation::Reply::none) {
     state_ = State::settle;
     deadline_ = now + std::max(exchange_.times.quiet, exchange_.times.settle);
     return;
@@ -391,7 +391,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   }
   if (behind == 0) return;
   TellStray(behind, Duration::zero());
-  const Request& request = exchange_.request;
+  const protocols::Request& request = exchange_.request;
   const bool harmless = (request.any_order || request.numbered) && second_.only_copies();
   if (state_ == State::idle && !harmless) Drain(exchange_.times.drain, now);
 }
@@ -423,8 +423,8 @@ bool Line::TakeEarly(Instant now) {
 /// Nothing between here and the device keeps to the bit rate, so its whole answer need not wait for
 /// the computed end of the request. What might be an echo has to.
 void Line::TakeAhead(Instant now) {
-  const Expectation& expect = exchange_.request.expect;
-  if (expect.reply != Expectation::Reply::one || expect.mirrors) return;
+  const protocols::Expectation& expect = exchange_.request.expect;
+  if (expect.reply != protocols::Expectation::Reply::one || expect.mirrors) return;
   TakeFrame(false, now);
   if (state_ != State::drain) return;
   const bool bad = NeedsDrain(news_.end->outcome);
@@ -523,7 +523,7 @@ void EchoWatch::OnSent(View request) {
   echoed_ = false;
 }
 
-EchoWatch::Received EchoWatch::OnReceived(View bytes, const Request* asked) {
+EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* asked) {
   EchoResult result = filter_.Filter(bytes);
   Received heard;
   heard.bytes = std::move(result.bytes);
@@ -552,14 +552,14 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const Request* asked) {
   return heard;
 }
 
-bool EchoWatch::MayBeEcho(const Request& request, View frame) const {
+bool EchoWatch::MayBeEcho(const protocols::Request& request, View frame) const {
   return echoes_ && request.expect.mirrors && std::ranges::equal(frame, request.bytes);
 }
 
-bool EchoWatch::OnExchangeEnd(const Request& request, ExchangeEnd& end) {
+bool EchoWatch::OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end) {
   const EchoResult rest = filter_.OnExchangeEnd();
   if (ProvesLife(end.outcome) && !request.expect.mirrors && !echoed_) echoes_ = false;
-  const bool asked = request.expect.reply == Expectation::Reply::one;
+  const bool asked = request.expect.reply == protocols::Expectation::Reply::one;
   if (!rest.collision || !asked || end.outcome == Outcome::line_down) return false;
   unechoed_ = rest.bytes.empty() ? unechoed_ + 1 : 0;
   end.reason = rest.bytes.empty() ? "no reply, and not even the echo of the request"
@@ -567,4 +567,4 @@ bool EchoWatch::OnExchangeEnd(const Request& request, ExchangeEnd& end) {
   return true;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -25,7 +25,7 @@
 #include "protocols/assembler.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The transmission of one request: when its first and its last character go out, and which bytes
 // come meanwhile.
@@ -83,7 +83,7 @@ class SecondReply {
   /// A request goes out. What comes from now on is compared with nothing until Take.
   void Begin() { taken_.clear(); }
   /// `frame` was cut from `assembler`. False: a whole frame that differs is behind it there.
-  bool IsAlone(const Bytes& frame, const Assembler& assembler);
+  bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
   /// The frame that was alone was taken for the reply.
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Bytes that came after it. True: a whole frame that differs is there. Told once.
@@ -94,7 +94,7 @@ class SecondReply {
  private:
   /// Empty: no reply was taken, or a second one was told already.
   Bytes taken_;
-  Assembler behind_;  // bytes after the frame
+  protocols::Assembler behind_;  // bytes after the frame
 };
 
 // Receives what a device sends unasked: whole messages out of bytes that come at any time. Sans-I/O
@@ -122,7 +122,7 @@ struct UnaskedInput {
 class UnaskedReceiver {
  public:
   /// `what` outlives it.
-  explicit UnaskedReceiver(const Standing& what) : what_(what) {}
+  explicit UnaskedReceiver(const protocols::Standing& what) : what_(what) {}
 
   /// Before all else: the port has opened.
   void Begin(Instant now);
@@ -141,8 +141,8 @@ class UnaskedReceiver {
   void Damage(UnaskedInput& heard, std::string_view why);
   Instant TooLong() const;
 
-  const Standing& what_;
-  Assembler assembler_;
+  const protocols::Standing& what_;
+  protocols::Assembler assembler_;
   /// The next byte begins a message, or messages are recognised by their beginning.
   bool aligned_ = true;
   bool damaged_ = false;  // what came last
@@ -164,18 +164,18 @@ struct LineTimes {
 };
 
 /// From the first character of the request to the computed end of its last one.
-inline Duration TransmissionTime(const Request& request, Duration character) {
+inline Duration TransmissionTime(const protocols::Request& request, Duration character) {
   return static_cast<std::int64_t>(request.bytes.size()) * character;
 }
 /// From there to the first byte of the reply. A reply that takes longer is late.
-inline Duration ReplyTime(const Request& request, const LineTimes& times) {
+inline Duration ReplyTime(const protocols::Request& request, const LineTimes& times) {
   return std::max(times.reply, request.reply);
 }
 
 /// One request and how its answer is recognised.
 struct Exchange {
-  Request request;
-  FrameRule reply_rule = nullptr;
+  protocols::Request request;
+  protocols::FrameRule reply_rule = nullptr;
   LineTimes times;
   /// Silence after a reply, even a good one, because replies to earlier tries may still be under
   /// way: the reply that came may be to one of these, and the others must not meet another request.
@@ -240,7 +240,7 @@ class Line {
 
   /// A device of the line sends such messages unasked, at any time. Before OnOpened; `what`
   /// outlives the line.
-  void Listen(const Standing& what) { unasked_.emplace(what); }
+  void Listen(const protocols::Standing& what) { unasked_.emplace(what); }
 
   /// `keeps_bit_rate`: characters take their time on this port, so no reply can come before the
   /// last character of its request is out, and earlier bytes are the rest of something else. False
@@ -295,8 +295,8 @@ class Line {
   Instant ended_{};                         // the last exchange
   std::optional<UnaskedReceiver> unasked_;  // empty: no device sends unasked
   Exchange exchange_;
-  Transmission transmission_;  // of its request
-  Assembler assembler_;        // of its reply
+  Transmission transmission_;       // of its request
+  protocols::Assembler assembler_;  // of its reply
   SecondReply second_;
   LineNews news_;  // of the input that is being handled
 };
@@ -319,7 +319,7 @@ class Tap {
  public:
   virtual ~Tap() = default;
   /// Nothing of `request.expect.secrets` may leave the tap.
-  virtual void OnSent(std::uint32_t device, const Request& request, Now now) = 0;
+  virtual void OnSent(std::uint32_t device, const protocols::Request& request, Now now) = 0;
   virtual void OnReceived(View bytes, Now now) = 0;
   /// `end.outcome` and `end.reason` are final: the conversation has judged the frame.
   virtual void OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) = 0;
@@ -380,13 +380,13 @@ class EchoWatch {
   /// Before the bytes go to the port: an echo may be back before sending returns.
   void OnSent(View request);
   /// `asked`: the request under way; null when there is none.
-  Received OnReceived(View bytes, const Request* asked);
+  Received OnReceived(View bytes, const protocols::Request* asked);
   /// The frame equals its request, the protocol confirms writes in that way, and this bus was seen
   /// to echo: perhaps no device has answered.
-  bool MayBeEcho(const Request& request, View frame) const;
+  bool MayBeEcho(const protocols::Request& request, View frame) const;
   /// The exchange of `request` is over; its reason is set if the echo explains it. True: with
   /// `verify` the echo was missing.
-  bool OnExchangeEnd(const Request& request, ExchangeEnd& end);
+  bool OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end);
   /// `off`: the request sent last has come back.
   bool echoed() const { return echoed_; }
   /// `verify`: the bus used to echo, and none of the latest requests came back: a fibre ring is
@@ -406,4 +406,4 @@ class EchoWatch {
   bool told_collision_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

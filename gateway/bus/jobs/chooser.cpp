@@ -6,7 +6,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 Turns::Waiting RoutedJobs::Waiting() const {
   const RouteQueue& queue = agenda_.route_queue;
@@ -81,9 +81,9 @@ std::unique_ptr<Job> RoutedJobs::TakeProbe(const Member& slave, const Idle& idle
 
 std::unique_ptr<Job> RoutedJobs::JobOf(RouteQueue::Batch batch, Instant now) {
   if (batch.empty()) return nullptr;
-  const Protocol& protocol = *roster_.carrier();
+  const protocols::Protocol& protocol = *roster_.carrier();
   const RoutedRequest& first = batch.front();
-  Request request;
+  protocols::Request request;
   request.bytes = protocol.carrier->wrap(first.slave, first.pdu);
   Member& slave = roster_.SlaveAt(first.slave);
   request.expect = protocol.expect(request.bytes, slave.options);
@@ -93,7 +93,7 @@ std::unique_ptr<Job> RoutedJobs::JobOf(RouteQueue::Batch batch, Instant now) {
       slave,
       Job::Routed{
           .batch = std::move(batch), .every_slave_answers = common, .reply = {}, .is_read = read},
-      Task{}, now);
+      protocols::Task{}, now);
   job->step = {.request = std::move(request), .waiting = true};
   job->requests = 1;
   return job;
@@ -215,8 +215,9 @@ std::unique_ptr<Job> Chooser::TakeReadBack(Instant now) {
     const auto queries = device.conversation->Queries();
     const bool known = next->query < queries.size();
     if (!known || !device.in_use || device.health.absent()) continue;
-    return std::make_unique<Job>(device, Job::ReadBack{},
-                                 Task{.kind = Task::Kind::poll, .query = next->query}, now);
+    return std::make_unique<Job>(
+        device, Job::ReadBack{},
+        protocols::Task{.kind = protocols::Task::Kind::poll, .query = next->query}, now);
   }
 }
 
@@ -237,7 +238,8 @@ std::unique_ptr<Job> Chooser::TakeCommand(const Idle& idle) {
   });
   if (!next) return nullptr;
   Device& device = roster_.DeviceAt(next->device);
-  auto job = std::make_unique<Job>(device, Job::Write{.command = std::move(*next)}, Task{}, now);
+  auto job = std::make_unique<Job>(device, Job::Write{.command = std::move(*next)},
+                                   protocols::Task{}, now);
   if (device.health.absent()) job->probe_budget = Probes::Kind::short_write;
   return job;
 }
@@ -251,8 +253,8 @@ std::unique_ptr<Job> Chooser::TakeBackground(Background::Which which, Instant no
   const bool renews =
       which == Background::Which::that_fits && agenda_.background.MayProve(*place, now);
   agenda_.background.OnTaken(*place, now);
-  auto job =
-      std::make_unique<Job>(device, Job::Background{}, Task{.kind = Task::Kind::background}, now);
+  auto job = std::make_unique<Job>(device, Job::Background{},
+                                   protocols::Task{.kind = protocols::Task::Kind::background}, now);
   job->renews_proof_early = renews;
   return job;
 }
@@ -263,11 +265,11 @@ std::unique_ptr<Job> Chooser::TakePoll(Instant now) {
   if (!pick) return nullptr;
   if (pick->query == kEventsQuery) {
     return std::make_unique<Job>(roster_.device(pick->device), Job::Events{},
-                                 Task{.kind = Task::Kind::events}, now);
+                                 protocols::Task{.kind = protocols::Task::Kind::events}, now);
   }
-  return std::make_unique<Job>(roster_.device(pick->device),
-                               Job::Poll{pick->group, pick->last_of_round},
-                               Task{.kind = Task::Kind::poll, .query = pick->query}, now);
+  return std::make_unique<Job>(
+      roster_.device(pick->device), Job::Poll{pick->group, pick->last_of_round},
+      protocols::Task{.kind = protocols::Task::Kind::poll, .query = pick->query}, now);
 }
 
 std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
@@ -278,7 +280,8 @@ std::unique_ptr<Job> Chooser::TakeProbe(const Idle& idle) {
   const Probes::Kind kind = agenda_.probes.OnTaken(member, facts);
   std::unique_ptr<Job> job;
   if (member.device != nullptr && member.in_use) {
-    job = std::make_unique<Job>(member, Job::Probe{}, Task{.kind = Task::Kind::probe}, idle.now);
+    job = std::make_unique<Job>(member, Job::Probe{},
+                                protocols::Task{.kind = protocols::Task::Kind::probe}, idle.now);
   } else {
     job = routed_.TakeProbe(member, idle);
   }
@@ -324,7 +327,7 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (job.step.repeats >= (once ? 0 : member.max_retries) + more) return false;
   if (const auto* write = job.goal().As<Job::Write>()) return now < write->command.deadline;
   // It can wait, and a repetition may be as silent.
-  const bool waits = job.goal().task.kind == Task::Kind::background;
+  const bool waits = job.goal().task.kind == protocols::Task::Kind::background;
   if (waits && more == 0 && !agenda_.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || agenda_.schedule.AnotherFails(member.place);
   if (fails && more == 0 && agenda_.schedule.HealthyDue(now)) return false;
@@ -341,4 +344,4 @@ void Chooser::PutBack(Job& job) {
   agenda_.route_queue.Return(std::move(job.As<Job::Routed>()->batch));
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

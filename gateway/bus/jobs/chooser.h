@@ -21,7 +21,7 @@
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_queue.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Jobs that wait while the line goes on: their device was busy, or a late reply of it may still
 // come. Chosen again by Chooser.
@@ -184,4 +184,4 @@ class Chooser {
   RoutedJobs routed_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -90,7 +90,7 @@ DeviceTracker::Touched DeviceTracker::TouchedBy(View request, const Device* by,
   return touched;
 }
 
-void DeviceTracker::OnWritten(const Protocol& protocol, View request, const Device* by,
+void DeviceTracker::OnWritten(const protocols::Protocol& protocol, View request, const Device* by,
                               std::span<const PointWrite> writes, bool answered, Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->protocol != &protocol || !device->in_use) continue;
@@ -106,7 +106,7 @@ void DeviceTracker::OnWritten(const Protocol& protocol, View request, const Devi
   }
 }
 
-void DeviceTracker::OnTelegram(const Protocol& protocol, View telegram, Instant now) {
+void DeviceTracker::OnTelegram(const protocols::Protocol& protocol, View telegram, Instant now) {
   for (const auto& device : roster_.devices()) {
     if (device->protocol != &protocol || !device->in_use) continue;
     if (const Touched touched = TouchedBy(telegram, nullptr, {}, *device)) {
@@ -165,7 +165,7 @@ void DeviceTracker::Charge(const Job& job, bool answered, Instant now) {
     agenda_.turns.Charge(now - job.attempt.began);
   }
   agenda_.schedule.SetFailing(member.place, in_vain);
-  if (job.task.kind == Task::Kind::poll)
+  if (job.task.kind == protocols::Task::Kind::poll)
     agenda_.schedule.OnUsed(member.place, now - job.attempt.began);
 }
 
@@ -248,7 +248,7 @@ void DeviceTracker::OnReplaced(Device& device, Now now) {
   Plan(device);
   // A point that no query reads, as a command, would stay so for ever.
   std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
-  for (const Query& query : device.planned_queries) {
+  for (const protocols::Query& query : device.planned_queries) {
     for (const std::size_t point : query.points) {
       qualities[point] = QualityOfDevice(Reason::swapped);
     }
@@ -377,7 +377,7 @@ void DeviceTracker::Plan(Device& device) {
   const auto to_read = agenda_.write_queue.TakeReadBacks(device.place, device.planned_queries);
   device.planned_queries.assign(queries.begin(), queries.end());
   std::vector<config::Group> groups;
-  for (const Query& query : queries) groups.push_back(query.group);
+  for (const protocols::Query& query : queries) groups.push_back(query.group);
   agenda_.schedule.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
   agenda_.parked.Drop(device);  // its query may be another one now
   ReadBack(device, to_read);
@@ -405,4 +405,4 @@ void DeviceTracker::HoldBack(const Member& member) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

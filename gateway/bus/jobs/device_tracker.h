@@ -20,7 +20,7 @@
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/writes/write_command.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 class DeviceTracker {
  public:
@@ -40,11 +40,11 @@ class DeviceTracker {
   /// soon. If these points are not known, all points of the device are read again; after a request
   /// that was not `answered`, only the groups `once` and `daily`. `by`, `writes`: the device and
   /// its points, if the request was a write to points; else null, and none.
-  void OnWritten(const Protocol& protocol, View request, const Device* by,
+  void OnWritten(const protocols::Protocol& protocol, View request, const Device* by,
                  std::span<const PointWrite> writes, bool answered, Instant now);
   /// The same for a telegram by hand. If the points that it changes are not known, all points of
   /// the device are uncertain until they are read again.
-  void OnTelegram(const Protocol& protocol, View telegram, Instant now);
+  void OnTelegram(const protocols::Protocol& protocol, View telegram, Instant now);
   /// An exchange has ended, whatever it was for.
   void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
   /// A task has ended: a device may be offline now, or back.
@@ -126,4 +126,4 @@ struct LineContext {
   DeviceTracker tracker;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

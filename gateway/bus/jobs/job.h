@@ -25,7 +25,7 @@
 #include "gateway/bus/writes/write_command.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// Why a request is not sent, and how a write ends by that.
 struct Withheld {
@@ -77,7 +77,7 @@ struct Job {
 
   /// The present request. Lives as long as this is asked and repeated.
   struct Step {
-    Request request{};
+    protocols::Request request{};
     bool waiting = false;  ///< for the line to be idle
     int repeats = 0;       ///< tries beyond the first
   };
@@ -92,7 +92,7 @@ struct Job {
     Instant sent_at{};                   ///< see Asked
     bool job_was_sent = false;           ///< was_sent of the job, before this try
     std::optional<ExchangeEnd> end{};    ///< until JobRun::TakeEnd
-    Answer answer{};                     ///< what the reply says
+    protocols::Answer answer{};          ///< what the reply says
     WhoseReply::Verdict verdict{};       ///< whose it is
     std::optional<Unproven> unproven{};  ///< about that
     Now answered_at{};
@@ -102,7 +102,7 @@ struct Job {
   };
 
   Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
-      Task what, Instant now);
+      protocols::Task what, Instant now);
 
   template <typename Kind>
   Kind* As() {
@@ -118,12 +118,14 @@ struct Job {
   /// to close.
   bool begun() const { return requests > 1 || step.repeats > 0; }
   /// No reply is due to its request.
-  bool is_broadcast() const { return step.request.expect.reply == Expectation::Reply::none; }
-  bool is_probe() const { return task.kind == Task::Kind::probe; }
+  bool is_broadcast() const {
+    return step.request.expect.reply == protocols::Expectation::Reply::none;
+  }
+  bool is_probe() const { return task.kind == protocols::Task::Kind::probe; }
   /// Its answer has values or events that would be stored for the device.
   bool has_news() const {
-    const Answer& answer = attempt.answer;
-    return answer.batch || (task.kind == Task::Kind::poll && !answer.readings.empty());
+    const protocols::Answer& answer = attempt.answer;
+    return answer.batch || (task.kind == protocols::Task::Kind::poll && !answer.readings.empty());
   }
 
   Asked asked() const {
@@ -143,7 +145,7 @@ struct Job {
   // These live as long as the job.
   Member* member;
   std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind;
-  Task task;                        ///< for the conversation
+  protocols::Task task;             ///< for the conversation
   std::vector<std::size_t> points;  ///< polls and read-backs: those of its query
   Instant began;
   std::optional<Probes::Kind> probe_budget;  ///< pays for it; empty: its member is not offline
@@ -172,7 +174,7 @@ struct Job {
 void FollowPlan(Job& job);
 /// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
 /// reply to the probe the device has 5 queries.
-bool IsPlanned(const Task& task, const Conversation& conversation);
+bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conversation);
 /// The points of a write before the next one are written. As many as one exchange carries come
 /// next: its task is to write them.
 void BeginNextPoints(Job& job);
@@ -227,4 +229,4 @@ struct NextStep {
   JobEnd end{};
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

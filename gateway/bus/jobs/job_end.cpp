@@ -10,7 +10,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -168,7 +168,7 @@ EndEffects::Write EndOfWrite(const Job& job, const Job::Write& write, const JobE
     if (ok) effects.confirmed.push_back(one);
   }
   // Nothing of it was sent: what the conversation knows of the device says why.
-  const DeviceTrouble& trouble = job.member->device->conversation->trouble();
+  const protocols::DeviceTrouble& trouble = job.member->device->conversation->trouble();
   const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
   const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
@@ -254,8 +254,8 @@ namespace {
 
 /// A point that is read once is bad. Example: another meter answers, so that all points of this one
 /// are; the right one may be back tomorrow.
-bool SpoilsOnce(const Answer& answer, const config::Device& device) {
-  return std::ranges::any_of(answer.readings, [&](const Reading& reading) {
+bool SpoilsOnce(const protocols::Answer& answer, const config::Device& device) {
+  return std::ranges::any_of(answer.readings, [&](const protocols::Reading& reading) {
     return reading.point < device.points.size() && !IsGood(reading.quality) &&
            device.points[reading.point].group == config::Group::once;
   });
@@ -265,13 +265,14 @@ bool SpoilsOnce(const Answer& answer, const config::Device& device) {
 /// twice counts as it comes. A probe that reads a point is no better proof of it than a poll.
 JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>& samples,
                              ReplyEffects& effects) {
-  if (job.task.kind == Task::Kind::write || !job.step.request.expect.repeatable) return {};
+  if (job.task.kind == protocols::Task::Kind::write || !job.step.request.expect.repeatable)
+    return {};
   const std::vector<std::uint32_t> points = PointsOf(samples);
   JumpCheck::Result result = device.jumps.Check(samples);
   effects.rechecked = result.ask_again;
   effects.unconfirmed = result.unconfirmed;
   if (!result.ask_again) return result;
-  if (job.task.kind == Task::Kind::poll) {
+  if (job.task.kind == protocols::Task::Kind::poll) {
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
@@ -289,7 +290,7 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
 
 }  // namespace
 
-ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant now) {
+ReplyEffects Intake::Take(const Job& job, Device& device, protocols::Answer answer, Instant now) {
   ReplyEffects effects;
   effects.peace = answer.wait;
   Store(job, device, answer, now, effects);
@@ -299,7 +300,7 @@ ReplyEffects Intake::Take(const Job& job, Device& device, Answer answer, Instant
 
 /// A reply that may answer an earlier try of the same request is as old as that try; a late one is
 /// as old as its request.
-void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant now,
+void Intake::Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Job::Attempt& attempt = job.attempt;
   const Duration older =
@@ -313,12 +314,13 @@ void Intake::Store(const Job& job, Device& device, const Answer& answer, Instant
   if (SpoilsOnce(answer, *device.config)) effects.repeat.push_back(config::Group::once);
   if (jumps.spoils) effects.repeat.push_back(*jumps.spoils);
   listener_.OnRead(device.index, PointsOf(samples), at);
-  if (job.task.kind == Task::Kind::poll) effects.stored = {device.place, job.points};
+  if (job.task.kind == protocols::Task::Kind::poll) effects.stored = {device.place, job.points};
 }
 
-void Intake::Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects) {
+void Intake::Report(const Job& job, const Device& device, protocols::EventBatch batch,
+                    ReplyEffects& effects) {
   const EventDelivery::Exchange exchange{job.attempt.began, job.attempt.answered_at,
-                                         job.task.kind == Task::Kind::background};
+                                         job.task.kind == protocols::Task::Kind::background};
   const bool drained = batch.drained;
   std::optional<ReportedEvents> events = delivery_.Take(device, std::move(batch), exchange);
   if (!events) {
@@ -338,7 +340,8 @@ void Intake::TakeUnasked(const Device& device, Speaker::Said said) {
   if (said.events) listener_.OnEvents(std::move(*said.events));
 }
 
-void EffectApplier::ApplyReply(const Job& job, Device& device, Answer answer, Instant now) {
+void EffectApplier::ApplyReply(const Job& job, Device& device, protocols::Answer answer,
+                               Instant now) {
   const ReplyEffects effects = intake_.Take(job, device, std::move(answer), now);
   if (effects.rechecked) accounts_.devices.OnRecheck(device);
   if (effects.unconfirmed) accounts_.devices.OnUnconfirmed(device);
@@ -419,4 +422,4 @@ std::optional<Job::Write> EffectApplier::OnWriteEnd(Job::Write& write, Device& d
   return std::nullopt;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -41,7 +41,7 @@
 #include "gateway/bus/writes/write_queue.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // How a write ended, from the replies and from what its points show. Pure; used by the poller.
 
@@ -74,7 +74,7 @@ class Intake {
   Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
 
   /// The answer to a request of `job`, which belongs to `device`.
-  ReplyEffects Take(const Job& job, Device& device, Answer answer, Instant now);
+  ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
   /// A message that a device has sent unasked.
   void TakeUnasked(const Device& device, Speaker::Said said);
   /// See EventDelivery.
@@ -86,9 +86,10 @@ class Intake {
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 
  private:
-  void Store(const Job& job, Device& device, const Answer& answer, Instant now,
+  void Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
              ReplyEffects& effects);
-  void Report(const Job& job, const Device& device, EventBatch batch, ReplyEffects& effects);
+  void Report(const Job& job, const Device& device, protocols::EventBatch batch,
+              ReplyEffects& effects);
 
   PointStore& store_;
   PollerListener& listener_;
@@ -106,7 +107,7 @@ class EffectApplier {
       : owed_(owed), agenda_(agenda), accounts_(accounts), tracker_(tracker), intake_(intake) {}
 
   /// The answer to a request of `job` counts.
-  void ApplyReply(const Job& job, Device& device, Answer answer, Instant now);
+  void ApplyReply(const Job& job, Device& device, protocols::Answer answer, Instant now);
   /// Its events are on the disk. `said`: see Conversation.
   void OnEventsKept(const Device& device, const std::string& said, Instant now);
   /// Another device answers in its place.
@@ -130,4 +131,4 @@ class EffectApplier {
   Intake& intake_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

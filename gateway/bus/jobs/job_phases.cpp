@@ -12,14 +12,15 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/jobs/job_end.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 NextStep JobAsking::Ask(Job& job, int repeats, Instant now) {
-  if (++job.requests > kMostSteps) {
-    return NextStep::Finish(Outcome::unexpected, "the task needed more than " +
-                                                     std::to_string(kMostSteps) + " requests");
+  if (++job.requests > protocols::kMostSteps) {
+    return NextStep::Finish(
+        Outcome::unexpected,
+        "the task needed more than " + std::to_string(protocols::kMostSteps) + " requests");
   }
-  Conversation& conversation = *job.member->device->conversation;
+  protocols::Conversation& conversation = *job.member->device->conversation;
   FollowPlan(job);
   if (!IsPlanned(job.task, conversation)) {
     job.judges_member = false;
@@ -50,9 +51,9 @@ namespace {
 /// The next step of a read waits for a late reply of its device. If replies carry an address, the
 /// line does not wait.
 bool WaitsBesideLine(const Job& job, const ParkedJobs& parked) {
-  const Task::Kind kind = job.task.kind;
-  const bool reads =
-      kind == Task::Kind::poll || kind == Task::Kind::events || kind == Task::Kind::background;
+  const protocols::Task::Kind kind = job.task.kind;
+  const bool reads = kind == protocols::Task::Kind::poll || kind == protocols::Task::Kind::events ||
+                     kind == protocols::Task::Kind::background;
   return reads && job.asked().named() && !parked.HasLike(job);
 }
 
@@ -62,9 +63,10 @@ NextStep BreakOff(Job& job, const Withheld& withheld, Instant now) {
   if (auto* const write = job.As<Job::Write>()) write->withheld = withheld;
   const bool asks = job.As<Job::Routed>() == nullptr;
   if (asks && job.begun()) {
-    Conversation& conversation = *job.member->device->conversation;
-    const Then then = conversation.OnFailure(job.task, job.step.request, Outcome::busy, now);
-    if (then == Then::ask_again) return NextStep::Ask();
+    protocols::Conversation& conversation = *job.member->device->conversation;
+    const protocols::Then then =
+        conversation.OnFailure(job.task, job.step.request, Outcome::busy, now);
+    if (then == protocols::Then::ask_again) return NextStep::Ask();
   }
   return NextStep::Finish(Outcome::no_reply, withheld.why);
 }
@@ -113,8 +115,8 @@ Exchange JobSending::Start(Job& job, Instant idle_since, Instant now) {
   return owed_.ExchangeOf(job.asked(), trusted, idle_since, now);
 }
 
-const Request& JobSending::Send(Job& job, Now now) {
-  Request& request = job.step.request;
+const protocols::Request& JobSending::Send(Job& job, Now now) {
+  protocols::Request& request = job.step.request;
   if (request.stamped) {
     const Duration character = job.member->times.character;
     const Duration takes = TransmissionTime(request, character);
@@ -157,7 +159,7 @@ void JobSending::NeverLeft(Job& job) {
 namespace {
 
 /// "'<1D:READY:4B' has "; empty: it is no text, or may repeat a password.
-std::string Quoted(const Request& request, View frame) {
+std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
   if (text.empty() || !printable || !request.expect.secrets.empty()) return {};
@@ -167,9 +169,9 @@ std::string Quoted(const Request& request, View frame) {
 }  // namespace
 
 Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
-  const Request& request = job.step.request;
+  const protocols::Request& request = job.step.request;
   Job::Attempt& attempt = job.attempt;
-  Answer& answer = attempt.answer;
+  protocols::Answer& answer = attempt.answer;
   if (may_be_echo) {
     answer.reason =
         "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
@@ -199,13 +201,14 @@ Outcome ReplyJudge::Judge(Job& job, View frame, bool may_be_echo, Instant now) {
 
 /// It may belong to an earlier request.
 Outcome ReplyJudge::LeaveUnproven(Job& job, View frame, Outcome outcome) {
-  Answer& answer = job.attempt.answer;
+  protocols::Answer& answer = job.attempt.answer;
   auto& unproven = job.attempt.unproven;
   answer.reason =
       "the reply may belong to an earlier request; it is asked again until that is certain";
   unproven = Job::Unproven{};
   if (outcome != Outcome::ok && job.As<Job::Routed>() == nullptr) {
-    Answer said = job.member->device->conversation->Interpret(job.step.request.bytes, frame);
+    protocols::Answer said =
+        job.member->device->conversation->Interpret(job.step.request.bytes, frame);
     unproven = {.refusal = std::move(said.reason), .refused_as = outcome};
     answer.remedy = std::move(said.remedy);
   }
@@ -214,8 +217,8 @@ Outcome ReplyJudge::LeaveUnproven(Job& job, View frame, Outcome outcome) {
 
 /// Its own, as its conversation reads it.
 Outcome ReplyJudge::Read(Job& job, View frame, Instant now) {
-  Conversation& conversation = *job.member->device->conversation;
-  Answer& answer = job.attempt.answer;
+  protocols::Conversation& conversation = *job.member->device->conversation;
+  protocols::Answer& answer = job.attempt.answer;
   const bool planned = IsPlanned(job.task, conversation);
   answer = planned ? conversation.OnFrame(job.task, job.step.request, frame, now)
                    : conversation.Interpret(job.step.request.bytes, frame);
@@ -230,9 +233,9 @@ Outcome ReplyJudge::Read(Job& job, View frame, Instant now) {
 
 /// Not a good reply, in the words of its conversation.
 Outcome ReplyJudge::Refuse(Job& job, View frame, Outcome outcome) {
-  const Request& request = job.step.request;
-  Answer& answer = job.attempt.answer;
-  Answer said = job.member->device->conversation->Interpret(request.bytes, frame);
+  const protocols::Request& request = job.step.request;
+  protocols::Answer& answer = job.attempt.answer;
+  protocols::Answer said = job.member->device->conversation->Interpret(request.bytes, frame);
   answer.reason = std::move(said.reason);
   answer.remedy = std::move(said.remedy);
   if (answer.reason.empty()) {
@@ -247,7 +250,7 @@ Outcome ReplyJudge::Refuse(Job& job, View frame, Outcome outcome) {
 /// comes back whole may be the bus.
 Outcome ReplyJudge::JudgeRouted(Job& job, View frame) {
   Job::Routed& routed = *job.As<Job::Routed>();
-  const PduCarrier& carrier = *job.member->protocol->carrier;
+  const protocols::PduCarrier& carrier = *job.member->protocol->carrier;
   const Bytes& request = job.step.request.bytes;
   const Outcome outcome = carrier.unwrap(request, frame, routed.reply);
   routed.older = {};
@@ -269,7 +272,7 @@ void ReplyJudge::CompleteFinding(const Job& job, const ExchangeEnd& end, bool ec
                                  Finding& finding) {
   const bool answered = ProvesLife(end.outcome);
   if (answered && !job.step.request.expect.mirrors) echo_free_ = !echoed;
-  const Answer& answer = job.attempt.answer;
+  const protocols::Answer& answer = job.attempt.answer;
   const auto& unproven = job.attempt.unproven;
   const std::string& reason = answer.reason.empty() ? end.reason : answer.reason;
   const bool refuses = answered && end.outcome != Outcome::ok;
@@ -307,14 +310,15 @@ namespace {
 /// The request was a broadcast: there was no answer, and none is due.
 bool GoesOnBehindBroadcast(Job& job, Instant now) {
   if (!job.is_broadcast() || job.As<Job::Routed>() != nullptr) return false;
-  Conversation& conversation = *job.member->device->conversation;
-  if (conversation.OnSent(job.task, job.step.request, now) != Then::ask_again) return false;
+  protocols::Conversation& conversation = *job.member->device->conversation;
+  if (conversation.OnSent(job.task, job.step.request, now) != protocols::Then::ask_again)
+    return false;
   ++job.broadcasts;
   return true;
 }
 
 /// The latest word about the points of a write under way.
-void NoteTold(Job& job, const Answer& answer) {
+void NoteTold(Job& job, const protocols::Answer& answer) {
   auto* const write = job.As<Job::Write>();
   if (write == nullptr) return;
   write->may_have_acted = answer.may_have_acted;
@@ -367,8 +371,8 @@ NextStep JobAnswer::OnAnswered(Job& job, const ExchangeEnd& end, Now now) {
 ///   server that lags, two tasks may differ by one probe only.
 bool JobAnswer::MustRepeat(const Job& job, Instant now) const {
   const Job::Attempt& attempt = job.attempt;
-  const Answer& answer = attempt.answer;
-  const bool reads = job.task.kind == Task::Kind::poll && !answer.readings.empty();
+  const protocols::Answer& answer = attempt.answer;
+  const bool reads = job.task.kind == protocols::Task::Kind::poll && !answer.readings.empty();
   const bool much_older =
       whose_.Lags(*job.member) && attempt.verdict.older > job.member->times.ceiling;
   if (reads && job.step.request.expect.repeatable && much_older &&
@@ -403,22 +407,22 @@ NextStep JobAnswer::OnRoutedAnswer(Job& job, const ExchangeEnd& end) {
 
 NextStep JobAnswer::Take(Job& job, Instant now) {
   Device& device = *job.member->device;
-  Answer answer = std::exchange(job.attempt.answer, {});
+  protocols::Answer answer = std::exchange(job.attempt.answer, {});
   tracker_.OnHeard(device, now);
   NoteTold(job, answer);
   const Outcome outcome = answer.outcome;
   const Duration wait = answer.wait;
-  const Then then = answer.then;
+  const protocols::Then then = answer.then;
   const std::string reason = answer.reason;
-  for (const Reading& reading : answer.readings) {
-    if (HasValue(reading.value) && reading.point != kNoPoint)
+  for (const protocols::Reading& reading : answer.readings) {
+    if (HasValue(reading.value) && reading.point != protocols::kNoPoint)
       device.heard.OnValue(reading.point, now);
   }
   effects_.ApplyReply(job, device, std::move(answer), now);
-  if (then == Then::ask_again) return NextStep::Ask();
-  if (then == Then::replan) tracker_.GoOnWithPlan(device, now);
-  if (then == Then::restart) tracker_.RestartWithPlan(device, now);
-  const bool same_plan = then != Then::replan && then != Then::restart;
+  if (then == protocols::Then::ask_again) return NextStep::Ask();
+  if (then == protocols::Then::replan) tracker_.GoOnWithPlan(device, now);
+  if (then == protocols::Then::restart) tracker_.RestartWithPlan(device, now);
+  const bool same_plan = then != protocols::Then::replan && then != protocols::Then::restart;
   if (!same_plan || !ParksBusy(job, outcome)) return NextStep::Finish(outcome, reason);
   ++job.parkings;
   --job.requests;
@@ -428,7 +432,7 @@ NextStep JobAnswer::Take(Job& job, Instant now) {
 /// A device that was busy is read again soon.
 bool JobAnswer::ParksBusy(const Job& job, Outcome outcome) const {
   const Member& member = *job.member;
-  return outcome == Outcome::busy && job.task.kind == Task::Kind::poll &&
+  return outcome == Outcome::busy && job.task.kind == protocols::Task::Kind::poll &&
          job.parkings < member.max_retries && member.in_use && !parked_.HasLike(job);
 }
 
@@ -443,7 +447,7 @@ NextStep JobAnswer::OnFailed(Job& job, const ExchangeEnd& end, Instant now) {
   const bool nearer = end.outcome == Outcome::unexpected && !job.attempt.verdict.odd;
   const int before = nearer ? whose_.RepliesBefore(job.asked(), heard_itself) : 0;
   if (!chooser_.MayRepeat(job, std::min(before, kMostTriesMore), now)) return GiveUp(job, end, now);
-  Request& request = job.step.request;
+  protocols::Request& request = job.step.request;
   const auto instead = member.device->conversation->Instead(request, end.outcome, now);
   if (!instead && (!request.expect.repeatable || !request.context.empty())) {
     return GiveUp(job, end, now);
@@ -475,15 +479,17 @@ NextStep JobAnswer::GiveUp(Job& job, const ExchangeEnd& end, Instant now) {
   FollowPlan(job);
   Device& device = *job.member->device;
   const auto queries = device.conversation->Queries();
-  const bool silent = job.task.kind == Task::Kind::poll && end.outcome == Outcome::no_reply;
+  const bool silent =
+      job.task.kind == protocols::Task::Kind::poll && end.outcome == Outcome::no_reply;
   job.blames_query = silent && job.task.query < queries.size() &&
                      !device.heard.TellsOfDevice(queries[job.task.query].points, now);
   auto* const write = job.As<Job::Write>();
   if (write != nullptr && !job.step.request.closes) write->told = {end.outcome, end.reason};
-  const Then then = device.conversation->OnFailure(job.task, job.step.request, end.outcome, now);
+  const protocols::Then then =
+      device.conversation->OnFailure(job.task, job.step.request, end.outcome, now);
   tracker_.OnHeard(device, now);
-  if (then == Then::ask_again) return NextStep::Ask();
-  if (then == Then::replan) tracker_.GoOnWithPlan(device, now);
+  if (then == protocols::Then::ask_again) return NextStep::Ask();
+  if (then == protocols::Then::replan) tracker_.GoOnWithPlan(device, now);
   tracker_.HoldBack(device);
   return NextStep::Finish(end.outcome, end.reason);
 }
@@ -513,7 +519,7 @@ JobFinish::After JobFinish::Finish(std::unique_ptr<Job> done, const JobEnd& end,
   FollowPlan(*done);  // its own answer may have changed it
   auto rest = effects_.ApplyEnd(*done, EffectsOf(*done, end, now), end, now);
   if (!rest) return {};
-  auto job = std::make_unique<Job>(*done->member, std::move(*rest), Task{}, now);
+  auto job = std::make_unique<Job>(*done->member, std::move(*rest), protocols::Task{}, now);
   BeginNextPoints(*job);
   return {std::move(job), NextStep::Ask()};
 }
@@ -566,4 +572,4 @@ JobFinish::After JobFinish::GoUnproved(std::unique_ptr<Job> probe, const std::st
   return {std::move(job), std::move(next)};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

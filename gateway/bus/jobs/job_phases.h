@@ -25,7 +25,7 @@
 #include "gateway/bus/schedule/turns.h"
 #include "gateway/bus/writes/write_queue.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Asks the conversation of a job for its next request. A part of gateway/bus/jobs/job_run.h.
 class JobAsking {
@@ -88,7 +88,7 @@ class JobSending {
   /// The line is given the exchange. `idle_since`: since when the line is idle.
   Exchange Start(Job& job, Instant idle_since, Instant now);
   /// The line has been quiet long enough: the request to be sent now.
-  const Request& Send(Job& job, Now now);
+  const protocols::Request& Send(Job& job, Now now);
   /// Its exchange has ended. A reply that comes from now on is late.
   void NoteEnd(const Job& job, Outcome outcome, Instant now) {
     owed_.late_replies.OnEnd(job.asked(), outcome, now);
@@ -214,4 +214,4 @@ struct JobPhases {
   JobFinish finish;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -53,12 +53,12 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // ---------------------------------------------------------------- the job (job.h)
 
 Job::Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Write, Routed> kind,
-         Task what, Instant now)
+         protocols::Task what, Instant now)
     : member(&who), kind(std::move(kind)), task(std::move(what)), began(now) {
   if (As<Poll>() == nullptr && As<ReadBack>() == nullptr) return;
   const auto queries = member->device->conversation->Queries();
@@ -68,31 +68,32 @@ Job::Job(Member& who, std::variant<Poll, Events, Background, Probe, ReadBack, Wr
 void FollowPlan(Job& job) {
   if (job.As<Job::Poll>() == nullptr && job.As<Job::ReadBack>() == nullptr) return;
   const auto queries = job.member->device->conversation->Queries();
-  const auto is_its = [&job](const Query& query) { return query.points == job.points; };
+  const auto is_its = [&job](const protocols::Query& query) { return query.points == job.points; };
   if (job.task.query < queries.size() && is_its(queries[job.task.query])) return;
   const auto found = std::ranges::find_if(queries, is_its);
   const bool is_one = std::ranges::count_if(queries, is_its) == 1;
   job.task.query = is_one ? static_cast<std::size_t>(found - queries.begin()) : queries.size();
 }
 
-bool IsPlanned(const Task& task, const Conversation& conversation) {
-  if (task.kind == Task::Kind::events) return conversation.HasEvents();
-  if (task.kind == Task::Kind::background) return conversation.BackgroundDue().has_value();
-  return task.kind != Task::Kind::poll || task.query < conversation.Queries().size();
+bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conversation) {
+  if (task.kind == protocols::Task::Kind::events) return conversation.HasEvents();
+  if (task.kind == protocols::Task::Kind::background)
+    return conversation.BackgroundDue().has_value();
+  return task.kind != protocols::Task::Kind::poll || task.query < conversation.Queries().size();
 }
 
 void BeginNextPoints(Job& job) {
   Job::Write& write = *job.As<Job::Write>();
-  std::vector<PointValue> rest;
+  std::vector<protocols::PointValue> rest;
   for (std::size_t i = write.next; i < write.command.writes().size(); ++i) {
     rest.push_back({write.command.writes()[i].point, write.command.writes()[i].raw});
   }
-  Conversation& conversation = *job.member->device->conversation;
+  protocols::Conversation& conversation = *job.member->device->conversation;
   rest.resize(std::clamp<std::size_t>(conversation.WritesTogether(rest), 1, rest.size()));
   write.first = std::exchange(write.next, write.next + rest.size());
   write.told.reset();
   write.may_have_acted = false;
-  job.task.kind = Task::Kind::write;
+  job.task.kind = protocols::Task::Kind::write;
   job.task.point = rest.front().point;
   job.task.value = rest.front().value;
   job.task.also.assign(rest.begin() + 1, rest.end());
@@ -200,8 +201,9 @@ void JobRun::Do(NextStep step) {
 }
 
 NextStep JobRun::AskProbe() {
-  auto probe = std::make_unique<Job>(*job_->member, Job::Probe{}, Task{.kind = Task::Kind::probe},
-                                     now_.instant);
+  auto probe =
+      std::make_unique<Job>(*job_->member, Job::Probe{},
+                            protocols::Task{.kind = protocols::Task::Kind::probe}, now_.instant);
   probe->postponed = std::move(job_);
   job_ = std::move(probe);
   return NextStep::Ask();
@@ -309,4 +311,4 @@ bool TurnTaker::Pause(Instant now) {
   return run_.job() == nullptr && std::min(chooser_.AllClearAt(), *hold_.WaitsUntil()) <= now;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

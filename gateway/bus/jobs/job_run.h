@@ -35,7 +35,7 @@
 #include "gateway/bus/jobs/job_phases.h"
 #include "gateway/bus/schedule/turns.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 class JobRun {
  public:
@@ -72,7 +72,7 @@ class JobRun {
     return phases_.sending.Start(*job_, idle_since, now_.instant);
   }
   /// The line has been quiet long enough: the request to be sent now.
-  const Request& Send() { return phases_.sending.Send(*job_, now_); }
+  const protocols::Request& Send() { return phases_.sending.Send(*job_, now_); }
   /// Its request waits for a quiet line. True: it is not sent now. The job has ended, has gone
   /// back to its queue, or has another request that closes what it has opened.
   bool Withdraw();
@@ -139,4 +139,4 @@ class TurnTaker {
   TurnLimit limit_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -9,7 +9,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/bus/jobs/job_end.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 Speaker::Speaker(const Roster& roster, LineObserver& observer)
     : device_(roster.Speaker()), observer_(observer) {}
@@ -18,7 +18,7 @@ std::optional<Finding> Speaker::Hear(View bytes, Instant now) {
   return in_use() ? observer_.OnUnaskedBytes(bytes, now) : std::nullopt;
 }
 
-const Standing* Speaker::standing() const {
+const protocols::Standing* Speaker::standing() const {
   return device_ == nullptr ? nullptr : device_->conversation->Listens();
 }
 
@@ -46,7 +46,7 @@ std::optional<Speaker::Said> Speaker::OnTimer(Now now) {
   return Take(device_->conversation->OnDue(now), now);
 }
 
-Speaker::Said Speaker::Take(Answer answer, Now received) {
+Speaker::Said Speaker::Take(protocols::Answer answer, Now received) {
   Said said{.outcome = answer.outcome,
             .reason = std::move(answer.reason),
             .remedy = std::move(answer.remedy),
@@ -59,7 +59,7 @@ Speaker::Said Speaker::Take(Answer answer, Now received) {
   return said;
 }
 
-void Speaker::Keep(EventBatch batch, Said& said) {
+void Speaker::Keep(protocols::EventBatch batch, Said& said) {
   const std::size_t events = batch.events.size();
   if (!backlog_.Take(events)) {
     said.lost = events;
@@ -72,7 +72,7 @@ void Speaker::Keep(EventBatch batch, Said& said) {
   if (const std::size_t lost = backlog_.TakeLost(); lost > 0) {
     told_lost_ = false;
     const std::string text = Plural(lost, "event") + " before this one lost: the disk failed";
-    batch.events.insert(batch.events.begin(), DeviceEvent{.text = text});
+    batch.events.insert(batch.events.begin(), protocols::DeviceEvent{.text = text});
   }
   said.events = {device_->index, std::move(batch), said.received, {}};
 }
@@ -129,4 +129,4 @@ void UnaskedSide::Take(Speaker::Said said, Instant now) {
   intake_.TakeUnasked(device, std::move(said));
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

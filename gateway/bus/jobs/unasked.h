@@ -18,7 +18,7 @@
 #include "gateway/bus/points/readings.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 class Intake;
 
@@ -69,7 +69,7 @@ class Speaker {
   /// Null: no device sends unasked.
   Device* device() const { return device_; }
   /// What `device` sends unasked. Null: there is no such device.
-  const Standing* standing() const;
+  const protocols::Standing* standing() const;
   /// Its messages count.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
@@ -103,8 +103,8 @@ class Speaker {
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:
-  Said Take(Answer answer, Now received);
-  void Keep(EventBatch batch, Said& said);
+  Said Take(protocols::Answer answer, Now received);
+  void Keep(protocols::EventBatch batch, Said& said);
 
   Device* const device_;
   LineObserver& observer_;
@@ -131,7 +131,7 @@ class UnaskedSide {
   }
 
   /// See Speaker.
-  const Standing* standing() const { return speaker_.standing(); }
+  const protocols::Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
   /// Its messages count.
   bool listens() const { return speaker_.in_use(); }
@@ -159,4 +159,4 @@ class UnaskedSide {
   Intake& intake_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

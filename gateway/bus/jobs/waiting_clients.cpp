@@ -7,12 +7,13 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/jobs/job_end.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 /// One of the points at least.
-bool IsAsked(const Conversation& conversation, const std::vector<std::uint32_t>& points) {
-  return std::ranges::any_of(conversation.Queries(), [&](const Query& query) {
+bool IsAsked(const protocols::Conversation& conversation,
+             const std::vector<std::uint32_t>& points) {
+  return std::ranges::any_of(conversation.Queries(), [&](const protocols::Query& query) {
     return std::ranges::find_first_of(query.points, points) != query.points.end();
   });
 }
@@ -147,4 +148,4 @@ void WaitingClients::AnswerAll(const std::string& reason) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

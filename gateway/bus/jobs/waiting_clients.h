@@ -28,7 +28,7 @@
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_queue.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 class WaitingClients {
  public:
@@ -80,4 +80,4 @@ class WaitingClients {
   DeviceAccounts& accounts_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -22,7 +22,7 @@
 
 #include "config/model/fields.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// One row: a member, or a function without arguments, and where its value is shown. The type says
 /// how: a time whose key ends in _ms or _us is shown in that unit, an instant by its age.
@@ -50,4 +50,4 @@ struct NotInJson {
   std::string_view help{};
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -91,4 +91,4 @@ Duration RoundTrips::Percentile(double share) const {
   return UpperEdge(kBuckets - 1);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -20,7 +20,7 @@
 #include "gateway/bus/points/counted.h"
 #include "gateway/bus/points/findings.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The latest runs of unanswered exchanges of a device between answered ones, and when they were:
 // single losses are cured by a retry, an outage strikes whatever is asked while it lasts. An answer
@@ -294,4 +294,4 @@ void VisitFields(const DeviceStatus*, Visit visit) {
   visit(Counted<&DeviceStatus::round_trips>());
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -18,7 +18,7 @@
 
 #include "gateway/base/finding.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // How check values may be computed that were wrong: whether most of them were so in the same way.
 // One that damage has changed is so in any way. Bounded memory.
@@ -350,4 +350,4 @@ class Findings {
   std::array<Finding, kSymptoms> last_{};
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

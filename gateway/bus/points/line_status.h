@@ -20,7 +20,7 @@
 #include "gateway/base/time.h"
 #include "gateway/bus/points/device_status.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // What the time of a line goes to.
 enum class LineUse : std::uint8_t {
@@ -190,4 +190,4 @@ void VisitFields(const LineStatus*, Visit visit) {
                                           .help = "Round trips of exchanges with a good reply."});
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

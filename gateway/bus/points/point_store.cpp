@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 ChangeFeed::ChangeFeed(std::span<const std::size_t> points_per_device)
     : device_pending_(points_per_device.size(), false) {
@@ -354,4 +354,4 @@ void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
   if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

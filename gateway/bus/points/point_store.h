@@ -30,7 +30,7 @@
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/readings.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The narrow way from the point store to an output: which points and devices have changed since the
 // output last looked. Coalescing: a slow output sees the latest state of each, never a backlog, and
@@ -221,4 +221,4 @@ class PointStore {
   std::vector<std::shared_ptr<ChangeFeed>> feeds_ BAUDGATE_GUARDED_BY(feeds_mutex_);
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -8,7 +8,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -77,7 +77,7 @@ Value FitText(const config::Point& point, const Value& raw) {
 
 }  // namespace
 
-Sample ToSample(const config::Point& point, const Reading& reading) {
+Sample ToSample(const config::Point& point, const protocols::Reading& reading) {
   Sample sample;
   sample.point = static_cast<std::uint32_t>(reading.point);
   sample.quality = reading.quality;
@@ -197,4 +197,4 @@ void JumpCheck::OnWritten(std::size_t point, Value value) {
   histories_[point].readings = 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

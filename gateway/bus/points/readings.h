@@ -17,7 +17,7 @@
 #include "gateway/base/value.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// A reading after conversion, ready to store. No value: the
 /// last one is kept.
@@ -32,17 +32,17 @@ struct Sample {
 // quality, never another number.
 
 /// `reading.point` is a valid index.
-Sample ToSample(const config::Point& point, const Reading& reading);
+Sample ToSample(const config::Point& point, const protocols::Reading& reading);
 
 /// A value as users write it, turned into the raw value that the protocol sends.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
 /// Only of its points: other readings are left out.
 inline std::vector<Sample> SamplesOf(const config::Device& device,
-                                     std::span<const Reading> readings) {
+                                     std::span<const protocols::Reading> readings) {
   std::vector<Sample> samples;
   samples.reserve(readings.size());
-  for (const Reading& reading : readings) {
+  for (const protocols::Reading& reading : readings) {
     if (reading.point >= device.points.size()) continue;
     samples.push_back(ToSample(device.points[reading.point], reading));
   }
@@ -106,4 +106,4 @@ class JumpCheck {
   std::vector<History> histories_;  // as points_; empty until one is needed
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -8,7 +8,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -56,7 +56,7 @@ DeviceSide::DeviceSide(Roster& roster, Accounts& accounts, DeviceTracker& tracke
       unasked_(unasked),
       effects_(effects) {}
 
-void DeviceSide::Attach(Tap& tap, std::vector<ForeignRule> foreign) {
+void DeviceSide::Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign) {
   roster_.SetForeign(std::move(foreign));
   accounts_.Attach(tap);
 }
@@ -143,7 +143,8 @@ Reception::Seen Reception::Assess(const Job& job, ExchangeEnd& end) {
   return seen;
 }
 
-LineSide::LineSide(Reception& reception, const Standing* standing, JobRun& run, RequestPort& port)
+LineSide::LineSide(Reception& reception, const protocols::Standing* standing, JobRun& run,
+                   RequestPort& port)
     : reception_(reception), run_(run), port_(port) {
   if (standing != nullptr) line_.Listen(*standing);
 }
@@ -193,7 +194,7 @@ LineNews LineSide::Start(Instant idle_since, Instant now) {
 }
 
 void LineSide::Send(Now now) {
-  const Request& request = run_.Send();
+  const protocols::Request& request = run_.Send();
   reception_.OnSend(*run_.job(), now.instant);
   port_.Send(request.bytes, run_.job()->member->serial, now);
 }
@@ -487,4 +488,4 @@ void Poller::TakeTurns() {
     line_.Start(time_.idle().since, time_.now());
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -43,15 +43,15 @@
 #include "gateway/bus/writes/write_queue.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // One telegram by hand on a line that has paused for it: it is sent as it is, and whatever comes
 // back is kept. Sans-I/O, as the line. Used by gateway/lines/telegram_queue.h.
 
 /// The device in whose name it is sent.
 struct Speaking {
-  const Protocol* protocol = nullptr;
-  ParsedOptions options{};
+  const protocols::Protocol* protocol = nullptr;
+  protocols::ParsedOptions options{};
   config::SerialSettings serial{};
   LineTimes times{};
 };
@@ -66,7 +66,7 @@ class TelegramExchange final : private LineClient {
   bool OnTimer(Instant now);
   std::optional<Instant> Deadline() const { return line_.Deadline(); }
 
-  const Request& request() const { return request_; }
+  const protocols::Request& request() const { return request_; }
   bool has_ended() const { return end_.has_value(); }
   /// It has ended, and the line is silent again.
   bool is_over() const { return end_ && line_.idle(); }
@@ -82,7 +82,7 @@ class TelegramExchange final : private LineClient {
   Line line_{static_cast<LineClient&>(*this)};
   EchoFilter echo_;
   Speaking as_;
-  Request request_;
+  protocols::Request request_;
   std::optional<ExchangeEnd> end_;
   Bytes reply_;
 };
@@ -95,7 +95,7 @@ class DeviceSide {
   DeviceSide(Roster& roster, Accounts& accounts, DeviceTracker& tracker, UnaskedSide& unasked,
              EffectApplier& effects);
 
-  void Attach(Tap& tap, std::vector<ForeignRule> foreign);
+  void Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign);
 
   void OnOpened(Instant now);
   /// The port closes. Returns why, in words.
@@ -203,7 +203,8 @@ class LineSide : private LineClient {
  public:
   /// `standing`: what a device sends unasked; null: none does. All references outlive it; `port`
   /// may be made later than it.
-  LineSide(Reception& reception, const Standing* standing, JobRun& run, RequestPort& port);
+  LineSide(Reception& reception, const protocols::Standing* standing, JobRun& run,
+           RequestPort& port);
 
   /// `keeps_bit_rate`: see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate);
@@ -363,7 +364,7 @@ class Poller {
          const MakeObserver& observe = {});
 
   /// Before anything else; `tap` outlives the poller. `foreign`: of all protocols.
-  void Attach(Tap& tap, std::vector<ForeignRule> foreign = {}) {
+  void Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign = {}) {
     devices_.Attach(tap, std::move(foreign));
   }
   /// Before the port opens: what OnMemory said last before a restart.
@@ -443,4 +444,4 @@ class Poller {
   LineInputs line_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -70,9 +70,9 @@ void Decay(Duration& time) {
 
 /// Bytes.
 std::size_t ShortestReply(const Asked& asked) {
-  const std::vector<Shape>& shapes = asked.request->expect.shapes;
+  const std::vector<protocols::Shape>& shapes = asked.request->expect.shapes;
   if (shapes.empty()) return kNoise + 1;
-  return std::ranges::min(shapes, {}, &Shape::min_length).min_length;
+  return std::ranges::min(shapes, {}, &protocols::Shape::min_length).min_length;
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ bool LateReplies::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) con
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
   if (!damaged || asked.member->device != nullptr) return false;
   return OthersMayAnswer(*asked.member, asked.sent) ||
-         std::ranges::none_of(asked.request->expect.shapes, [&](const Shape& shape) {
+         std::ranges::none_of(asked.request->expect.shapes, [&](const protocols::Shape& shape) {
            return end.received >= shape.min_length && end.received <= shape.max_length;
          });
 }
@@ -197,7 +197,7 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
     return;
   }
   const bool answered =
-      ProvesLife(end.outcome) && asked.request->expect.reply != Expectation::Reply::none;
+      ProvesLife(end.outcome) && asked.request->expect.reply != protocols::Expectation::Reply::none;
   if (!answered) return;
   // Where replies carry no address, a reply that is owed could pass for another device's.
   const bool owed = entry.unanswered_since && !nothing_to_wait_for && !asked.named();
@@ -270,4 +270,4 @@ void LateReplies::SetLate(const Member& member, Instant until) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

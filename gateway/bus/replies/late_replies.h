@@ -34,7 +34,7 @@
 #include "protocols/conversation.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// The most tries beyond `retries`. Example: a server that is three replies late gives the fourth
 /// try the reply to the first, and one more try makes up for a lost one.
@@ -45,7 +45,7 @@ inline constexpr int kMostProbesMore = 16;
 /// One exchange, for the parts of the poller that learn from it.
 struct Asked {
   const Member* member = nullptr;
-  const Request* request = nullptr;
+  const protocols::Request* request = nullptr;
   Instant sent{};           ///< its first byte; until then, when the line was given it
   bool first = false;       ///< the first request of a task that is no probe; no repetition
   bool retry = false;       ///< the same request had failed before
@@ -206,4 +206,4 @@ class LateReplies {
   const Member* last_ = nullptr;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

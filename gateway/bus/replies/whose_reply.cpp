@@ -41,7 +41,7 @@
 #include <utility>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -241,7 +241,7 @@ bool WhoseReply::IsSafe(const Asked& asked) const {
 
 bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const Member& member = *asked.member;
-  const bool answered = asked.request->expect.reply == Expectation::Reply::one;
+  const bool answered = asked.request->expect.reply == protocols::Expectation::Reply::one;
   if (!asked.first || !answered || !member.in_use || member.device == nullptr) return false;
   if (asked.unprovable) return false;
   const Entry& entry = entries_[member];
@@ -266,8 +266,9 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
 }
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
-  if (asked.request->expect.reply == Expectation::Reply::none) return;  // nothing is owed to it
-  const Request& request = *asked.request;
+  if (asked.request->expect.reply == protocols::Expectation::Reply::none)
+    return;  // nothing is owed to it
+  const protocols::Request& request = *asked.request;
   const SentRequest sent{asked.member->place, asked.question(), now, request.is_proof(),
                          request.context};
   orders_.OnSent(*asked.member, sent);
@@ -315,7 +316,7 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
 /// Rows 9 and 10. True: another device answers in its place.
 bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                               const AnswerOrder::MayAnswer& may_answer) {
-  const Request& request = *asked.request;
+  const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];
   if (asked.probe && ProvesLife(outcome)) {
     entry.proofless = request.is_proof() ? 0 : entry.proofless + 1;
@@ -348,7 +349,7 @@ void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
 /// The first reply that can only be an identification is the name. Row 11: nothing is owed to
 /// strangers any more.
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
-  const Request& request = *asked.request;
+  const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];
   AnswerOrder& order = orders_.Of(*asked.member);
   const bool names = request.steady && ProvesLife(outcome) && outcome != Outcome::busy;
@@ -483,7 +484,7 @@ void WhoseReply::OnSecondReply(const Member& member) { orders_.OnCopy(member); }
 Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_since,
                                  Instant now) {
   const Member& member = *asked.member;
-  const Request& request = *asked.request;
+  const protocols::Request& request = *asked.request;
   if (idle_since + late_replies.LongestReply() <= now) readings.OnRested();
   // Its user says that nothing holds its replies back. A first try has waited for late replies, so
   // nothing is owed any more.
@@ -504,4 +505,4 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   return exchange;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -29,7 +29,7 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/replies/late_replies.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Which of the latest requests was answered last, as far as that can be known. Replies of these
 // protocols carry no number, but they come in the order of their requests, each once:
@@ -488,4 +488,4 @@ struct OwedReplies {
   LatestReadings readings;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

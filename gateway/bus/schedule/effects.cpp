@@ -3,9 +3,9 @@
 
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
-std::optional<ReportedEvents> EventDelivery::Take(const Device& device, EventBatch batch,
+std::optional<ReportedEvents> EventDelivery::Take(const Device& device, protocols::EventBatch batch,
                                                   const Exchange& exchange) {
   Entry& entry = entries_[device];
   if (batch.drained) entry.drained_at = exchange.asked;
@@ -24,4 +24,4 @@ Schedule::Brought EventDelivery::OnKept(const Device& device, const std::string&
   return repeats ? Schedule::Brought::no_news : Schedule::Brought::news;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

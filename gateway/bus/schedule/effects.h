@@ -22,7 +22,7 @@
 #include "gateway/bus/writes/write_queue.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // Events that devices have reported when they were asked, from the reply to the disk: how old they
 // can be, and how soon their device is asked again. Events of a device that sends unasked are in
@@ -41,7 +41,7 @@ class EventDelivery {
     bool background = false;  ///< a background read, not a request for events
   };
   /// A reply has brought `batch`. Empty: it has nothing that must be saved.
-  std::optional<ReportedEvents> Take(const Device& device, EventBatch batch,
+  std::optional<ReportedEvents> Take(const Device& device, protocols::EventBatch batch,
                                      const Exchange& exchange);
   /// The latest batch that is on the disk, maybe from before a restart, is `said` (EventBatch).
   Schedule::Brought OnKept(const Device& device, const std::string& said);
@@ -118,4 +118,4 @@ struct EndEffects {
   std::optional<Write> write;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -6,7 +6,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -182,4 +182,4 @@ std::optional<Duration> Probes::NoticeBound(Instant now) const {
   return std::max(std::min(first, first_until - now) + blocked + turn + period, seen);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

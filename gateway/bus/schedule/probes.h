@@ -12,7 +12,7 @@
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/replies/late_replies.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // When an absent device may be probed, so that absent devices cost the others next to nothing:
 // probes take idle time freely, and at most a capped share of the time that others want.
@@ -170,4 +170,4 @@ class Probes {
   std::size_t turn_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

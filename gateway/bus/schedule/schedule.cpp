@@ -5,7 +5,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -336,4 +336,4 @@ std::optional<Instant> Background::NextAt(Instant now) const {
   return soonest;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

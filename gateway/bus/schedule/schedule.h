@@ -23,7 +23,7 @@
 #include "config/model/point.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The queries of one group of one device, on the fixed grid of the group's period.
 //
@@ -308,4 +308,4 @@ class Background {
   std::uint64_t turn_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

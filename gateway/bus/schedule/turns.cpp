@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 std::vector<Turns::Choice> Turns::Order(const Waiting& waiting) const {
   std::vector<Choice> order;
@@ -54,4 +54,4 @@ void Turns::OnTime(Duration passed, bool failing) {
   debt_ = std::clamp(debt_ + (failing ? passed : -passed), Duration::zero(), kMostDebt);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -13,7 +13,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The time of the input that a line is handling, and since when the line has been idle. A part of
 // gateway/bus/poller/poller.h.
@@ -173,4 +173,4 @@ class Turns {
   Duration debt_{};  // line time that failing devices took and the others have not yet got back
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

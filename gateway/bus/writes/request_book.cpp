@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -106,4 +106,4 @@ void RequestBook::ForgetOldest(Client& client) {
   client.entries.erase(oldest);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

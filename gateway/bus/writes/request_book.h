@@ -25,7 +25,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // The identity of a write request: the client's name and its own number. A client that gets no
 // answer repeats its request unchanged, and the gateway carries it out only once. The identity is a
@@ -112,4 +112,4 @@ class RequestBook {
   std::map<std::string, Client> clients_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

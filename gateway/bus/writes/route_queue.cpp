@@ -14,7 +14,7 @@
 #include "gateway/bus/devices/roster.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -277,7 +277,8 @@ std::optional<Instant> RoutedSide::ClientsGone() const {
 }
 
 std::vector<RoutedRequest> RoutedSide::TakeHopeless(const Member& slave, std::size_t keep,
-                                                    const PduCarrier& carrier, Instant now) {
+                                                    const protocols::PduCarrier& carrier,
+                                                    Instant now) {
   std::vector<RoutedRequest> reads = queue_.TakeReads(slave.slave, keep);
   for (const RoutedRequest& read : reads) {
     if (carrier.is_common(read.pdu)) refused_[slave.slave] = {read.pdu, now};
@@ -303,4 +304,4 @@ RouteQueue::Batch RoutedSide::RepeatRead(const Member& slave) const {
   return batch;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -23,10 +23,13 @@
 #include "gateway/base/time.h"
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
+struct PduCarrier;
+}  // namespace baudgate::protocols
+
+namespace baudgate::bus {
 
 struct Member;
-struct PduCarrier;
 
 // A Modbus request that the gateway passes on as it is, and the reply on its way back: what
 // transparent routes hand to a line (gateway/lines/line_runner.h) or to a Modbus TCP server
@@ -177,7 +180,7 @@ class RoutedSide {
   /// Reads of an offline slave, except the first `keep`: to be answered at once. What was asked for
   /// is remembered for its probes.
   std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
-                                          const PduCarrier& carrier, Instant now);
+                                          const protocols::PduCarrier& carrier, Instant now);
   /// Whether a client that has no request waiting right now still wants to know if this slave is
   /// back: a client that asks its slaves one after the other waits for others then, so its last
   /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly after
@@ -198,4 +201,4 @@ class RoutedSide {
   std::map<std::uint8_t, Refused> refused_;  // by slave, while offline
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -34,7 +34,7 @@
 #include "gateway/base/value.h"
 #include "gateway/bus/writes/request_book.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // How far a write has come on its way from the gate to its end, and how it may end from there. Its
 // client is told, and the audit records, one of these words.
@@ -246,4 +246,4 @@ class CommandRoom {
   std::map<Ticket, Held> held_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

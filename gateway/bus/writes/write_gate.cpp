@@ -12,11 +12,10 @@
 #include "gateway/base/text.h"
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
-using config::Quoted;
 using config::Type;
 
 Result<Value> ParseFlag(const config::Point& point, std::string_view text) {
@@ -358,4 +357,4 @@ void WriteGate::Deny(const Writer& writer, const WriteAsk& ask, const std::strin
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

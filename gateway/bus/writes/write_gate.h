@@ -42,7 +42,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // A value as people write it, for one point: "0.52", "on", "12". Used by the command line's writes.
 
@@ -190,4 +190,4 @@ class WriteGate {
   Selections selections_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

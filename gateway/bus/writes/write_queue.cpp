@@ -7,7 +7,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 namespace {
 
@@ -47,7 +47,7 @@ void WriteQueue::AddReadBack(QueryRef query) {
   if (!known) read_backs_.push_back(query);
 }
 
-void WriteQueue::AddReadBacks(std::size_t device, std::span<const Query> queries,
+void WriteQueue::AddReadBacks(std::size_t device, std::span<const protocols::Query> queries,
                               std::span<const std::size_t> points) {
   for (std::size_t query = 0; query < queries.size(); ++query) {
     if (std::ranges::find_first_of(queries[query].points, points) != queries[query].points.end()) {
@@ -57,7 +57,7 @@ void WriteQueue::AddReadBacks(std::size_t device, std::span<const Query> queries
 }
 
 std::vector<std::size_t> WriteQueue::TakeReadBacks(std::size_t device,
-                                                   std::span<const Query> queries) {
+                                                   std::span<const protocols::Query> queries) {
   std::vector<std::size_t> points;
   std::erase_if(read_backs_, [&](const QueryRef& one) {
     if (one.device != device) return false;
@@ -132,4 +132,4 @@ std::optional<Instant> WriteQueue::Deadline() const {
   return soonest;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

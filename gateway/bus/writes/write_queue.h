@@ -16,7 +16,7 @@
 #include "gateway/bus/writes/write_command.h"
 #include "protocols/conversation.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// A query of a device of the line, by their numbers.
 struct QueryRef {
@@ -49,11 +49,12 @@ class WriteQueue {
   /// doubt. Several calls lead to one read.
   void AddReadBack(QueryRef query);
   /// The same of all queries of the device that read one of these points.
-  void AddReadBacks(std::size_t device, std::span<const Query> queries,
+  void AddReadBacks(std::size_t device, std::span<const protocols::Query> queries,
                     std::span<const std::size_t> points);
   /// The points of all queries of the device that wait to be read. `queries`: those it had when
   /// they were added.
-  std::vector<std::size_t> TakeReadBacks(std::size_t device, std::span<const Query> queries);
+  std::vector<std::size_t> TakeReadBacks(std::size_t device,
+                                         std::span<const protocols::Query> queries);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
@@ -93,4 +94,4 @@ class WriteQueue {
   std::uint64_t sequence_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

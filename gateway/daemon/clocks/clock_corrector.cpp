@@ -14,7 +14,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 constexpr Duration kLookInterval = 1s;
@@ -24,7 +24,7 @@ constexpr Duration kFresh = 10s;
 /// Two readings of a clock that runs differ by less.
 constexpr double kAlike = 2;
 
-const Writer kWriter{"gateway", 0};
+const bus::Writer kWriter{"gateway", 0};
 constexpr std::string_view kTried = "tried ";
 
 std::chrono::seconds UnixTime(WallTime at) {
@@ -46,8 +46,9 @@ std::string Shown(double drift) {
 
 bool WantsCare(const config::Config& config) {
   return std::ranges::any_of(config.lines, [](const config::Line& line) {
-    return std::ranges::any_of(
-        line.devices, [](const config::Device& device) { return ClockCareOf(device).has_value(); });
+    return std::ranges::any_of(line.devices, [](const config::Device& device) {
+      return protocols::ClockCareOf(device).has_value();
+    });
   });
 }
 
@@ -93,12 +94,12 @@ void ClockCorrector::Tick(Now now) {
   for (std::uint32_t device = 0; device < devices_; ++device) {
     // The end of a correction is told even where a reload has removed its device.
     if (links_.store.gone(device) && !under_way_.contains(device)) continue;
-    const auto care = ClockCareOf(links_.store.device(device));
+    const auto care = protocols::ClockCareOf(links_.store.device(device));
     if (care) Look(device, *care, now);
   }
 }
 
-void ClockCorrector::Look(std::uint32_t device, const ClockCare& care, Now now) {
+void ClockCorrector::Look(std::uint32_t device, const protocols::ClockCare& care, Now now) {
   if (under_way_.contains(device)) {
     GoOn(device, care, now);
   } else if (MayTry(device, care, now)) {
@@ -106,7 +107,7 @@ void ClockCorrector::Look(std::uint32_t device, const ClockCare& care, Now now) 
   }
 }
 
-bool ClockCorrector::MayTry(std::uint32_t device, const ClockCare& care, Now now) const {
+bool ClockCorrector::MayTry(std::uint32_t device, const protocols::ClockCare& care, Now now) const {
   if (!right_ || !MayCorrectAt(now.wall, care.zone)) return false;
   const auto tried = TriedAt(tries_->Of(device));
   if (tried && UnixTime(now.wall) - *tried < kBetweenTries) return false;
@@ -114,25 +115,25 @@ bool ClockCorrector::MayTry(std::uint32_t device, const ClockCare& care, Now now
   return wait == not_before_.end() || now.instant >= wait->second;
 }
 
-std::optional<double> ClockCorrector::DriftOf(std::uint32_t device, const ClockCare& care,
-                                              Instant now) const {
+std::optional<double> ClockCorrector::DriftOf(std::uint32_t device,
+                                              const protocols::ClockCare& care, Instant now) const {
   std::optional<double> drift;
-  links_.store.Read(device, [&](const DeviceRecord& record) {
+  links_.store.Read(device, [&](const bus::DeviceRecord& record) {
     if (!IsGood(QualityAt(record, care.drift, now))) return;
     drift = ToDouble(record.points[care.drift].value);
   });
   return drift && std::isfinite(*drift) ? drift : std::nullopt;
 }
 
-void ClockCorrector::Begin(std::uint32_t device, const ClockCare& care, Now now) {
+void ClockCorrector::Begin(std::uint32_t device, const protocols::ClockCare& care, Now now) {
   const auto drift = DriftOf(device, care, now.instant);
   if (!drift || std::abs(*drift) < Seconds(care.least)) return;
   UnderWay& begun = under_way_[device];
   begun.drift = *drift;
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = device;
   command.client = kWriter.name;
-  command.kind = Reads{{care.drift}};
+  command.kind = bus::Reads{{care.drift}};
   command.deadline = now.instant + kAnswerPatience;
   command.done = [answered = begun.answered](const WriteResult& result) {
     const MutexLock lock(answered->mutex);
@@ -143,18 +144,19 @@ void ClockCorrector::Begin(std::uint32_t device, const ClockCare& care, Now now)
   not_before_[device] = now.instant + kBetweenReads;
 }
 
-void ClockCorrector::GoOn(std::uint32_t device, const ClockCare& care, Now now) {
+void ClockCorrector::GoOn(std::uint32_t device, const protocols::ClockCare& care, Now now) {
   using Step = UnderWay::Step;
   const UnderWay was = under_way_.at(device);
   const bool gone = links_.store.gone(device);
   if (was.step == Step::keeps) {
     const auto kept = tries_->kept();
-    if (kept == DeviceMemory::Kept::waits) return;
+    if (kept == records::DeviceMemory::Kept::waits) return;
     under_way_.erase(device);
     const char* why = nullptr;
     if (gone) why = "a reload has ended its line";
     if (!right_) why = "this machine's clock is no longer synchronised";
-    if (kept == DeviceMemory::Kept::no) why = "the attempt cannot be recorded: the disk fails";
+    if (kept == records::DeviceMemory::Kept::no)
+      why = "the attempt cannot be recorded: the disk fails";
     if (why == nullptr) return Correct(device, care, was.drift, now);
     return links_.tell(device, false, "it is " + Shown(was.drift) + "; " + why, now);
   }
@@ -179,12 +181,13 @@ void ClockCorrector::TellEnd(std::uint32_t device, double drift, const WriteResu
   links_.tell(device, done, text, now);
 }
 
-void ClockCorrector::Keep(std::uint32_t device, const ClockCare& care, double before, Now now) {
+void ClockCorrector::Keep(std::uint32_t device, const protocols::ClockCare& care, double before,
+                          Now now) {
   not_before_.erase(device);
   if (!MayTry(device, care, now)) return;
   not_before_[device] = now.instant + kBetweenReads;
   Duration age = Duration::max();
-  links_.store.Read(device, [&](const DeviceRecord& record) {
+  links_.store.Read(device, [&](const bus::DeviceRecord& record) {
     const auto& read = record.points[care.drift].read_at;
     if (read) age = now.instant - *read;
   });
@@ -194,7 +197,7 @@ void ClockCorrector::Keep(std::uint32_t device, const ClockCare& care, double be
   tries_->Set(device, std::string(kTried) + std::to_string(UnixTime(now.wall).count()));
   if (std::abs(*drift) > Seconds(care.most)) {
     links_.tell(device, false,
-                "it is " + Shown(*drift) + ", more than " + kCorrectClockMost + ": " +
+                "it is " + Shown(*drift) + ", more than " + protocols::kCorrectClockMost + ": " +
                     FormatDuration(care.most) + "; set it by hand",
                 now);
     return;
@@ -202,11 +205,12 @@ void ClockCorrector::Keep(std::uint32_t device, const ClockCare& care, double be
   under_way_[device] = {.step = UnderWay::Step::keeps, .drift = *drift};
 }
 
-void ClockCorrector::Correct(std::uint32_t device, const ClockCare& care, double drift, Now now) {
+void ClockCorrector::Correct(std::uint32_t device, const protocols::ClockCare& care, double drift,
+                             Now now) {
   UnderWay& begun = under_way_[device];
   begun.step = UnderWay::Step::writes;
   begun.drift = drift;
-  WriteAsk ask;
+  bus::WriteAsk ask;
   ask.device = device;
   ask.parts.push_back({care.correction, Value(true)});
   ask.deadline = now.instant + kAnswerPatience;
@@ -274,4 +278,4 @@ Duration HostClock::Look() {
   return kernel ? kInterval : kServiceInterval;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -33,7 +33,7 @@
 
 struct sd_bus;
 
-namespace baudgate {
+namespace baudgate::daemon {
 
 class ClockCorrector {
  public:
@@ -43,10 +43,10 @@ class ClockCorrector {
   static constexpr Duration kBetweenReads = std::chrono::minutes(10);
 
   struct Links {
-    const PointStore& store;
-    CommandSink& commands;
+    const bus::PointStore& store;
+    bus::CommandSink& commands;
     /// Where tries are kept, made when a device wants it; null: nowhere, and nothing is corrected.
-    std::function<std::unique_ptr<DeviceMemory>(const config::Config&)> open;
+    std::function<std::unique_ptr<records::DeviceMemory>(const config::Config&)> open;
     /// What became of a device's clock.
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;
@@ -76,23 +76,29 @@ class ClockCorrector {
     double drift = 0;  ///< seconds, as it was before
   };
 
-  void Look(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
-  void GoOn(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
-  void Begin(std::uint32_t device, const ClockCare& care, Now now) BAUDGATE_REQUIRES(mutex_);
-  void Keep(std::uint32_t device, const ClockCare& care, double before, Now now)
+  void Look(std::uint32_t device, const protocols::ClockCare& care, Now now)
       BAUDGATE_REQUIRES(mutex_);
-  void Correct(std::uint32_t device, const ClockCare& care, double drift, Now now)
+  void GoOn(std::uint32_t device, const protocols::ClockCare& care, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Begin(std::uint32_t device, const protocols::ClockCare& care, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Keep(std::uint32_t device, const protocols::ClockCare& care, double before, Now now)
+      BAUDGATE_REQUIRES(mutex_);
+  void Correct(std::uint32_t device, const protocols::ClockCare& care, double drift, Now now)
       BAUDGATE_REQUIRES(mutex_);
   void TellEnd(std::uint32_t device, double drift, const WriteResult& result, Now now) const
       BAUDGATE_REQUIRES(mutex_);
-  bool MayTry(std::uint32_t device, const ClockCare& care, Now now) const BAUDGATE_REQUIRES(mutex_);
+  bool MayTry(std::uint32_t device, const protocols::ClockCare& care, Now now) const
+      BAUDGATE_REQUIRES(mutex_);
   /// The value of the point, where it is good.
-  std::optional<double> DriftOf(std::uint32_t device, const ClockCare& care, Instant now) const;
+  std::optional<double> DriftOf(std::uint32_t device, const protocols::ClockCare& care,
+                                Instant now) const;
 
   const Links links_;
   Mutex mutex_;
-  WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<DeviceMemory> tries_ BAUDGATE_GUARDED_BY(mutex_);  // null: nobody wants it
+  bus::WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
+  std::unique_ptr<records::DeviceMemory> tries_
+      BAUDGATE_GUARDED_BY(mutex_);  // null: nobody wants it
   std::uint32_t devices_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
@@ -129,4 +135,4 @@ class HostClock {
   Worker worker_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -10,7 +10,7 @@
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using enum Symptom;
@@ -29,13 +29,13 @@ bool LacksBytes(const Evidence& evidence) {
 
 /// Replies up to a length are right, and those beyond it never.
 bool OnlyLong(const Evidence& evidence,
-              const ReplyLengths::TooLong& (ReplyLengths::*which)() const) {
+              const bus::ReplyLengths::TooLong& (bus::ReplyLengths::*which)() const) {
   // One that has died has answered the short ones as well, once.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   if (findings.Runs() < kFacts || findings.lengths().longest_good() == 0) return false;
-  const ReplyLengths::TooLong& bad = (findings.lengths().*which)();
+  const bus::ReplyLengths::TooLong& bad = (findings.lengths().*which)();
   return bad.count >= kFacts && bad.shortest > kNoBuffer &&
          4 * bad.shortest > 5 * findings.lengths().longest_good();
 }
@@ -114,10 +114,11 @@ double OtherParity(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool network = evidence.line->is_network();
   if (network && evidence.answered) return 0;
-  const bool all = std::ranges::all_of(evidence.records, [network](const DeviceRecord* record) {
-    const SpecialBytes& specials = record->status.findings.specials();
-    return network ? specials.LacksOneParity() : specials.IsOneParity();
-  });
+  const bool all =
+      std::ranges::all_of(evidence.records, [network](const bus::DeviceRecord* record) {
+        const bus::SpecialBytes& specials = record->status.findings.specials();
+        return network ? specials.LacksOneParity() : specials.IsOneParity();
+      });
   if (!all) return 0;
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
@@ -125,18 +126,18 @@ double OtherParity(const Evidence& evidence) {
 /// Its replies, each without the eighth bits.
 double SevenBits(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
-  const bool all = std::ranges::all_of(evidence.records, [](const DeviceRecord* record) {
+  const bool all = std::ranges::all_of(evidence.records, [](const bus::DeviceRecord* record) {
     return record->status.findings.specials().IsSevenBit();
   });
   return all ? evidence.Share({bad_check, damaged}) : 0;
 }
 
 double TooLong(const Evidence& evidence) {
-  return OnlyLong(evidence, &ReplyLengths::silent) ? evidence.Share({silence}) : 0;
+  return OnlyLong(evidence, &bus::ReplyLengths::silent) ? evidence.Share({silence}) : 0;
 }
 
 double LongDamaged(const Evidence& evidence) {
-  if (!OnlyLong(evidence, &ReplyLengths::damaged) || evidence.Count(split) > 0) return 0;
+  if (!OnlyLong(evidence, &bus::ReplyLengths::damaged) || evidence.Count(split) > 0) return 0;
   return evidence.Share({damaged, noise, bad_check, bytes_lost, tail_lost, end_lost});
 }
 
@@ -306,7 +307,7 @@ std::string SayBadCheck(const Evidence& evidence) {
 }
 
 std::string SayTooLong(const Evidence& evidence) {
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
       "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
       "once (block, max_items)",
@@ -314,11 +315,11 @@ std::string SayTooLong(const Evidence& evidence) {
 }
 
 std::string SayLongDamaged(const Evidence& evidence) {
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
       "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
       "max_items): a buffer is small",
       findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

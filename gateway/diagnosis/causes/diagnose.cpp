@@ -9,7 +9,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -26,7 +26,7 @@ constexpr std::uint32_t kManyBehind = 16;
 /// One that begins so soon behind the start may be its end.
 constexpr Duration kStart = 5min;
 
-std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
+std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
   if (status.unasked) return "its next message is waited for";
   if (!line.notice_bound) return "it is asked again and again";
   return "its return is noticed within " + FormatAge(*line.notice_bound);
@@ -34,8 +34,8 @@ std::string Noticed(const LineStatus& line, const DeviceStatus& status) {
 
 /// "3 outages in the last hour": what a look at the present does not show. Empty: none, or one that
 /// is not worth a word.
-std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
-  const MinuteCounts hour = record.status.hour.Sum(now.instant);
+std::string Outages(const bus::DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
+  const bus::MinuteCounts hour = record.status.hour.Sum(now.instant);
   if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
   if (hour.outages < from || 1 - Availability(hour) < kNotableOutage) return {};
   const Duration since = std::min<Duration>(now.instant - started, 1h);
@@ -43,14 +43,14 @@ std::string Outages(const DeviceRecord& record, std::uint32_t from, Now now, Ins
                      since < 1h ? FormatAge(since) : "hour");
 }
 
-std::string AnsweredShare(const DeviceRecord& record, Now now) {
+std::string AnsweredShare(const bus::DeviceRecord& record, Now now) {
   return fmt::format("answered {} of the time",
                      Percent(Availability(record.status.hour.Sum(now.instant))));
 }
 
-Sentences Absence(const LineStatus& line, const DeviceRecord& record,
-                  std::span<const DeviceRecord> all, Now now, Instant started) {
-  const DeviceStatus& status = record.status;
+Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
+                  std::span<const bus::DeviceRecord> all, Now now, Instant started) {
+  const bus::DeviceStatus& status = record.status;
   std::string since = status.last_ok ? "offline for " + FormatAge(now.instant - *status.last_ok)
                                      : "has never answered";
   const Evidence evidence = Gather(line, record, all, now);
@@ -70,7 +70,7 @@ Sentences Absence(const LineStatus& line, const DeviceRecord& record,
 }
 
 /// It is waited for longer than configured, and so answers in time. Once may be chance.
-Sentences Patience(const DeviceStatus& status) {
+Sentences Patience(const bus::DeviceStatus& status) {
   if (status.patience <= Duration() || status.late < 2) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
   const Duration seen = status.findings.Count(Symptom::late) > 0
@@ -84,38 +84,38 @@ Sentences Patience(const DeviceStatus& status) {
 }
 
 /// There are neighbours that are asked as often, and beside their replies nothing stands.
-bool IsCleanElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
+bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
-  for (const DeviceRecord& one : all) {
+  for (const bus::DeviceRecord& one : all) {
     if (one.device == device.device || !Answers(one.status.state)) continue;
-    const Findings& findings = one.status.findings;
+    const bus::Findings& findings = one.status.findings;
     if (findings.Count(Symptom::noise_before) + findings.Count(Symptom::noise_behind) > 1)
       return false;
-    asked = asked || findings.size() == Findings::kKept;
+    asked = asked || findings.size() == bus::Findings::kKept;
   }
   return asked;
 }
 
 /// The rest of a neighbour's replies may come beside its own.
-bool ComesLateElsewhere(const DeviceRecord& device, std::span<const DeviceRecord> all) {
-  return std::ranges::any_of(all, [&](const DeviceRecord& one) {
+bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
+  return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
            one.status.findings.Count(Symptom::split) >= kNotableFailures;
   });
 }
 
 /// Before its port was opened anew as well.
-bool FailsAlways(const DeviceStatus& status) {
-  const Findings& findings = status.findings;
+bool FailsAlways(const bus::DeviceStatus& status) {
+  const bus::Findings& findings = status.findings;
   const std::size_t run = findings.LongestRun();
   return (findings.size() >= kNotableFailures && run == findings.size()) ||
          (IsAbsent(status) && run >= kManyFailures);
 }
 
 /// Why the device is not judged at present, as when it was not asked yet. Empty: it is judged.
-std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& device,
+std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
-  const DeviceStatus& status = device.status;
+  const bus::DeviceStatus& status = device.status;
   if (status.unasked && status.exchanges == 0) return Silence(device, now);
   if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
   if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
@@ -137,11 +137,11 @@ std::optional<Sentences> NotJudged(const LineStatus& line, const DeviceRecord& d
 }
 
 /// Sentences about failed exchanges and about bytes beside replies; the cause comes first.
-Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
-                    std::span<const DeviceRecord> all) {
+Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
+                    std::span<const bus::DeviceRecord> all) {
   Sentences found;
   if (IsForeign(device)) {
-    const auto other = std::ranges::find_if(all, [&](const DeviceRecord& one) {
+    const auto other = std::ranges::find_if(all, [&](const bus::DeviceRecord& one) {
       return one.device != device.device && IsForeign(one);
     });
     // Where both answer, they damage each other.
@@ -165,7 +165,7 @@ Sentences Exchanges(const DeviceRecord& device, const Evidence& evidence,
 }
 
 /// A second read did not confirm a jump. Empty: that is rare, or most jumps are real.
-Sentences Unconfirmed(const DeviceStatus& status) {
+Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
   return {fmt::format(
@@ -175,8 +175,8 @@ Sentences Unconfirmed(const DeviceStatus& status) {
 }
 
 /// Its replies belong to the requests before. Empty: they do not.
-Sentences Behind(const DeviceRecord& device, Now now) {
-  const DeviceStatus& status = device.status;
+Sentences Behind(const bus::DeviceRecord& device, Now now) {
+  const bus::DeviceStatus& status = device.status;
   if (status.behind < kManyBehind) return {};
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     if (!IsGood(QualityAt(device, i, now.instant))) continue;
@@ -190,8 +190,8 @@ Sentences Behind(const DeviceRecord& device, Now now) {
 }
 
 /// Second replies that came now and then.
-Sentences Doubled(const DeviceRecord& device, const Evidence& evidence) {
-  const DeviceStatus& status = device.status;
+Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
+  const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
   const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
   if (!again || told || FailsByEchoes(evidence)) return {};
@@ -205,15 +205,15 @@ Sentences Doubled(const DeviceRecord& device, const Evidence& evidence) {
 
 std::string ClockText(WallTime time) { return FormatWallTime(time).substr(11, 8) + " UTC"; }
 
-Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
-                         std::span<const DeviceRecord> all, Now now, Instant started) {
-  const DeviceStatus& status = device.status;
-  if (status.state == DeviceState::disabled) {
+Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& device,
+                         std::span<const bus::DeviceRecord> all, Now now, Instant started) {
+  const bus::DeviceStatus& status = device.status;
+  if (status.state == bus::DeviceState::disabled) {
     if (!device.device->enabled) return {"disabled in the configuration (enabled: false)"};
     return {"taken out of use at run time; 'baudgate enable " + NameOf(device) +
             "' brings it back"};
   }
-  if (line.port != LineStatus::Port::open) return {};
+  if (line.port != bus::LineStatus::Port::open) return {};
   const Evidence evidence = Gather(line, device, all, now);
   if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
   // The line's sentence is about it.
@@ -250,7 +250,7 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
                     ": look at its power and its wire");
   }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
-  if (found.empty() && status.state == DeviceState::degraded && !Echoes(line)) {
+  if (found.empty() && status.state == bus::DeviceState::degraded && !Echoes(line)) {
     found.push_back("degraded: several of its last 32 exchanges failed" +
                     (status.last_reason.empty() ? "" : "; last: " + status.last_reason));
   }
@@ -258,4 +258,4 @@ Sentences DiagnoseDevice(const LineStatus& line, const DeviceRecord& device,
   return found;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

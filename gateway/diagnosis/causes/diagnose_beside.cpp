@@ -9,7 +9,7 @@
 #include "gateway/diagnosis/causes/evidence.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -21,12 +21,12 @@ constexpr std::size_t kConstant = 4;
 /// So often they are no matter of the line, where no neighbour has them.
 constexpr std::size_t kOfItsOwn = 16;
 
-bool IsNearlyAlways(std::size_t count, const Findings& findings) {
+bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
   return 10 * count >= 9 * findings.size();
 }
 
 /// Noise comes now and then; equipment in between, or a bus at rest, with each reply.
-const char* WhyStray(const DeviceRecord& record, bool always) {
+const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
     return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
                     "without RTU, or update its firmware; values are right"
@@ -43,9 +43,9 @@ const char* WhyStray(const DeviceRecord& record, bool always) {
 }
 
 /// The same bytes around its replies, which something in between puts there.
-std::string Wrapped(const DeviceRecord& record) {
+std::string Wrapped(const bus::DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
-  const Findings& findings = record.status.findings;
+  const bus::Findings& findings = record.status.findings;
   const std::string& around = findings.Around();
   if (around == kOwnRequest) return kHearsItself;
   const bool idle = around.find_first_not_of("0FEC8 .") == std::string::npos;
@@ -69,8 +69,8 @@ std::string Wrapped(const DeviceRecord& record) {
 
 }  // namespace
 
-bool IsWrapped(const DeviceRecord& record) {
-  const Findings& findings = record.status.findings;
+bool IsWrapped(const bus::DeviceRecord& record) {
+  const bus::Findings& findings = record.status.findings;
   const std::size_t beside =
       findings.Count(Symptom::few_beside) + findings.Count(Symptom::noise_before) +
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
@@ -84,13 +84,13 @@ bool IsWrapped(const DeviceRecord& record) {
   return around.find_first_not_of("0F .") != std::string::npos;
 }
 
-bool AreTwo(const Findings& findings) {
+bool AreTwo(const bus::Findings& findings) {
   const std::size_t others = findings.Count(Symptom::others_beside);
   return others >= kNotableNoise || (others > 0 && findings.Count(Symptom::copies) >= kMostlyAlike);
 }
 
-Sentences Beside(const DeviceRecord& record, bool alone) {
-  const Findings& findings = record.status.findings;
+Sentences Beside(const bus::DeviceRecord& record, bool alone) {
+  const bus::Findings& findings = record.status.findings;
   Sentences found;
   const auto say = [&](std::size_t count, const char* what, const std::string& remedy) {
     found.push_back(
@@ -138,7 +138,7 @@ constexpr Duration kLongestAge = 24h;
 
 }  // namespace
 
-std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
+std::optional<Duration> MustSpeakWithin(const bus::DeviceRecord& record) {
   Duration shortest = record.device->max_age.value_or(Duration::max());
   if (!record.device->max_age && !record.device->never_old) {
     for (const config::Point& point : record.device->points) {
@@ -149,9 +149,9 @@ std::optional<Duration> MustSpeakWithin(const DeviceRecord& record) {
   return shortest <= kLongestAge ? std::optional(shortest) : std::nullopt;
 }
 
-std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now) {
+std::optional<Duration> ComesEvery(const bus::DeviceRecord& record, Instant now) {
   const auto must = MustSpeakWithin(record);
-  const DeviceStatus& status = record.status;
+  const bus::DeviceStatus& status = record.status;
   if (!status.unasked || !status.last_ok || !must) return std::nullopt;
   const auto period = status.findings.Period(*must);
   if (!period) return std::nullopt;
@@ -161,11 +161,11 @@ std::optional<Duration> ComesEvery(const DeviceRecord& record, Instant now) {
   return regular && !stopped ? std::optional(longest) : std::nullopt;
 }
 
-Sentences AnswersNothing(const DeviceRecord& record, const Evidence& evidence) {
-  const DeviceStatus& status = record.status;
+Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& evidence) {
+  const bus::DeviceStatus& status = record.status;
   if (!status.unasked || !status.last_ok) return {};
   if (2 * evidence.Count(Symptom::silence) < evidence.seen) return {};
-  const MinuteCounts asked = status.hour.Sum(evidence.now);
+  const bus::MinuteCounts asked = status.hour.Sum(evidence.now);
   // What it sends by itself may come where an answer is awaited.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
@@ -173,15 +173,15 @@ Sentences AnswersNothing(const DeviceRecord& record, const Evidence& evidence) {
       "(TX), its power, and whether it knows them (else take commands out of its options)"};
 }
 
-Sentences Unreadable(const DeviceRecord& record, const Evidence& evidence) {
+Sentences Unreadable(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (!record.status.unasked || evidence.failed < kNotableFailures) return {};
   if (!record.status.last_ok) return Said("no message was good yet: ", evidence);
   return Said(fmt::format("{} of its last {} messages are bad: ", evidence.failed, evidence.looked),
               evidence);
 }
 
-Sentences Silence(const DeviceRecord& record, Now now) {
-  const DeviceStatus& status = record.status;
+Sentences Silence(const bus::DeviceRecord& record, Now now) {
+  const bus::DeviceStatus& status = record.status;
   const auto& max_age = record.device->max_age;
   const auto must = MustSpeakWithin(record);
   if (!status.last_ok && must) {
@@ -208,4 +208,4 @@ Sentences Silence(const DeviceRecord& record, Now now) {
   return found;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

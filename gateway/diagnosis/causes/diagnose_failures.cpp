@@ -10,7 +10,7 @@
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -37,12 +37,12 @@ std::string Looks(const Evidence& evidence) {
 /// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
 /// or all are, where `all` does not want these as well.
 template <typename IsMeant>
-std::string NamesOf(const DeviceRecord& record, IsMeant is_meant, bool all = false) {
-  const std::vector<QueryCount>& queries = record.status.queries;
+std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
+  const std::vector<bus::QueryCount>& queries = record.status.queries;
   std::string first;
   std::size_t points = 0;
   std::size_t meant = 0;
-  for (const QueryCount& query : queries) {
+  for (const bus::QueryCount& query : queries) {
     if (!is_meant(query)) continue;
     ++meant;
     points += query.points;
@@ -55,7 +55,7 @@ std::string NamesOf(const DeviceRecord& record, IsMeant is_meant, bool all = fal
 
 /// The same of its points for which `is_meant` holds, with the place of the first.
 template <typename IsMeant>
-std::string PointsOf(const DeviceRecord& record, IsMeant is_meant) {
+std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   const config::Point* first = nullptr;
   std::size_t points = 0;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -70,13 +70,13 @@ std::string PointsOf(const DeviceRecord& record, IsMeant is_meant) {
 
 /// Whenever a request fails, all its repeats do: no matter of chance.
 bool FailsWithRepeats(const Evidence& evidence) {
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();
   const std::size_t runs = findings.Runs();
   return longest > 1 && runs >= kNeverAnswered && evidence.failed == longest * runs;
 }
 
-const char* TakeThemOut(const DeviceRecord& record) {
+const char* TakeThemOut(const bus::DeviceRecord& record) {
   return record.device->traits->has_modes
              ? "is it in the mode for it (remote)? Else take them out of the profile"
              : "take these points out of the profile";
@@ -90,7 +90,7 @@ std::string NotAnswered(const Evidence& evidence) {
 
 /// What is only asked seldom any more, because the device was silent to it beside answers to
 /// others.
-Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
+Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
   // What is answered in another way is no silence.
@@ -102,7 +102,7 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
   if (!silent || answered || !evidence.Last(Symptom::refusal).cause.empty() ||
       IsAbsent(record.status))
     return {};
-  const bool tried = evidence.looked == Findings::kKept || FailsWithRepeats(evidence);
+  const bool tried = evidence.looked == bus::Findings::kKept || FailsWithRepeats(evidence);
   const std::string points = PointsOf(record, [&](std::size_t point) {
     const Quality& said = record.points[point].reported;
     const config::Point& its = record.device->points[point];
@@ -115,34 +115,34 @@ Sentences SilentPoints(const DeviceRecord& record, const Evidence& evidence) {
 
 /// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
 /// while none that fails has ever had a value.
-bool HasOthers(const DeviceRecord& record, const Evidence& evidence) {
-  const std::vector<QueryCount>& queries = record.status.queries;
-  const auto is_good = [](const QueryCount& query) {
+bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
+  const std::vector<bus::QueryCount>& queries = record.status.queries;
+  const auto is_good = [](const bus::QueryCount& query) {
     return query.points > 0 && query.in_vain == 0;
   };
   if (std::ranges::any_of(queries, is_good)) return true;
   const auto has_value = [&](std::size_t point) {
     return point < record.points.size() && HasValue(record.points[point].value);
   };
-  const bool never = std::ranges::none_of(queries, [&](const QueryCount& query) {
+  const bool never = std::ranges::none_of(queries, [&](const bus::QueryCount& query) {
     return query.points > 0 && has_value(query.first_point);
   });
   return never && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
 }
 
 /// Requests that are never answered well, beside others that are.
-Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
-  const DeviceStatus& status = record.status;
-  const auto fails = [](const QueryCount& query) { return query.in_vain >= kNeverAnswered; };
+Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence) {
+  const bus::DeviceStatus& status = record.status;
+  const auto fails = [](const bus::QueryCount& query) { return query.in_vain >= kNeverAnswered; };
   const bool others = HasOthers(record, evidence);
   // Where others fail now and then as well, it is no matter of the request.
-  const bool shaky = std::ranges::any_of(status.queries, [&](const QueryCount& query) {
+  const bool shaky = std::ranges::any_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) && std::popcount(query.failures) > 1;
   });
   if (!others || shaky || status.findings.Count(Symptom::late) > 0) return {};
   const std::string points = NamesOf(record, fails, true);
   if (points.empty()) return {};
-  const bool silent = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+  const bool silent = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) || query.symptom == Symptom::silence;
   });
   if (silent) {
@@ -151,13 +151,13 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
     return {NotAnswered(evidence) + points + " (" + place + ")" +
             ", and answers the others: " + TakeThemOut(record)};
   }
-  const bool damaged = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+  const bool damaged = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);
   });
   const auto judged = Judge(evidence);
   const bool pieces = damaged && evidence.Count(Symptom::split) > 0;
   if (!judged.empty() && (judged.front()->whole || pieces)) return Said("", evidence);
-  const bool broken = std::ranges::all_of(status.queries, [&](const QueryCount& query) {
+  const bool broken = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) || query.symptom == Symptom::tail_lost;
   });
   if (damaged && status.findings.specials().Suspects() == 0 && (!broken || judged.empty())) {
@@ -174,7 +174,7 @@ Sentences DeadQueries(const DeviceRecord& record, const Evidence& evidence) {
 
 /// How often it fails; empty: not often enough for a word. Failures may be too seldom to be among
 /// the latest exchanges at each look.
-std::string HowOften(const DeviceRecord& record, const Evidence& evidence) {
+std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (evidence.failed >= kNotableFailures) {
     return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
   }
@@ -186,32 +186,33 @@ std::string HowOften(const DeviceRecord& record, const Evidence& evidence) {
 }
 
 /// Its polls were answered for a while.
-bool HasWorked(const DeviceRecord& record) {
+bool HasWorked(const bus::DeviceRecord& record) {
   return record.status.Count(Outcome::ok) >= kAlways &&
          std::ranges::any_of(record.points,
-                             [](const PointRecord& point) { return HasValue(point.value); });
+                             [](const bus::PointRecord& point) { return HasValue(point.value); });
 }
 
 /// What it says in place of values: one reason for all that it refuses.
-std::string Refusals(const DeviceRecord& record, const Evidence& evidence) {
+std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
   if (count < kNotableFailures || LacksOptions(record)) return {};
   const Finding& last = evidence.Last(Symptom::refusal);
   const std::string reason =
       last.cause.empty() ? std::string(Name(record.status.last_outcome)) : Brief(last);
   const std::string points =
-      NamesOf(record, [](const QueryCount& query) { return query.refused >= kNeverAnswered; });
-  const auto is_refused = [](const PointRecord& point) {
+      NamesOf(record, [](const bus::QueryCount& query) { return query.refused >= kNeverAnswered; });
+  const auto is_refused = [](const bus::PointRecord& point) {
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
   // Other requests than polls may be answered all the same.
   const auto& queries = record.status.queries;
-  const bool all = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
-    return query.points == 0 || query.refused >= kNeverAnswered;
-  });
+  const bool all =
+      !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
+        return query.points == 0 || query.refused >= kNeverAnswered;
+      });
   const bool always = none || all || (count == evidence.looked && count >= kAlways);
-  const bool mostly = evidence.looked == Findings::kKept && 2 * count >= evidence.looked;
+  const bool mostly = evidence.looked == bus::Findings::kKept && 2 * count >= evidence.looked;
   std::string remedy = RemedyOf(last);
   if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
     remedy = always ? "end its programming, local or test mode, or restart it"
@@ -253,7 +254,7 @@ bool FailsByEchoes(const Evidence& evidence) {
   return evidence.Share({echo, odd, one_behind, other_reply, two_replies, other_master}) > 0.9;
 }
 
-Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
+Sentences Failures(const bus::DeviceRecord& record, const Evidence& evidence) {
   Sentences found = evidence.eaten != 0 && HasDeadQuery(record, kNeverAnswered)
                         ? Said("", evidence)
                         : SilentPoints(record, evidence);
@@ -262,10 +263,11 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   if (!often.empty() && found.empty()) {
     found = Said(often, evidence);
   }
-  const std::vector<QueryCount>& queries = record.status.queries;
-  const bool none = !queries.empty() && std::ranges::all_of(queries, [](const QueryCount& query) {
-    return query.points == 0 || query.in_vain > 0;
-  });
+  const std::vector<bus::QueryCount>& queries = record.status.queries;
+  const bool none =
+      !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
+        return query.points == 0 || query.in_vain > 0;
+      });
   // Probes may be answered well, and there are more of them.
   if (found.empty() && none && evidence.failed > 0) {
     found = Said("it answers, and its polls fail: ", evidence);
@@ -278,4 +280,4 @@ Sentences Failures(const DeviceRecord& record, const Evidence& evidence) {
   return found;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -10,7 +10,7 @@
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -24,7 +24,7 @@ constexpr std::uint64_t kManyStray = 2048;
 constexpr double kNotableErrors = 0.02;
 
 /// Errors that the driver has counted.
-Sentences DriverErrors(const config::Line& line, const LineStatus& status, bool nobody) {
+Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, bool nobody) {
   Sentences found;
   const std::uint32_t errors = status.parity_errors + status.framing_errors;
   if (Share(errors, static_cast<double>(status.exchanges)) >= kNotableErrors) {
@@ -49,13 +49,15 @@ Sentences DriverErrors(const config::Line& line, const LineStatus& status, bool 
   return found;
 }
 
-std::size_t InUse(std::span<const DeviceRecord> devices) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      devices, [](const DeviceRecord& one) { return one.status.state != DeviceState::disabled; }));
+std::size_t InUse(std::span<const bus::DeviceRecord> devices) {
+  return static_cast<std::size_t>(std::ranges::count_if(devices, [](const bus::DeviceRecord& one) {
+    return one.status.state != bus::DeviceState::disabled;
+  }));
 }
 
 /// Empty: none of them was asked in vain, as right behind a loan of the port.
-Sentences NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
+Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
+                        Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
   if (evidence.failed == 0) return {};
   const std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
@@ -67,11 +69,11 @@ Sentences NobodyAnswers(const LineStatus& status, std::span<const DeviceRecord> 
 }
 
 /// What somebody else says on the line, whichever device was asked meanwhile.
-Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devices) {
+Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
     const Finding* found = nullptr;
     std::size_t count = 0;
-    for (const DeviceRecord& one : devices) {
+    for (const bus::DeviceRecord& one : devices) {
       for (const Symptom symptom : symptoms) {
         const std::size_t its = one.status.findings.Count(symptom);
         const bool told = IsWrapped(one) || one.status.findings.Starts() > 0;
@@ -102,10 +104,10 @@ Sentences Strangers(const config::Line& line, std::span<const DeviceRecord> devi
 }
 
 /// Bytes stand around nearly all replies, and more come than belong to replies.
-bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) {
+bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
-         std::ranges::any_of(devices, [](const DeviceRecord& one) {
-           const Findings& findings = one.status.findings;
+         std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
+           const bus::Findings& findings = one.status.findings;
            const std::size_t beside =
                findings.Count(Symptom::noise_before) + findings.Count(Symptom::noise_behind);
            return 4 * beside >= 3 * findings.size() && findings.size() > 0;
@@ -113,12 +115,12 @@ bool IsEndless(const LineStatus& status, std::span<const DeviceRecord> devices) 
 }
 
 /// A word of the devices explains them.
-bool IsExplained(const LineStatus& line, std::span<const DeviceRecord> devices) {
+bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices) {
   constexpr std::uint64_t kLongReply = 300;
   std::uint64_t late = 0;
-  for (const DeviceRecord& one : devices) late += one.status.late;
+  for (const bus::DeviceRecord& one : devices) late += one.status.late;
   if (late * kLongReply >= line.stray_bytes) return true;
-  return std::ranges::any_of(devices, [](const DeviceRecord& one) {
+  return std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     if (one.status.late >= kFacts) return true;
     for (std::size_t i = 1; i < kSymptoms; ++i) {
       const auto symptom = static_cast<Symptom>(i);
@@ -130,14 +132,15 @@ bool IsExplained(const LineStatus& line, std::span<const DeviceRecord> devices) 
 }
 
 /// If no device answers, their own sentences tell of the echo.
-bool AnyAnswers(std::span<const DeviceRecord> devices, Now now) {
-  return std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+bool AnyAnswers(std::span<const bus::DeviceRecord> devices, Now now) {
+  return std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
     return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);
   });
 }
 
 /// Echoes that are missing, or come where none is wanted; and devices of which none answers.
-Sentences AboutEchoes(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
+Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
+                      Now now) {
   Sentences found;
   const bool nobody = AbsentTogether(devices);
   const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
@@ -172,8 +175,8 @@ Sentences AboutEchoes(const LineStatus& status, std::span<const DeviceRecord> de
 }
 
 /// Empty: they are few, or something else explains them.
-std::string StrayBytes(const config::Line& line, const LineStatus& status,
-                       std::span<const DeviceRecord> devices) {
+std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
+                       std::span<const bus::DeviceRecord> devices) {
   const double stray =
       Share(static_cast<double>(status.stray_bytes), static_cast<double>(status.bytes_in));
   if (stray < kNotableStray || status.stray_bytes < kFewStray) return {};
@@ -188,15 +191,15 @@ std::string StrayBytes(const config::Line& line, const LineStatus& status,
 }
 
 /// Why polls are missed. Empty: none is, or a device tells it.
-std::string MissedPolls(const LineStatus& status, std::span<const DeviceRecord> devices, Now now,
-                        Instant started) {
-  const bool told = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
+                        Now now, Instant started) {
+  const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     // One that says no to most of what it is asked, or that is absent, has a sentence of its own.
-    const bool refuses = 2 * one.status.findings.Count(Symptom::refusal) >= Findings::kKept;
+    const bool refuses = 2 * one.status.findings.Count(Symptom::refusal) >= bus::Findings::kKept;
     return refuses || (one.status.last_ok && IsAbsent(one.status));
   });
   if (told) return {};
-  const bool misses = std::ranges::any_of(devices, [&](const DeviceRecord& one) {
+  const bool misses = std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
     return Answers(one.status.state) && MissedShare(one, now, started) > 0;
   });
   const std::string why =
@@ -206,8 +209,8 @@ std::string MissedPolls(const LineStatus& status, std::span<const DeviceRecord> 
 
 }  // namespace
 
-Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
-                       std::span<const DeviceRecord> devices, Now now, Instant started) {
+Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
+                       std::span<const bus::DeviceRecord> devices, Now now, Instant started) {
   Sentences found;
   const auto add = [&found](Sentences more) {
     for (std::string& sentence : more) found.push_back(std::move(sentence));
@@ -215,12 +218,12 @@ Sentences DiagnoseLine(const config::Line& line, const LineStatus& status,
   const auto add_one = [&found](std::string sentence) {
     if (!sentence.empty()) found.push_back(std::move(sentence));
   };
-  for (const PortService& service : status.services) {
+  for (const bus::PortService& service : status.services) {
     if (service.trouble.empty()) continue;
     found.push_back(fmt::format("no client can come in for its port at {}: {}; it is tried again",
                                 service.place, service.trouble));
   }
-  if (status.port != LineStatus::Port::open) {
+  if (status.port != bus::LineStatus::Port::open) {
     found.insert(found.begin(), SayClosed(line, status, devices, now));
     return found;
   }
@@ -269,41 +272,43 @@ double Watched(Now now, Instant started) {
 }
 
 /// The characters take most of the time, and not the thinking of the devices.
-bool IsWireTime(const LineStatus& status, const config::Line& line) {
+bool IsWireTime(const bus::LineStatus& status, const config::Line& line) {
   const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
 /// The silence that is configured takes as long as the exchanges behind it.
-bool IsQuietTime(std::span<const DeviceRecord> devices) {
-  return std::ranges::all_of(devices, [](const DeviceRecord& one) {
+bool IsQuietTime(std::span<const bus::DeviceRecord> devices) {
+  return std::ranges::all_of(devices, [](const bus::DeviceRecord& one) {
     const std::optional<Duration>& quiet = one.status.timing.quiet;
     return quiet && *quiet >= kLongQuiet && *quiet > one.status.round_trips.mean();
   });
 }
 
-bool FailsOften(const DeviceRecord& record) { return FailedOf(record.status) >= kNotableFailures; }
+bool FailsOften(const bus::DeviceRecord& record) {
+  return FailedOf(record.status) >= kNotableFailures;
+}
 
 }  // namespace
 
-double MissedShare(const DeviceRecord& device, Now now, Instant started) {
-  const MinuteCounts tally = device.status.hour.Sum(now.instant, kMinutes - 1);
+double MissedShare(const bus::DeviceRecord& device, Now now, Instant started) {
+  const bus::MinuteCounts tally = device.status.hour.Sum(now.instant, kMinutes - 1);
   if (tally.missed < kNotableMisses) return 0;
   const double periods = Watched(now, started) / Seconds(device.device->poll);
   const double share = periods > 0 ? std::min(tally.missed / periods, 1.0) : 0;
   return share < kNotableMissed ? 0 : share;
 }
 
-std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devices,
-                      const DeviceRecord* device, Now now, Instant started) {
+std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices,
+                      const bus::DeviceRecord* device, Now now, Instant started) {
   const double watched = std::max(Watched(now, started), 1e-3);
-  const DeviceRecord* wasteful = nullptr;
-  const DeviceRecord* busiest = nullptr;
+  const bus::DeviceRecord* wasteful = nullptr;
+  const bus::DeviceRecord* busiest = nullptr;
   double waste = 0;
   double most = 0;
   double served = 0;
-  for (const DeviceRecord& one : devices) {
-    const MinuteCounts tally = one.status.hour.Sum(now.instant, kMinutes - 1);
+  for (const bus::DeviceRecord& one : devices) {
+    const bus::MinuteCounts tally = one.status.hour.Sum(now.instant, kMinutes - 1);
     served += Seconds(tally.served) / watched;
     if (const double its = Seconds(tally.wasted) / watched; its > waste) {
       waste = its;
@@ -314,11 +319,11 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
       busiest = &one;
     }
   }
-  const auto name = [device](const DeviceRecord& one) {
+  const auto name = [device](const bus::DeviceRecord& one) {
     return device != nullptr && one.device == device->device ? "it" : one.device->name;
   };
-  const bool disturbed = std::ranges::any_of(devices, [](const DeviceRecord& one) {
-    const Findings& findings = one.status.findings;
+  const bool disturbed = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
+    const bus::Findings& findings = one.status.findings;
     return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
   });
   if (disturbed) return {};  // and the line has a sentence about that
@@ -358,4 +363,4 @@ std::string WhyNoTime(const LineStatus& line, std::span<const DeviceRecord> devi
   return fmt::format("a round takes longer than its period: raise poll, {}", ask_less);
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -18,7 +18,7 @@
 #include "gateway/diagnosis/causes/diagnose.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -113,15 +113,15 @@ struct Doubts {
 };
 
 /// Nothing is wrong: there is nothing to measure at present, or the device lacks an option.
-bool IsUsual(const DeviceRecord& record, Reason reason) {
+bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
   if (reason == Reason::not_fitted) return LacksOptions(record);
-  const auto lacks = [](const PointRecord& point) { return IsBad(point.reported); };
+  const auto lacks = [](const bus::PointRecord& point) { return IsBad(point.reported); };
   return (reason == Reason::sentinel || reason == Reason::channel_disabled) &&
          !std::ranges::all_of(record.points, lacks);
 }
 
 /// `usual`: what is no trouble, and nothing else; or the reverse.
-Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, bool usual) {
+Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now, bool usual) {
   const Duration open = now.wall - line.port_since;
   Doubts doubts;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -140,7 +140,7 @@ Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, boo
       ++doubts.doubted;
     } else {
       const auto group = static_cast<std::size_t>(record.device->points[i].group);
-      const AgeLimits& limits = record.age_limits[group];
+      const bus::AgeLimits& limits = record.age_limits[group];
       // The port is open for a shorter time than that: the polls have not had their chance.
       const bool waits = limits.ages() && open < limits.uncertain_after;
       if (!waits) ++doubts.stale;
@@ -149,7 +149,7 @@ Doubts DoubtsOf(const LineStatus& line, const DeviceRecord& record, Now now, boo
   return doubts;
 }
 
-std::string SayStale(const DeviceRecord& record, std::size_t stale, Now now) {
+std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now) {
   if (const auto every = ComesEvery(record, now.instant)) {
     return "comes every " + FormatAge(*every) +
            ", and its max_age is shorter: raise its poll (or max_age) above that, or let it send "
@@ -174,7 +174,7 @@ std::string WhichAre(const Doubts& doubts) {
 }
 
 /// Why a reading without a reason is not good. Empty: they are of several kinds.
-std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
+std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
     return ": each reading is far from the one before, also when it is read again at once: if it "
            "really changes so fast, set recheck: off at it";
@@ -182,7 +182,7 @@ std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
   if (doubts.unsure == doubts.reported) {
     return ": it says itself that they are not certain (not stable): look at what it measures";
   }
-  const Findings& findings = record.status.findings;
+  const bus::Findings& findings = record.status.findings;
   const bool numbers = findings.Count(Symptom::no_number) > 0;
   if (numbers && doubts.unreadable + doubts.empty == doubts.reported) {
     return NoNumber(findings.Last(Symptom::no_number));
@@ -199,7 +199,7 @@ std::string WhyUnreadable(const DeviceRecord& record, const Doubts& doubts) {
 
 /// The remedy, if all of these points have the same reason, or all may be beyond a limit of the
 /// configuration. Empty: they have several reasons.
-std::string RemedyForAll(const DeviceRecord& record, const Doubts& doubts) {
+std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
   const Reason reason = doubts.reasons.begin()->first;
@@ -211,7 +211,7 @@ std::string RemedyForAll(const DeviceRecord& record, const Doubts& doubts) {
 }
 
 /// ": ..."; empty: the reasons speak for themselves.
-std::string WhyReported(const DeviceRecord& record, const Doubts& doubts) {
+std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
   const auto refused = doubts.reasons.find(Reason::not_fitted);
   if (refused == doubts.reasons.end()) return why;
@@ -226,34 +226,34 @@ std::string WhyReported(const DeviceRecord& record, const Doubts& doubts) {
 
 }  // namespace
 
-std::string NameOf(const DeviceRecord& record) {
+std::string NameOf(const bus::DeviceRecord& record) {
   return record.line->name + "." + record.device->name;
 }
 
-bool RefusesWhatItGave(const DeviceRecord& record) {
-  const auto refused = [](const PointRecord& point) {
+bool RefusesWhatItGave(const bus::DeviceRecord& record) {
+  const auto refused = [](const bus::PointRecord& point) {
     return point.reported.reason == Reason::not_fitted;
   };
-  const auto never_given = [&](const PointRecord& point) {
+  const auto never_given = [&](const bus::PointRecord& point) {
     return refused(point) && !HasValue(point.value);
   };
   return std::ranges::any_of(record.points, refused) &&
          std::ranges::none_of(record.points, never_given);
 }
 
-bool LacksOptions(const DeviceRecord& record) {
-  const auto is_refused = [](const PointRecord& point) {
+bool LacksOptions(const bus::DeviceRecord& record) {
+  const auto is_refused = [](const bus::PointRecord& point) {
     return point.reported.reason == Reason::not_fitted && !HasValue(point.value);
   };
   const auto refused = std::ranges::count_if(record.points, is_refused);
   return refused > 0 && 2 * refused <= std::ssize(record.points) && !RefusesWhatItGave(record);
 }
 
-bool IsForeign(const DeviceRecord& record) {
+bool IsForeign(const bus::DeviceRecord& record) {
   return record.override_quality && ConcernsDevice(record.override_quality->reason);
 }
 
-Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now now) {
+Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now) {
   if (IsForeign(record)) return {};  // that explains them all
   const Doubts doubts = DoubtsOf(line, record, now, false);
   const std::size_t points = record.points.size();
@@ -275,7 +275,7 @@ Sentences DiagnosePoints(const LineStatus& line, const DeviceRecord& record, Now
   return found;
 }
 
-Sentences NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now) {
+Sentences NoteAbsent(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now) {
   const Doubts doubts = DoubtsOf(line, record, now, true);
   if (IsForeign(record) || doubts.reported == 0 || !OffByOne(record).empty()) return {};
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
@@ -288,10 +288,10 @@ Sentences NoteAbsent(const LineStatus& line, const DeviceRecord& record, Now now
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
 
-Sentences DiagnoseWaiting(const DeviceRecord& record, Now now, Instant started) {
+Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant started) {
   std::size_t waiting = 0;
   std::string first;
-  const Findings& findings = record.status.findings;
+  const bus::Findings& findings = record.status.findings;
   const Finding& odd = findings.Last(Symptom::odd);
   const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
   // What is asked seldom has been asked by then as well, and it has said no.
@@ -422,14 +422,14 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
 
 }  // namespace
 
-std::string OffByOne(const DeviceRecord& record, std::size_t least) {
+std::string OffByOne(const bus::DeviceRecord& record, std::size_t least) {
   std::map<std::string, std::map<int, std::size_t>> rows;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     if (const auto place = RegisterOf(record.device->points[i]))
       rows[place->first][place->second] = i;
   }
   const auto is_refused = [&](const auto& entry) {
-    const PointRecord& point = record.points[entry.second];
+    const bus::PointRecord& point = record.points[entry.second];
     return point.reported.reason == Reason::not_fitted && !HasValue(point.value);
   };
   for (const auto& [kind, row] : rows) {
@@ -448,7 +448,7 @@ std::string OffByOne(const DeviceRecord& record, std::size_t least) {
   return {};
 }
 
-std::vector<std::string> AbsurdNumbers(const DeviceRecord& record, Now now) {
+std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now) {
   struct Number {
     const config::Point& point;
     double shown;
@@ -502,4 +502,4 @@ std::vector<std::string> AbsurdNumbers(const DeviceRecord& record, Now now) {
                       absurd > 1 ? ", ..." : "", why)};
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

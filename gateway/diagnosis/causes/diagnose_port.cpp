@@ -10,7 +10,7 @@
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -25,8 +25,8 @@ constexpr Duration kRestart = 10s;
 constexpr Duration kMoment = 15s;
 
 /// The service that answers in place of a device; null: none is recognised.
-const Finding* OtherService(std::span<const DeviceRecord> devices) {
-  for (const DeviceRecord& one : devices) {
+const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
+  for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
       if (one.status.findings.Count(symptom) > 0) return &one.status.findings.Last(symptom);
     }
@@ -35,7 +35,7 @@ const Finding* OtherService(std::span<const DeviceRecord> devices) {
 }
 
 /// Empty: none is there.
-std::string SayOtherService(const config::Line& line, std::span<const DeviceRecord> devices) {
+std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
   const bool says = other->symptom == Symptom::text;
@@ -45,8 +45,8 @@ std::string SayOtherService(const config::Line& line, std::span<const DeviceReco
 }
 
 /// No device has ever answered, and what came broke off with its connection. Empty: it is not so.
-std::string SayEndsInside(const config::Line& line, std::span<const DeviceRecord> devices) {
-  const auto breaks_off = [](const DeviceRecord& one) {
+std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
+  const auto breaks_off = [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
   };
   if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
@@ -64,8 +64,8 @@ const char* WhyNoData(const config::SerialSettings& serial) {
          "it";
 }
 
-std::string Lost(const config::Line& line, const LineStatus& status, std::size_t times,
-                 std::span<const DeviceRecord> devices, Instant now) {
+std::string Lost(const config::Line& line, const bus::LineStatus& status, std::size_t times,
+                 std::span<const bus::DeviceRecord> devices, Instant now) {
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   if (line.is_network()) {
@@ -78,22 +78,23 @@ std::string Lost(const config::Line& line, const LineStatus& status, std::size_t
 }
 
 /// In the last hour. A server that restarts accepts and ends connections meanwhile.
-std::size_t LossesOf(const config::Line& line, const LineStatus& status, Now now) {
+std::size_t LossesOf(const config::Line& line, const bus::LineStatus& status, Now now) {
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
 /// An update of a server ends one or two connections. A server that goes away twice in two minutes
 /// has a fault.
-bool IsLostOften(const config::Line& line, const LineStatus& status, std::size_t lost, Now now) {
+bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::size_t lost,
+                 Now now) {
   if (!line.is_network()) return lost > 0;
-  const auto twice = [&](const RecentTimes& what) {
+  const auto twice = [&](const bus::RecentTimes& what) {
     return what.Since(now.instant - 2min, kRestart) >= kFacts;
   };
   return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
 }
 
 /// A server that ends connections which are in use.
-std::string Dropped(const LineStatus& status, Now now) {
+std::string Dropped(const bus::LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
   return fmt::format(
@@ -103,13 +104,13 @@ std::string Dropped(const LineStatus& status, Now now) {
 
 }  // namespace
 
-std::string WhyEnded(const LineStatus& status, Instant since, bool in_use) {
+std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) {
   constexpr std::size_t kTwice = 2;
   constexpr std::size_t kThrice = 3;
-  const ConnectionEnds& ends = status.ends;
+  const bus::ConnectionEnds& ends = status.ends;
   const std::size_t asked = ends.asked.Since(since);
   const std::size_t all = asked + ends.idle.Since(since);
-  const auto mostly = [&](const RecentTimes& what) {
+  const auto mostly = [&](const bus::RecentTimes& what) {
     const std::size_t times = what.Since(since);
     return times >= kTwice && 2 * times >= all;
   };
@@ -145,14 +146,14 @@ std::string WhyEnded(const LineStatus& status, Instant since, bool in_use) {
          "restarts and the network";
 }
 
-std::string SayClosed(const config::Line& line, const LineStatus& status,
-                      std::span<const DeviceRecord> devices, Now now) {
-  if (status.port == LineStatus::Port::released && status.lent_to_client) {
+std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
+                      std::span<const bus::DeviceRecord> devices, Now now) {
+  if (status.port == bus::LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
         "{} until {}, its points are out of service; 'baudgate release {} --end' takes it back",
         status.port_text, ClockText(status.released_until), line.name);
   }
-  if (status.port == LineStatus::Port::released) {
+  if (status.port == bus::LineStatus::Port::released) {
     return fmt::format(
         "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
         ClockText(status.released_until), line.name);
@@ -160,7 +161,7 @@ std::string SayClosed(const config::Line& line, const LineStatus& status,
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   // The gateway opens it again because no device answers, so that is the trouble to name.
-  const auto absent = [](const DeviceRecord& one) { return IsAbsent(one.status); };
+  const auto absent = [](const bus::DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);
     const auto judged = Judge(evidence);
@@ -170,7 +171,7 @@ std::string SayClosed(const config::Line& line, const LineStatus& status,
   const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
   // A server that has never let a device answer is told by its own reason.
-  const auto answered = [](const DeviceRecord& one) { return one.status.last_ok.has_value(); };
+  const auto answered = [](const bus::DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   const bool often =
       line.is_network() ? worked && IsLostOften(line, status, lost, now) : lost >= kFacts;
@@ -181,15 +182,15 @@ std::string SayClosed(const config::Line& line, const LineStatus& status,
                      status.port_text.empty() ? "not opened yet" : status.port_text);
 }
 
-Sentences AboutLosses(const config::Line& line, const LineStatus& status,
-                      std::span<const DeviceRecord> devices, Now now) {
+Sentences AboutLosses(const config::Line& line, const bus::LineStatus& status,
+                      std::span<const bus::DeviceRecord> devices, Now now) {
   Sentences found;
   const std::size_t lost = LossesOf(line, status, now);
   if (IsLostOften(line, status, lost, now)) {
     found.push_back(Lost(line, status, lost, devices, now.instant));
   }
   // One unit that is closed for has a sentence of its own.
-  const bool told = std::ranges::any_of(devices, [](const DeviceRecord& one) {
+  const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
   });
   if (std::string dropped = Dropped(status, now); lost < kDrops && !told && !dropped.empty()) {
@@ -198,11 +199,13 @@ Sentences AboutLosses(const config::Line& line, const LineStatus& status,
   return found;
 }
 
-std::string SayEndsEach(const LineStatus& status, std::span<const DeviceRecord> devices, Now now) {
+std::string SayEndsEach(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
+                        Now now) {
   constexpr std::uint64_t kMany = 8;
   if (status.rests < kMany || 2 * status.rests < status.exchanges) return {};
-  MinuteCounts tally;
-  for (const DeviceRecord& one : devices) tally += one.status.hour.Sum(now.instant, kLastMinutes);
+  bus::MinuteCounts tally;
+  for (const bus::DeviceRecord& one : devices)
+    tally += one.status.hour.Sum(now.instant, kLastMinutes);
   if (tally.missed + tally.failed < kDrops) return {};
   return fmt::format(
       "the server ends the connection behind each answer, and {} polls were missed or failed: set "
@@ -210,4 +213,4 @@ std::string SayEndsEach(const LineStatus& status, std::span<const DeviceRecord> 
       tally.missed + tally.failed);
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

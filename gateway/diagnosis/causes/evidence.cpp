@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 /// If single losses are this unlikely to stand so close together, they are outages.
@@ -73,20 +73,20 @@ double AtLeast(std::size_t some, std::size_t all, double chance) {
 
 /// The mean of its shortest possible length (first failure to last) and its longest (answer to
 /// answer).
-Duration LengthOf(const FailureRuns::Run& run) {
+Duration LengthOf(const bus::FailureRuns::Run& run) {
   const Duration least = run.last - run.first;
   const Duration most = *run.after - run.before.value_or(run.first);
   return (least + most) / 2;
 }
 
-std::vector<FailureRuns::Run> Ended(const FailureRuns& failures) {
-  std::vector<FailureRuns::Run> ended;
+std::vector<bus::FailureRuns::Run> Ended(const bus::FailureRuns& failures) {
+  std::vector<bus::FailureRuns::Run> ended;
   std::ranges::copy_if(failures.runs(), std::back_inserter(ended),
-                       [](const FailureRuns::Run& run) { return run.after.has_value(); });
+                       [](const bus::FailureRuns::Run& run) { return run.after.has_value(); });
   return ended;
 }
 
-std::optional<Duration> PeriodOf(const std::vector<FailureRuns::Run>& runs) {
+std::optional<Duration> PeriodOf(const std::vector<bus::FailureRuns::Run>& runs) {
   if (runs.size() < kBeginnings) return std::nullopt;
   Duration shortest = Duration::max();
   Duration longest{};
@@ -101,9 +101,9 @@ std::optional<Duration> PeriodOf(const std::vector<FailureRuns::Run>& runs) {
 }
 
 /// Failures that are rare and regular are short outages.
-bool ComeRegularly(const FailureRuns& failures) {
+bool ComeRegularly(const bus::FailureRuns& failures) {
   const auto& runs = failures.runs();
-  const auto is_rare = [](const FailureRuns::Run& run) { return run.answered >= kRare; };
+  const auto is_rare = [](const bus::FailureRuns::Run& run) { return run.answered >= kRare; };
   const Duration period = PeriodOf(runs).value_or(Duration());
   return runs.size() >= kManyBeginnings && period >= kShortestPeriod &&
          std::all_of(runs.begin() + 1, runs.end(), is_rare);
@@ -111,10 +111,10 @@ bool ComeRegularly(const FailureRuns& failures) {
 
 }  // namespace
 
-FailureTally TallyOf(const FailureRuns& failures) {
+FailureTally TallyOf(const bus::FailureRuns& failures) {
   FailureTally tally;
   tally.answered = failures.answered();
-  for (const FailureRuns::Run& run : failures.runs()) {
+  for (const bus::FailureRuns::Run& run : failures.runs()) {
     tally.failed += run.failed;
     tally.answered += run.answered;
     tally.longest = std::max<double>(tally.longest, run.failed);
@@ -123,7 +123,7 @@ FailureTally TallyOf(const FailureRuns& failures) {
   return tally;
 }
 
-std::optional<Absences> FindAbsences(const FailureRuns& failures) {
+std::optional<Absences> FindAbsences(const bus::FailureRuns& failures) {
   const auto ended = Ended(failures);
   if (ended.empty()) return std::nullopt;
   const FailureTally tally = TallyOf(failures);
@@ -135,31 +135,34 @@ std::optional<Absences> FindAbsences(const FailureRuns& failures) {
   const bool unlikely = (alike || alone) && Chance(tally) <= kChance;
   if (!unlikely && !ComeRegularly(failures)) return std::nullopt;
   if (unlikely && alone) {
-    return Absences{1, LengthOf(*std::ranges::max_element(ended, {}, &FailureRuns::Run::failed))};
+    return Absences{1,
+                    LengthOf(*std::ranges::max_element(ended, {}, &bus::FailureRuns::Run::failed))};
   }
   Duration length{};
-  for (const FailureRuns::Run& run : ended) length += LengthOf(run);
+  for (const bus::FailureRuns::Run& run : ended) length += LengthOf(run);
   return Absences{ended.size(), length / static_cast<std::int64_t>(ended.size()),
                   PeriodOf(failures.runs())};
 }
 
-Coincidences CoincidencesOf(const FailureRuns& one, const FailureRuns& other) {
-  const std::vector<FailureRuns::Run> own = Ended(one);
-  const std::vector<FailureRuns::Run> its = Ended(other);
+Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other) {
+  const std::vector<bus::FailureRuns::Run> own = Ended(one);
+  const std::vector<bus::FailureRuns::Run> its = Ended(other);
   Coincidences found;
   if (own.empty() || its.empty()) return found;
-  const auto begin = [](const FailureRuns::Run& run) { return run.before.value_or(run.first); };
+  const auto begin = [](const bus::FailureRuns::Run& run) {
+    return run.before.value_or(run.first);
+  };
   const Instant from = std::max(begin(own.front()), begin(its.front()));
   const Instant to = std::min(*own.back().after, *its.back().after);
   if (from >= to) return found;
   Duration failing{};
-  for (const FailureRuns::Run& run : its) {
+  for (const bus::FailureRuns::Run& run : its) {
     failing += std::max(Duration(), std::min(*run.after, to) - std::max(begin(run), from));
   }
-  for (const FailureRuns::Run& run : own) {
+  for (const bus::FailureRuns::Run& run : own) {
     if (run.first < from || run.first > to) continue;
     ++found.all;
-    found.together += std::ranges::any_of(its, [&](const FailureRuns::Run& that) {
+    found.together += std::ranges::any_of(its, [&](const bus::FailureRuns::Run& that) {
       return begin(that) < run.first && run.first < *that.after;
     });
   }
@@ -173,15 +176,15 @@ bool Coincidences::AreNoChance() const {
   return AtLeast(together, all, expected / static_cast<double>(all)) < kChance;
 }
 
-bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
-  const auto lasts = [](const FailureRuns::Run& run) { return run.failed >= kFewest; };
+bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other) {
+  const auto lasts = [](const bus::FailureRuns::Run& run) { return run.failed >= kFewest; };
   std::size_t all = 0;
   std::size_t together = 0;
-  std::set<const FailureRuns::Run*> others;  // a long one may stand beside several
-  for (const FailureRuns::Run& run : one.runs()) {
+  std::set<const bus::FailureRuns::Run*> others;  // a long one may stand beside several
+  for (const bus::FailureRuns::Run& run : one.runs()) {
     if (!lasts(run)) continue;
     ++all;
-    const auto beside = std::ranges::find_if(other.runs(), [&](const FailureRuns::Run& its) {
+    const auto beside = std::ranges::find_if(other.runs(), [&](const bus::FailureRuns::Run& its) {
       return lasts(its) && its.first <= run.last + kNextTurn && run.first <= its.last + kNextTurn;
     });
     if (beside == other.runs().end()) continue;
@@ -191,14 +194,14 @@ bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other) {
   return others.size() >= kOften && 2 * together > all;
 }
 
-std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices) {
-  std::vector<FailureRuns::Run> runs;
-  for (const FailureRuns* const one : devices) {
+std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices) {
+  std::vector<bus::FailureRuns::Run> runs;
+  for (const bus::FailureRuns* const one : devices) {
     runs.insert(runs.end(), one->runs().begin(), one->runs().end());
   }
-  std::ranges::sort(runs, {}, &FailureRuns::Run::first);
-  std::vector<FailureRuns::Run> outages;
-  for (const FailureRuns::Run& run : runs) {
+  std::ranges::sort(runs, {}, &bus::FailureRuns::Run::first);
+  std::vector<bus::FailureRuns::Run> outages;
+  for (const bus::FailureRuns::Run& run : runs) {
     if (outages.empty() || run.first - outages.back().last > kSameOutage) {
       outages.push_back(run);
     } else {
@@ -207,21 +210,23 @@ std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices
   }
   if (outages.size() < kManyBeginnings) return std::nullopt;
   // If one device has all of these outages and the others hardly any, they are not shared.
-  const auto has_many = [&](const FailureRuns* one) {
+  const auto has_many = [&](const bus::FailureRuns* one) {
     return 2 * one->runs().size() >= outages.size();
   };
-  const auto has_all = [&](const FailureRuns* one) { return one->runs().size() >= outages.size(); };
+  const auto has_all = [&](const bus::FailureRuns* one) {
+    return one->runs().size() >= outages.size();
+  };
   const bool own =
       std::ranges::any_of(devices, has_all) && std::ranges::count_if(devices, has_many) < 2;
   return own ? std::nullopt : PeriodOf(outages);
 }
 
-bool IsUsualSilence(const FailureRuns& failures, Instant now) {
+bool IsUsualSilence(const bus::FailureRuns& failures, Instant now) {
   const auto ended = Ended(failures);
   if (ended.size() < 2 || failures.runs().back().after) return false;
   Duration longest{};
-  for (const FailureRuns::Run& run : ended) longest = std::max(longest, LengthOf(run));
-  const FailureRuns::Run& open = failures.runs().back();
+  for (const bus::FailureRuns::Run& run : ended) longest = std::max(longest, LengthOf(run));
+  const bus::FailureRuns::Run& open = failures.runs().back();
   return now - open.before.value_or(open.first) <= kUsual * longest;
 }
 
@@ -232,13 +237,13 @@ constexpr std::size_t kMostlyGood = 8;
 /// A neighbour fails as often as the device, if it does so at least once in so many times.
 constexpr std::size_t kOftenAlike = 4;
 
-void Add(Evidence& evidence, const DeviceRecord& record) {
-  const DeviceStatus& status = record.status;
+void Add(Evidence& evidence, const bus::DeviceRecord& record) {
+  const bus::DeviceStatus& status = record.status;
   evidence.records.push_back(&record);
   evidence.answered = evidence.answered || status.last_ok.has_value();
   evidence.looked += status.findings.size();
   evidence.failed += FailedOf(status);
-  const Findings::Counts failures = status.findings.Failures();
+  const bus::Findings::Counts failures = status.findings.Failures();
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
     const std::size_t count = IsAnswered(symptom) ? status.findings.Count(symptom) : failures[i];
@@ -254,7 +259,7 @@ void Add(Evidence& evidence, const DeviceRecord& record) {
 bool IsAllBad(const Evidence& evidence) {
   const bool fails = evidence.absent || evidence.first().status.unasked;
   return fails && evidence.failed == evidence.looked &&
-         evidence.looked == evidence.records.size() * Findings::kKept;
+         evidence.looked == evidence.records.size() * bus::Findings::kKept;
 }
 
 constexpr std::size_t kNamed = 2;
@@ -262,7 +267,7 @@ constexpr std::size_t kNamed = 2;
 constexpr Duration kTogether = 5s;
 
 /// Both have answered, and do no more since the same moment.
-bool FellTogether(const DeviceStatus& one, const DeviceStatus& other) {
+bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) {
   if (!IsAbsent(one) || !IsAbsent(other) || !one.last_ok || !other.last_ok) return false;
   const Duration between = *one.last_ok - *other.last_ok;
   return between < kTogether && between > -kTogether;
@@ -279,15 +284,15 @@ std::string Listed(const std::vector<std::string>& names) {
 }
 
 /// What most of its failures looked like; nothing: too few.
-std::optional<Symptom> MostOften(const DeviceStatus& status) {
-  const Findings::Counts failures = status.findings.Failures();
+std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
+  const bus::Findings::Counts failures = status.findings.Failures();
   const auto most = std::ranges::max_element(failures);
   if (*most < kFacts) return std::nullopt;
   return static_cast<Symptom>(most - failures.begin());
 }
 
 /// Most of its failures are damage, of whichever kinds: noise makes many.
-bool ComesDamaged(const DeviceStatus& status) {
+bool ComesDamaged(const bus::DeviceStatus& status) {
   std::size_t damage = 0;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
@@ -297,10 +302,10 @@ bool ComesDamaged(const DeviceStatus& status) {
 }
 
 /// The latest finding about another master, if the line has two or more.
-const Finding* OtherMasterOf(std::span<const DeviceRecord> all) {
+const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;
-  for (const DeviceRecord& one : all) {
+  for (const bus::DeviceRecord& one : all) {
     for (const Symptom symptom : {Symptom::other_master, Symptom::master_beside}) {
       const std::size_t its = one.status.findings.Count(symptom);
       if (its > 0) found = &one.status.findings.Last(symptom);
@@ -311,15 +316,16 @@ const Finding* OtherMasterOf(std::span<const DeviceRecord> all) {
 }
 
 /// For Evidence::eaten.
-std::uint8_t EatenBytes(std::span<const DeviceRecord> all) {
+std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   unsigned answered = 0;
-  for (const DeviceRecord& one : all) answered |= one.status.findings.specials().AnsweredRequests();
+  for (const bus::DeviceRecord& one : all)
+    answered |= one.status.findings.specials().AnsweredRequests();
   const unsigned suspects = kFlowBytes & ~answered;
   std::size_t dead = 0;
   unsigned eaten = 0;
-  for (const DeviceRecord& one : all) {
+  for (const bus::DeviceRecord& one : all) {
     if (!HasDeadQuery(one, kNeverAnswered)) continue;
-    for (const QueryCount& query : one.status.queries) {
+    for (const bus::QueryCount& query : one.status.queries) {
       // Damaged replies lack such bytes themselves.
       if (query.in_vain < kNeverAnswered || query.symptom != Symptom::silence) continue;
       if ((query.asked & suspects) == 0) return 0;
@@ -331,25 +337,25 @@ std::uint8_t EatenBytes(std::span<const DeviceRecord> all) {
 }
 
 /// Damage strikes at the same time as silence.
-const FailureRuns& RunsOf(const DeviceRecord& record, bool silent) {
+const bus::FailureRuns& RunsOf(const bus::DeviceRecord& record, bool silent) {
   return silent ? record.status.failures : record.status.spoilt;
 }
 
 /// Which neighbours fail when the device does. Neighbours are polled in step, and so are requests
 /// that fail always: those say nothing.
-void AddFailingTogether(Evidence& evidence, std::span<const DeviceRecord> all) {
-  const DeviceRecord& device = *evidence.device;
+void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> all) {
+  const bus::DeviceRecord& device = *evidence.device;
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
   std::vector<std::string> away;
   std::vector<std::string> losing;
   std::vector<std::string> names;
-  std::vector<const FailureRuns*> failing;
+  std::vector<const bus::FailureRuns*> failing;
   Coincidences coincidences;
-  for (const DeviceRecord& other : all) {
+  for (const bus::DeviceRecord& other : all) {
     if (HasDeadQuery(other) || HasDeadQuery(device)) continue;
     if (!other.status.last_ok) continue;  // it fails at all times
-    const FailureRuns& own = RunsOf(device, silent);
-    const FailureRuns& its = RunsOf(other, silent);
+    const bus::FailureRuns& own = RunsOf(device, silent);
+    const bus::FailureRuns& its = RunsOf(other, silent);
     if (!its.runs().empty()) failing.push_back(&its);
     if (other.device == device.device) continue;
     if (!its.runs().empty()) names.push_back(other.device->name);
@@ -368,7 +374,7 @@ void AddFailingTogether(Evidence& evidence, std::span<const DeviceRecord> all) {
 }
 
 /// It answers, and nearly always.
-bool IsHealthy(const DeviceStatus& status) {
+bool IsHealthy(const bus::DeviceStatus& status) {
   if (!Answers(status.state) || status.findings.size() == 0) return false;
   return kMostlyGood * FailedOf(status) <= status.findings.size();
 }
@@ -398,16 +404,16 @@ bool IsDamage(Symptom symptom) {
   return std::ranges::find(kDamage, symptom) != std::end(kDamage);
 }
 
-config::SerialSettings SerialOf(const DeviceRecord& record) {
+config::SerialSettings SerialOf(const bus::DeviceRecord& record) {
   return record.device->serial.value_or(record.line->serial);
 }
 
-bool IsAbsent(const DeviceStatus& status) {
-  return status.state == DeviceState::offline ||
-         (status.state == DeviceState::never_seen && status.exchanges > 0);
+bool IsAbsent(const bus::DeviceStatus& status) {
+  return status.state == bus::DeviceState::offline ||
+         (status.state == bus::DeviceState::never_seen && status.exchanges > 0);
 }
 
-std::size_t FailedOf(const DeviceStatus& status) {
+std::size_t FailedOf(const bus::DeviceStatus& status) {
   std::size_t failed = 0;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
@@ -417,12 +423,12 @@ std::size_t FailedOf(const DeviceStatus& status) {
 }
 
 /// Where bytes of some come, and not one of others, they share no cause.
-bool AbsentTogether(std::span<const DeviceRecord> all) {
+bool AbsentTogether(std::span<const bus::DeviceRecord> all) {
   std::size_t absent = 0;
   std::size_t silent = 0;
   std::size_t speaking = 0;
-  for (const DeviceRecord& one : all) {
-    if (one.status.state == DeviceState::disabled) continue;
+  for (const bus::DeviceRecord& one : all) {
+    if (one.status.state == bus::DeviceState::disabled) continue;
     if (!IsAbsent(one.status)) return false;
     ++absent;
     const std::size_t failed = FailedOf(one.status);
@@ -433,15 +439,15 @@ bool AbsentTogether(std::span<const DeviceRecord> all) {
   return absent > 1 && (silent == 0 || speaking == 0);
 }
 
-bool HasDeadQuery(const DeviceRecord& record, std::uint32_t in_vain) {
-  const std::vector<QueryCount>& queries = record.status.queries;
-  const auto dead = [&](const QueryCount& query) { return query.in_vain >= in_vain; };
-  const auto answered = [](const QueryCount& query) { return query.in_vain == 0; };
+bool HasDeadQuery(const bus::DeviceRecord& record, std::uint32_t in_vain) {
+  const std::vector<bus::QueryCount>& queries = record.status.queries;
+  const auto dead = [&](const bus::QueryCount& query) { return query.in_vain >= in_vain; };
+  const auto answered = [](const bus::QueryCount& query) { return query.in_vain == 0; };
   return std::ranges::any_of(queries, dead) && std::ranges::any_of(queries, answered);
 }
 
-Evidence Gather(const LineStatus& status, const DeviceRecord& device,
-                std::span<const DeviceRecord> all, Now now) {
+Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
+                std::span<const bus::DeviceRecord> all, Now now) {
   Evidence evidence;
   evidence.line = device.line;
   evidence.now = now.instant;
@@ -453,7 +459,7 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   evidence.master = OtherMasterOf(all);
   evidence.eaten = EatenBytes(all);
   std::vector<std::string> fell;
-  for (const DeviceRecord& other : all) {
+  for (const bus::DeviceRecord& other : all) {
     if (other.device == device.device) continue;
     const std::size_t mute = other.status.findings.Count(Symptom::silence);
     if (!other.status.last_ok && mute > 1 && mute == other.status.findings.size()) {
@@ -478,29 +484,30 @@ Evidence Gather(const LineStatus& status, const DeviceRecord& device,
   return evidence;
 }
 
-bool HasAnsweredLately(const DeviceStatus& status, Instant now) {
+bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now) {
   constexpr Duration kLately = 15s;
   return status.last_ok && now - *status.last_ok < kLately;
 }
 
 /// Another master may ask the same now and then.
-bool Echoes(const LineStatus& status) {
+bool Echoes(const bus::LineStatus& status) {
   constexpr std::uint64_t kLooked = 32;
   const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));
   return echoed > 0 && 2 * echoed >= std::min(kLooked, status.exchanges);
 }
 
-Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now) {
+Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
+                      Now now) {
   Evidence evidence;
   evidence.line = all.front().line;
   evidence.now = now.instant;
   evidence.status = &status;
   evidence.absent = true;
-  for (const DeviceRecord& record : all) {
+  for (const bus::DeviceRecord& record : all) {
     if (IsAbsent(record.status)) Add(evidence, record);
   }
   evidence.changed = evidence.answered && IsAllBad(evidence);
   return evidence;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

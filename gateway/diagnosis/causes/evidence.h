@@ -18,7 +18,7 @@
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 
 // Does a device that fails now and then lose single requests, or is it away for some time and comes
 // back? Losses hit one exchange like another; outages put failures together. Pure.
@@ -34,7 +34,7 @@ struct FailureTally {
   double longest = 0;  ///< failures in a row
 };
 
-FailureTally TallyOf(const FailureRuns& failures);
+FailureTally TallyOf(const bus::FailureRuns& failures);
 
 struct Absences {
   std::size_t times = 0;             ///< it has come back
@@ -43,9 +43,9 @@ struct Absences {
 };
 
 /// Nothing: single losses, or it has been away once and is so still.
-std::optional<Absences> FindAbsences(const FailureRuns& failures);
+std::optional<Absences> FindAbsences(const bus::FailureRuns& failures);
 /// Again and again both fail in a row at the same time.
-bool AreAwayTogether(const FailureRuns& one, const FailureRuns& other);
+bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
 /// Failures of one device that stand where another one fails as well.
 struct Coincidences {
@@ -60,18 +60,18 @@ struct Coincidences {
     expected += more.expected;
   }
 };
-Coincidences CoincidencesOf(const FailureRuns& one, const FailureRuns& other);
+Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
 /// From one failure of any of them to the next, where these come regularly and strike several
 /// devices, or now one and now another: an outage that they share may be as short as one request.
-std::optional<Duration> SharedPeriod(std::span<const FailureRuns* const> devices);
+std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
 /// It is silent now, and no longer than its failures have lasted before.
-bool IsUsualSilence(const FailureRuns& failures, Instant now);
+bool IsUsualSilence(const bus::FailureRuns& failures, Instant now);
 
 struct Evidence {
   const config::Line* line = nullptr;
-  const LineStatus* status = nullptr;
-  const DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
+  const bus::LineStatus* status = nullptr;
+  const bus::DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
   Instant now{};
   bool absent = false;    ///< it does not answer at present
   bool answered = false;  ///< it has, since the start
@@ -91,7 +91,7 @@ struct Evidence {
   std::size_t looked = 0;  ///< the latest exchanges
   std::size_t failed = 0;  ///< of those, without a good reply
   std::size_t seen = 0;    ///< failures that `counts` stands for, older ones among them
-  Findings::Counts counts{};
+  bus::Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 
   std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
@@ -110,17 +110,18 @@ struct Evidence {
     return alone.cause.empty() ? Last(Symptom::text_beside) : alone;
   }
   /// The times, address and serial settings are those of the device, or of the first one.
-  const DeviceRecord& first() const { return *records.front(); }
+  const bus::DeviceRecord& first() const { return *records.front(); }
   const config::Traits& traits() const { return *first().device->traits; }
 
-  std::vector<const DeviceRecord*> records{};
+  std::vector<const bus::DeviceRecord*> records{};
 };
 
 /// The evidence about one device; `all`: the devices of its line, which outlive the evidence.
-Evidence Gather(const LineStatus& status, const DeviceRecord& device,
-                std::span<const DeviceRecord> all, Now now);
+Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
+                std::span<const bus::DeviceRecord> all, Now now);
 /// The same about all devices of the line that are in use and do not answer.
-Evidence GatherAbsent(const LineStatus& status, std::span<const DeviceRecord> all, Now now);
+Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
+                      Now now);
 
 /// Once may be chance.
 inline constexpr std::size_t kFacts = 2;
@@ -132,24 +133,24 @@ inline constexpr std::uint32_t kNeverAnswered = 3;
 inline constexpr std::uint32_t kNeverByChance = 8;
 
 /// A request of the polls has failed so often in a row, beside others that are answered.
-bool HasDeadQuery(const DeviceRecord& record, std::uint32_t in_vain = kNeverByChance);
+bool HasDeadQuery(const bus::DeviceRecord& record, std::uint32_t in_vain = kNeverByChance);
 
 /// Something came, and is no reply as it is.
 bool IsDamage(Symptom symptom);
 
 /// Its own, or those of its line.
-config::SerialSettings SerialOf(const DeviceRecord& record);
+config::SerialSettings SerialOf(const bus::DeviceRecord& record);
 
 /// How many of its latest exchanges had no good reply.
-std::size_t FailedOf(const DeviceStatus& status);
+std::size_t FailedOf(const bus::DeviceStatus& status);
 
 /// More than one device is in use, and none of them answers.
-bool AbsentTogether(std::span<const DeviceRecord> all);
+bool AbsentTogether(std::span<const bus::DeviceRecord> all);
 /// Asked, and not there.
-bool IsAbsent(const DeviceStatus& status);
+bool IsAbsent(const bus::DeviceStatus& status);
 /// Even if it counts as offline right now.
-bool HasAnsweredLately(const DeviceStatus& status, Instant now);
+bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now);
 /// An adapter gives back each request.
-bool Echoes(const LineStatus& status);
+bool Echoes(const bus::LineStatus& status);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

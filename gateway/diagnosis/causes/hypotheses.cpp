@@ -8,7 +8,7 @@
 
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using enum Symptom;
@@ -71,7 +71,7 @@ double OtherDevice(const Evidence& evidence) {
 
 /// The device speaks unasked, and some of its messages are right: the others are damaged.
 bool IsDamageOnly(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
+  const bus::DeviceRecord& record = evidence.first();
   if (!evidence.answered || !record.status.unasked) return false;
   if (2 * evidence.failed < evidence.looked) return true;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -153,7 +153,7 @@ double Endless(const Evidence& evidence) {
   constexpr double kPart = 0.05;     // of what the line can carry
   constexpr double kCharacter = 10;  // bits
   constexpr std::uint64_t kLot = 2048;
-  const LineStatus& status = *evidence.status;
+  const bus::LineStatus& status = *evidence.status;
   const double seen = evidence.Share({endless});
   if (!evidence.absent || !OnWire(evidence) || status.babble < kLot) return seen;
   const double most =
@@ -220,7 +220,7 @@ double Asleep(const Evidence& evidence) {
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   if (findings.LongestRun() > kFacts) return 0;  // a repeat wakes it
   return findings.LongRest() >= kShortestSleep ? evidence.Share({silence}) : 0;
 }
@@ -245,7 +245,7 @@ double InItsPlace(const Evidence& evidence) {
 /// They meet on the wire as well, and damage each other. At an address that every device answers to
 /// second replies leave no doubt of it.
 double TwoReplies(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
+  const bus::DeviceRecord& record = evidence.first();
   const bool common = HasCommonAddress(*record.device) &&
                       (record.status.doubled > 0 || evidence.Count(others_beside) > 0);
   if (evidence.Count(two_replies) == 0 && !common) return 0;
@@ -367,4 +367,4 @@ std::vector<std::string> Besides(const Evidence& evidence,
   return besides;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -18,7 +18,7 @@
 
 #include "gateway/diagnosis/causes/evidence.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 
 struct Hypothesis {
   const char* cause;  ///< as docs/status.md shows it
@@ -44,9 +44,9 @@ std::vector<std::string> Besides(const Evidence& evidence,
 
 /// What both ends must agree on, to be tried: "bit rate, parity, checksum and protocol (9600 8N1,
 /// checksum off here, dcon)".
-std::string Settings(const DeviceRecord& record);
+std::string Settings(const bus::DeviceRecord& record);
 /// ", checksum off here"; empty: its protocol has one only.
-std::string CheckOf(const DeviceRecord& record);
+std::string CheckOf(const bus::DeviceRecord& record);
 
 // ---------------- damage_words.cpp: how well the form of damaged replies explains the failures
 
@@ -132,4 +132,4 @@ std::string SayLateOther(const Evidence& evidence);
 std::string SayTwoReplies(const Evidence& evidence);
 std::string SayOtherReply(const Evidence& evidence);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

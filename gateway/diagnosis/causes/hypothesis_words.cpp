@@ -13,7 +13,7 @@
 #include "gateway/diagnosis/causes/hypotheses.h"
 #include "gateway/diagnosis/causes/words.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using enum Symptom;
@@ -22,18 +22,18 @@ using enum Symptom;
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
-  const DeviceRecord& record = *evidence.device;
+  const bus::DeviceRecord& record = *evidence.device;
   const auto had = std::ranges::count_if(
-      record.points, [](const PointRecord& point) { return HasValue(point.value); });
+      record.points, [](const bus::PointRecord& point) { return HasValue(point.value); });
   const bool most = 2 * had >= std::ssize(record.points) && had > 0;
-  return most && std::ranges::none_of(record.status.queries, [](const QueryCount& query) {
+  return most && std::ranges::none_of(record.status.queries, [](const bus::QueryCount& query) {
            return query.in_vain >= kNeverByChance;
          });
 }
 
 /// The replies to one request never fit.
 bool OneNeverFits(const Evidence& evidence) {
-  return std::ranges::any_of(evidence.device->status.queries, [](const QueryCount& query) {
+  return std::ranges::any_of(evidence.device->status.queries, [](const bus::QueryCount& query) {
     return query.in_vain >= kNeverAnswered && query.symptom == odd;
   });
 }
@@ -64,7 +64,7 @@ std::size_t RegistersGiven(const Evidence& evidence) {
 }  // namespace
 
 bool IsDamageAsMisfit(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
+  const bus::DeviceRecord& record = evidence.first();
   const config::Traits& traits = evidence.traits();
   if (!traits.is_unchecked || !traits.is_unchecked(record.device->options)) return false;
   const std::string quoted = QuotedIn(evidence.Last(odd));
@@ -267,7 +267,7 @@ std::string Shared(const Evidence& evidence) {
 /// What is not proven right by a neighbour or by its own past.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
-  const DeviceRecord& record = evidence.first();
+  const bus::DeviceRecord& record = evidence.first();
   const std::string& address = record.device->address;
   const std::string counterpart(evidence.traits().counterpart);
   if (evidence.answered && !evidence.fell.empty() && !OnWire(evidence)) {
@@ -281,12 +281,13 @@ std::string Unproven(const Evidence& evidence) {
   if (evidence.answered && OnWire(evidence))
     return "check its power and its wire, or whether its settings were changed";
   if (evidence.answered && !OnWire(evidence) && evidence.healthy.empty() &&
-      evidence.status->port == LineStatus::Port::open) {
+      evidence.status->port == bus::LineStatus::Port::open) {
     return "the server at " + evidence.line->port +
            " accepts connections and does not answer: restart it, or look at what is behind it";
   }
   if (!OnWire(evidence)) {
-    const bool alone = evidence.healthy.empty() && evidence.status->port == LineStatus::Port::open;
+    const bool alone =
+        evidence.healthy.empty() && evidence.status->port == bus::LineStatus::Port::open;
     const std::string what = alone ? "the server at " + evidence.line->port +
                                          " accepts connections and does not answer: is unit " +
                                          address + " right (try " +
@@ -355,7 +356,7 @@ std::string OtherReader(const Evidence& evidence) {
 }
 
 std::string SaySilent(const Evidence& evidence) {
-  const FailureRuns* const failures =
+  const bus::FailureRuns* const failures =
       evidence.device == nullptr ? nullptr : &evidence.device->status.failures;
   const bool now_and_then = failures != nullptr && IsUsualSilence(*failures, evidence.now);
   const Finding* const words =
@@ -417,7 +418,7 @@ std::string SayOtherParity(const Evidence& evidence) {
 }
 
 std::string SaySettings(const Evidence& evidence) {
-  const DeviceRecord& record = evidence.first();
+  const bus::DeviceRecord& record = evidence.first();
   const std::string serial = SerialOf(record).ToString();
   if (evidence.changed) {
     const char* const what = record.status.unasked ? "message" : "frame";
@@ -461,7 +462,7 @@ std::string SayZeros(const Evidence& evidence) {
          serial.ToString() + ")";
 }
 
-std::string CheckOf(const DeviceRecord& record) {
+std::string CheckOf(const bus::DeviceRecord& record) {
   const auto checksum = record.device->options.all().find("checksum");
   if (checksum == record.device->options.all().end()) return {};
   if (const bool* flag = std::get_if<bool>(&checksum->second)) {
@@ -471,7 +472,7 @@ std::string CheckOf(const DeviceRecord& record) {
   return word == nullptr ? std::string() : ", checksum " + *word + " here";
 }
 
-std::string Settings(const DeviceRecord& record) {
+std::string Settings(const bus::DeviceRecord& record) {
   const std::string check = CheckOf(record);
   const bool server = record.line->is_network();
   return std::string("bit rate, parity") + (check.empty() ? "" : ", checksum") + " and protocol" +
@@ -540,7 +541,7 @@ std::string SaySplit(const Evidence& evidence) {
 }
 
 std::string SayTooFast(const Evidence& evidence) {
-  const Findings& findings = evidence.device->status.findings;
+  const bus::Findings& findings = evidence.device->status.findings;
   const Duration pause = findings.ShortPause();
   const auto known = findings.ShortestAnswered();
   const std::string cause = fmt::format(
@@ -565,4 +566,4 @@ std::string SayAsleep(const Evidence& evidence) {
          ", and their repeats do: it or its radio sleeps: shorten its poll, or switch sleep off";
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 constexpr std::size_t kLongestQuoted = 18;
@@ -43,4 +43,4 @@ std::string WithRemedy(const Finding& finding) {
   return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

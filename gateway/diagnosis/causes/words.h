@@ -13,7 +13,7 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/time.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 
 /// A device refuses what it has answered before, so its profile still fits.
 inline constexpr const char* kHasWorked =
@@ -70,4 +70,4 @@ std::string RemedyOf(const Finding& finding);
 /// "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

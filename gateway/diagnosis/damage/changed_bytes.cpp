@@ -15,7 +15,7 @@
 #include "gateway/base/text.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// A character that is read twice as fast as it was sent: each bit fills two. The pairs begin
@@ -193,7 +193,7 @@ bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
   const Taker* found = nullptr;
-  for (const Shape& shape : hearing.expect->shapes) {
+  for (const protocols::Shape& shape : hearing.expect->shapes) {
     const bool fixed = shape.min_length == shape.max_length && shape.max_length > heard.size();
     const std::size_t missing = fixed ? shape.max_length - heard.size() : 0;
     const std::size_t most = shape.max_length <= kShort     ? kMostMissing
@@ -364,7 +364,7 @@ bool IsPrintable(std::uint8_t byte) {
 }
 
 bool IsWhole(const Hearing& hearing, View heard) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
   assembler.Feed(heard);
   return assembler.Next(true).has_value();
@@ -380,4 +380,4 @@ std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard) {
   return OtherParity(hearing, heard);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

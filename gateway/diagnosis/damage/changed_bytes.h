@@ -12,7 +12,7 @@
 #include "gateway/base/finding.h"
 #include "gateway/diagnosis/damage/examine.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 // Characters that were sent at half or twice the bit rate at which they are read, as their bits
 // tell. Pure; used by ChangedBytes.
@@ -33,4 +33,4 @@ bool IsWhole(const Hearing& hearing, View heard);
 /// A character for people, or the end of a line.
 bool IsPrintable(std::uint8_t byte);
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -6,7 +6,7 @@
 #include "gateway/diagnosis/damage/changed_bytes.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// Bytes that begin like the broken reply are a new reply, not its rest.
@@ -46,7 +46,7 @@ bool BrokenReply::IsRest(View rest, Instant came) const {
   if (std::ranges::equal(rest.first(same), View(begin_).first(same))) return false;
   Bytes whole = begin_;
   Append(whole, rest);
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(member_->protocol->reply_rule, request_.expect);
   assembler.Feed(whole);
   const auto frame = assembler.Next(true);
@@ -63,16 +63,17 @@ constexpr Duration kLatestByNumber = 10s;
 constexpr Duration kNoReply = 1min;
 
 /// A form that fits several requests proves nothing; what it says may.
-bool Fits(const Member& member, const Request& request, View frame) {
-  const Device* const device = member.device;
+bool Fits(const bus::Member& member, const protocols::Request& request, View frame) {
+  const bus::Device* const device = member.device;
   return device == nullptr || ProvesLife(device->conversation->Check(request.bytes, frame));
 }
 
 /// A gateway has waited for the device, and says why there is no reply.
-std::optional<Finding> InItsPlace(const Member& member, const Request& request, View frame) {
-  const Device* const device = member.device;
+std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Request& request,
+                                  View frame) {
+  const bus::Device* const device = member.device;
   if (device == nullptr || !request.numbered || Fits(member, request, frame)) return std::nullopt;
-  Answer said = device->conversation->Interpret(request.bytes, frame);
+  protocols::Answer said = device->conversation->Interpret(request.bytes, frame);
   if (said.remedy.empty()) return std::nullopt;
   return Finding{
       .symptom = Symptom::odd, .cause = std::move(said.reason), .remedy = std::move(said.remedy)};
@@ -83,11 +84,11 @@ std::optional<Finding> InItsPlace(const Member& member, const Request& request, 
 // ---------------------------------------------------------------- what is remembered
 
 void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
-  const Member& member = *exchange.member();
-  const Request& request = exchange.request();
+  const bus::Member& member = *exchange.member();
+  const protocols::Request& request = exchange.request();
   const Instant sent = exchange.sent();
   LastTwo& asked = open_[member];
-  if (request.expect.reply != Expectation::Reply::none) {  // else it has no finding
+  if (request.expect.reply != protocols::Expectation::Reply::none) {  // else it has no finding
     broken_.OnBegin(member);
     habits_.OnBegin(member);
   }
@@ -114,7 +115,7 @@ void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
 }
 
 void EarlierReplies::OnAnswered(const HeardExchange& exchange) {
-  const Member& member = *exchange.member();
+  const bus::Member& member = *exchange.member();
   const Bytes& frame = exchange.frame();
   Open& last = open_[member].last;
   last.answered = true;
@@ -134,9 +135,9 @@ void EarlierReplies::OnBroken(const HeardExchange& exchange) {
       BrokenReply(*exchange.member(), exchange.request(), exchange.heard(), exchange.last_came());
 }
 
-std::optional<EarlierFinding> EarlierReplies::Take() {
+std::optional<bus::EarlierFinding> EarlierReplies::Take() {
   if (found_.empty()) return std::nullopt;
-  EarlierFinding earlier = std::move(found_.back());
+  bus::EarlierFinding earlier = std::move(found_.back());
   found_.pop_back();
   return earlier;
 }
@@ -160,7 +161,7 @@ bool EarlierReplies::FindBeside(const HeardExchange& exchange, const Finding& fi
   return finding.bytes > 0 && FindLostTry(*exchange.member(), exchange.last_came()).has_value();
 }
 
-std::optional<Finding> EarlierReplies::FindLostTry(const Member& member, Instant came) {
+std::optional<Finding> EarlierReplies::FindLostTry(const bus::Member& member, Instant came) {
   const auto lost = habits_.TakeLostTry(member, came);
   if (!lost) return std::nullopt;
   found_.push_back({&member, {.symptom = Symptom::late, .time = lost->after}, lost->back});
@@ -188,10 +189,10 @@ EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange)
 /// True: what came answers this request. Notes what it is.
 bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
   if (open.member == nullptr) return false;
-  const Expectation& expect = open.request.expect;
+  const protocols::Expectation& expect = open.request.expect;
   const bool own = open.member->IsSame(*exchange.member());
   if (own ? open.request.AsksTheSameAs(exchange.request()) : expect.address.empty()) return false;
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(open.member->protocol->reply_rule, expect);
   assembler.Feed(exchange.heard());
   while (const auto frame = assembler.Next(true)) {
@@ -309,4 +310,4 @@ Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& 
   return {.symptom = Symptom::late_other, .cause = whose.member->Name()};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -27,7 +27,7 @@
 #include "gateway/diagnosis/damage/reply_habits.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 // A reply that broke off, and whose rest may come in a later exchange.
 //
@@ -39,17 +39,18 @@ class BrokenReply {
  public:
   BrokenReply() = default;
   /// `begin` came to a request; its last byte at `last`.
-  BrokenReply(const Member& member, const Request& request, View begin, Instant last)
+  BrokenReply(const bus::Member& member, const protocols::Request& request, View begin,
+              Instant last)
       : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
 
   /// An exchange with the member has begun.
-  void OnBegin(const Member& member) { began_ += member_ == &member ? 1 : 0; }
+  void OnBegin(const bus::Member& member) { began_ += member_ == &member ? 1 : 0; }
   /// When its rest came in this exchange: before or behind the reply that was taken; where none
   /// was, before or behind the beginning of another one. Empty: it did not come. From the computed
   /// end of the request.
   std::optional<Duration> FindRest(const HeardExchange& exchange) const;
 
-  const Member& member() const { return *member_; }
+  const bus::Member& member() const { return *member_; }
   /// When its last byte came.
   Instant last() const { return last_; }
   /// Exchanges of the member that have begun since.
@@ -59,8 +60,8 @@ class BrokenReply {
   bool IsAwaited(const HeardExchange& exchange) const;
   bool IsRest(View rest, Instant came) const;
 
-  const Member* member_ = nullptr;
-  Request request_;
+  const bus::Member* member_ = nullptr;
+  protocols::Request request_;
   Bytes begin_;
   Instant last_{};
   std::size_t began_ = 0;
@@ -76,7 +77,7 @@ class BrokenReply {
 class NumberedRequests {
  public:
   /// A retry has the number of its first try.
-  void OnSent(const Member& member, const Request& request, Instant now) {
+  void OnSent(const bus::Member& member, const protocols::Request& request, Instant now) {
     size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
     if (size_ == 0) return;
     if (const std::size_t at = IndexOf(request.bytes); at < sent_.size()) {
@@ -91,7 +92,7 @@ class NumberedRequests {
   }
 
   struct Late {
-    const Member* member = nullptr;
+    const bus::Member* member = nullptr;
     /// Behind the first try of its request. If another try was answered before: behind the last
     /// try that it may answer, as that one's reply would not be late.
     Duration after{};
@@ -114,7 +115,7 @@ class NumberedRequests {
  private:
   static constexpr std::size_t kKept = 32;
   struct Sent {
-    const Member* member = nullptr;
+    const bus::Member* member = nullptr;
     Bytes request;
     std::vector<Instant> tries;
     Duration reply_time{};
@@ -153,7 +154,7 @@ class EarlierReplies {
   /// The bytes beside the reply of this exchange answer a request that was lost and repeated.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
   /// A second reply of the member has come: what is found where one of both was late.
-  std::optional<Finding> FindLostTry(const Member& member, Instant came);
+  std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
   /// The finding of this exchange, where what came may be the reply to another request.
   Finding Attribute(const HeardExchange& exchange, Finding finding);
   /// A request of this gateway has come back so late that it looks like another master's.
@@ -161,12 +162,12 @@ class EarlierReplies {
 
   /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
   /// in the exchange that was looked at last. Empty: there are no more.
-  std::optional<EarlierFinding> Take();
+  std::optional<bus::EarlierFinding> Take();
 
  private:
   struct Open {
-    const Member* member = nullptr;
-    Request request;
+    const bus::Member* member = nullptr;
+    protocols::Request request;
     Instant sent{};
     Instant first{};  // the first try of those that have no answer, within the ceiling
     Instant tried{};  // the first try of the last seconds
@@ -204,11 +205,11 @@ class EarlierReplies {
                              Finding finding);
 
   ReplyHabits& habits_;
-  ByMember<LastTwo> open_;
+  bus::ByMember<LastTwo> open_;
   NumberedRequests numbered_;
   BrokenReply broken_;
   Bytes beside_;  // what stands behind the reply of the last exchange, where its number told of it
-  std::vector<EarlierFinding> found_;
+  std::vector<bus::EarlierFinding> found_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

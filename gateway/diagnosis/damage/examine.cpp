@@ -14,7 +14,7 @@
 #include "gateway/diagnosis/damage/nearly_reply.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// Fewer printable characters are no words, and letters alone no word.
@@ -117,11 +117,12 @@ bool IsLine(const Hearing& hearing, View heard) {
 
 /// Its first bytes are those of a reply, or nearly.
 bool BeginsLikeReply(const Hearing& hearing, View heard) {
-  const Expectation& expect = *hearing.expect;
+  const protocols::Expectation& expect = *hearing.expect;
   return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
     const bool address = !expect.address.empty() && byte == expect.address[0];
     const bool lead = !hearing.request.empty() && byte == hearing.request.front();
-    return address || lead || std::ranges::any_of(expect.shapes, [byte](const Shape& shape) {
+    return address || lead ||
+           std::ranges::any_of(expect.shapes, [byte](const protocols::Shape& shape) {
              return shape.tag > 0 && (shape.tag & 0xFF) == byte;
            });
   });
@@ -155,7 +156,7 @@ std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
   // Binary protocols have the same check value in frames of other forms.
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && !std::ranges::all_of(heard, IsPrintable)) return std::nullopt;
-  for (const ForeignRule foreign : hearing.foreign) {
+  for (const protocols::ForeignRule foreign : hearing.foreign) {
     if (foreign == hearing.protocol->foreign) continue;
     auto cause = foreign(heard);
     if (!cause) continue;
@@ -270,7 +271,7 @@ struct Found {
 };
 
 std::optional<Found> FindReply(const Hearing& hearing, View heard) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
   assembler.Feed(heard);
   std::optional<Found> found;
@@ -283,7 +284,7 @@ std::optional<Found> FindReply(const Hearing& hearing, View heard) {
     } else if (*frame == first) {
       ++found->frames;
       found->end = end;
-    } else if (!IsEmptyLine(*frame)) {
+    } else if (!bus::IsEmptyLine(*frame)) {
       found->others = true;
     }
   }
@@ -312,7 +313,7 @@ Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end
 
 /// More was to come.
 bool IsBeginning(const Hearing& hearing, View heard) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
   assembler.Feed(heard);
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
@@ -321,7 +322,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
 /// The length of the longest reply that has only one length; 0: there is none.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
-  for (const Shape& shape : hearing.expect->shapes) {
+  for (const protocols::Shape& shape : hearing.expect->shapes) {
     if (shape.min_length == shape.max_length) length = std::max(length, shape.max_length);
   }
   return length;
@@ -329,17 +330,18 @@ std::size_t OnlyLength(const Hearing& hearing) {
 
 /// A reply of this form with its check value would be whole, where the check value can be computed.
 bool HasForm(const Hearing& hearing, View heard) {
-  const PduCarrier* const carrier = hearing.protocol->carrier;
+  const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || heard.size() < 2) return true;
   const Bytes nothing = carrier->wrap(heard[0], {});
   if (heard.size() <= nothing.size()) return true;
   const Bytes whole = carrier->wrap(heard[0], heard.subspan(1, heard.size() - nothing.size()));
-  return hearing.protocol->reply_rule(whole, *hearing.expect, true).kind == Cut::Kind::frame;
+  return hearing.protocol->reply_rule(whole, *hearing.expect, true).kind ==
+         protocols::Cut::Kind::frame;
 }
 
 /// As long as a reply that has but one length.
 bool HasOnlyLength(const Hearing& hearing, View heard) {
-  const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
+  const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();
   });
   // The length of a refusal may be that of a reply that lacks a few bytes.
@@ -353,7 +355,7 @@ bool IsWholeText(const Hearing& hearing, View heard) {
 }
 
 Outcome BlameOf(const Hearing& hearing, View heard) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
   assembler.Feed(heard);
   while (assembler.Next(true)) {
@@ -445,7 +447,7 @@ Finding Broken(const Hearing& hearing, View heard) {
 
 /// Nothing was asked.
 bool IsStanding(const Hearing& hearing) {
-  return hearing.expect->reply == Expectation::Reply::standing;
+  return hearing.expect->reply == protocols::Expectation::Reply::standing;
 }
 
 /// What somebody sends who does not stop is longer. A message at another bit rate is so many bytes.
@@ -560,4 +562,4 @@ Finding Examine(const Hearing& hearing) {
   return finding;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -25,7 +25,7 @@
 #include "gateway/base/time.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 /// A piece of what came: from byte `at` on.
 struct Arrival {
@@ -35,17 +35,17 @@ struct Arrival {
 
 /// One exchange, and what came after it.
 struct Hearing {
-  const Protocol* protocol = nullptr;
-  const ParsedOptions* options = nullptr;
+  const protocols::Protocol* protocol = nullptr;
+  const protocols::ParsedOptions* options = nullptr;
   View request{};
-  const Expectation* expect = nullptr;
+  const protocols::Expectation* expect = nullptr;
   Outcome outcome = Outcome::none;  ///< none: it was not judged yet
   View heard{};
-  std::span<const Arrival> arrivals{};     ///< of `heard`; the first stands at 0
-  Duration reply{};                        ///< the longest until the first byte
-  Duration gap{};                          ///< the longest pause inside
-  bool connection = false;                 ///< it came over TCP
-  std::span<const ForeignRule> foreign{};  ///< of all protocols
+  std::span<const Arrival> arrivals{};                ///< of `heard`; the first stands at 0
+  Duration reply{};                                   ///< the longest until the first byte
+  Duration gap{};                                     ///< the longest pause inside
+  bool connection = false;                            ///< it came over TCP
+  std::span<const protocols::ForeignRule> foreign{};  ///< of all protocols
 };
 
 Finding Examine(const Hearing& hearing);
@@ -77,4 +77,4 @@ std::optional<Finding> OtherService(View heard, bool modbus);
 /// IAC and WILL, WONT, DO or DONT, at the front.
 bool IsTelnet(View heard);
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -11,7 +11,7 @@
 #include "gateway/base/text.h"
 #include "gateway/diagnosis/damage/changed_bytes.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// What the values of a text are made of.
@@ -38,8 +38,8 @@ constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 /// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
 /// there is.
 bool StartsWithReply(const Hearing& hearing, View heard, std::size_t least = 0) {
-  const Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
-  return cut.kind == Cut::Kind::frame && cut.size > least;
+  const protocols::Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
+  return cut.kind == protocols::Cut::Kind::frame && cut.size > least;
 }
 
 View WithoutLineEndBefore(View heard) {
@@ -123,8 +123,9 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
 /// It has the character that a reply begins with.
 bool HasLead(const Hearing& hearing, View heard) {
   if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
-  return std::ranges::any_of(hearing.expect->shapes,
-                             [&](const Shape& shape) { return shape.tag == heard.front(); });
+  return std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
+    return shape.tag == heard.front();
+  });
 }
 
 /// The first byte of its reply, if that is known.
@@ -204,7 +205,7 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   for (std::size_t more = 1; more <= kMostDigits && more < request.size(); ++more) {
     Bytes head(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(more + 1));
     if (IsWholeBehind(hearing, head, 0, heard)) return more + 1;
-    for (const Shape& shape : hearing.expect->shapes) {
+    for (const protocols::Shape& shape : hearing.expect->shapes) {
       head.push_back(static_cast<std::uint8_t>(shape.tag));
       if (IsWholeBehind(hearing, head, 0, heard)) return more + 2;
       head.pop_back();
@@ -217,7 +218,7 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
 /// A line of a text without the character that a reply begins with; empty: it is none. Its
 /// beginning is longer than LostHead can prove.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
-  const bool standing = hearing.expect->reply == Expectation::Reply::standing;
+  const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
   heard = WithoutLineEndBefore(heard);
   const std::string_view text = AsText(heard);
@@ -242,7 +243,7 @@ bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
   if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
   // Several messages that came unasked may stand there.
-  const bool several = hearing.expect->reply == Expectation::Reply::standing;
+  const bool several = hearing.expect->reply == protocols::Expectation::Reply::standing;
   Bytes changed(heard.begin(), heard.end());
   int fit = 0;
   for (unsigned value = 0; value < 256; ++value) {
@@ -277,9 +278,10 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
 bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() < kShortestReply) return false;
   if (IsText(hearing, hearing.request)) return false;
-  const bool one_short = std::ranges::any_of(hearing.expect->shapes, [&](const Shape& shape) {
-    return shape.min_length == shape.max_length && shape.max_length == heard.size() + 1;
-  });
+  const bool one_short =
+      std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
+        return shape.min_length == shape.max_length && shape.max_length == heard.size() + 1;
+      });
   if (!one_short || heard.size() > kLongestBinary) return false;
   for (std::size_t at = 1; at < heard.size(); ++at) {
     Bytes longer(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(at));
@@ -297,7 +299,7 @@ bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
 
 /// Nothing but its check value is missing, of which the frame of a binary protocol has one.
 bool LacksCheck(const Hearing& hearing, View heard) {
-  const PduCarrier* const carrier = hearing.protocol->carrier;
+  const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || hearing.protocol->tcp || heard.size() < kShortestReply) return false;
   if (std::ranges::all_of(hearing.request, IsPrintable)) return false;
   const Bytes whole = carrier->wrap(heard[0], heard.subspan(1));
@@ -307,8 +309,8 @@ bool LacksCheck(const Hearing& hearing, View heard) {
       rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
   if (has_one) return false;
   // With the first byte of its check value it would be whole as well, and one byte too long.
-  const Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
-  return cut.kind == Cut::Kind::frame && cut.size == whole.size();
+  const protocols::Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
+  return cut.kind == protocols::Cut::Kind::frame && cut.size == whole.size();
 }
 
 /// The character that stands in front of each frame; the check value proves the rest.
@@ -397,23 +399,23 @@ constexpr std::size_t kLongestFrame = 24;
 /// So many are no accident of a driver.
 constexpr std::ptrdiff_t kFewStrange = 2;
 
-Symptom SymptomOf(Recognised::What what) {
+Symptom SymptomOf(protocols::Recognised::What what) {
   switch (what) {
-    case Recognised::What::other_device:
+    case protocols::Recognised::What::other_device:
       return Symptom::other_device;
-    case Recognised::What::other_master:
+    case protocols::Recognised::What::other_master:
       return Symptom::other_master;
-    case Recognised::What::other_reply:
+    case protocols::Recognised::What::other_reply:
       return Symptom::other_reply;
-    case Recognised::What::other_setting:
+    case protocols::Recognised::What::other_setting:
       return Symptom::other_setting;
-    case Recognised::What::other_form:
+    case protocols::Recognised::What::other_form:
       return Symptom::other_form;
-    case Recognised::What::other_check:
+    case protocols::Recognised::What::other_check:
       return Symptom::bad_check;
-    case Recognised::What::too_short:
+    case protocols::Recognised::What::too_short:
       return Symptom::bytes_lost;
-    case Recognised::What::other_protocol:
+    case protocols::Recognised::What::other_protocol:
       break;
   }
   return Symptom::other_protocol;
@@ -507,4 +509,4 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
   return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

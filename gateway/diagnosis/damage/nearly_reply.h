@@ -12,7 +12,7 @@
 #include "gateway/base/finding.h"
 #include "gateway/diagnosis/damage/examine.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
 /// The check value of a reply proves that its first byte alone is missing.
@@ -39,4 +39,4 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part);
 /// word.
 Finding StrayBeside(const Hearing& hearing, View before, View behind);
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

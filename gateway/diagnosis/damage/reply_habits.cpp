@@ -4,7 +4,7 @@
 #include "protocols/assembler.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// More is not looked at. The longest reply of a Modbus device has 260 bytes.
@@ -13,13 +13,13 @@ constexpr std::size_t kMostArrivals = 256;
 
 }  // namespace
 
-void HeardExchange::Begin(const Member& member, const Request& request, const LineTimes& times,
-                          Instant now) {
+void HeardExchange::Begin(const bus::Member& member, const protocols::Request& request,
+                          const bus::LineTimes& times, Instant now) {
   member_ = &member;
   request_ = request;
   times_ = times;
   idle_ = last_ == Instant{} ? kLongIdle : std::max(now - last_, Duration());
-  sent_ = now + TransmissionTime(request, times.character);
+  sent_ = now + bus::TransmissionTime(request, times.character);
   last_ = sent_;
   outcome_ = Outcome::none;
   judged_ = 0;
@@ -55,7 +55,7 @@ std::pair<View, View> HeardExchange::BesideReply() const {
   return {View(heard.begin(), found), behind};
 }
 
-Hearing HeardExchange::AsHearing(const Roster& roster) const {
+Hearing HeardExchange::AsHearing(const bus::Roster& roster) const {
   return {.protocol = member_->protocol,
           .options = &member_->options,
           .request = request_.bytes,
@@ -69,7 +69,7 @@ Hearing HeardExchange::AsHearing(const Roster& roster) const {
           .foreign = roster.foreign()};
 }
 
-void ReplyHabits::OnLost(const Member& member, Instant tried) {
+void ReplyHabits::OnLost(const bus::Member& member, Instant tried) {
   Entry& entry = of_[member];
   entry.lost = tried;
   entry.since = 1;
@@ -82,7 +82,8 @@ void ReplyHabits::OnAnswered(const HeardExchange& exchange) {
   taken_.Add(request, exchange.frame());
 }
 
-std::optional<ReplyHabits::LostTry> ReplyHabits::TakeLostTry(const Member& member, Instant came) {
+std::optional<ReplyHabits::LostTry> ReplyHabits::TakeLostTry(const bus::Member& member,
+                                                             Instant came) {
   Entry& entry = of_[member];
   const Duration after = came - entry.lost;
   const bool lost = entry.lost != Instant{} && after < kLongestLag;
@@ -93,7 +94,7 @@ std::optional<ReplyHabits::LostTry> ReplyHabits::TakeLostTry(const Member& membe
 }
 
 bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
-  const Member& member = *exchange.member();
+  const bus::Member& member = *exchange.member();
   const View heard = exchange.heard();
   const View came = heard.subspan(std::min(heard.size(), TransactionBytes(*member.protocol)));
   // Texts of other values may well be alike; the length of a PDU follows from its request.
@@ -103,7 +104,7 @@ bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
 }
 
 bool ReplyHabits::IsCopy(const HeardExchange& exchange) const {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(exchange.member()->protocol->reply_rule, exchange.request().expect);
   assembler.Feed(exchange.heard());
   int copies = 0;
@@ -131,4 +132,4 @@ Finding ReplyHabits::Compare(const HeardExchange& exchange, Finding finding) {
   return finding;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

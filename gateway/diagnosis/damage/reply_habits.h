@@ -21,7 +21,7 @@
 #include "gateway/diagnosis/damage/changed_bytes.h"
 #include "gateway/diagnosis/damage/examine.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 // One exchange, and all that comes from its request until the next one. A part of
 // gateway/diagnosis/observer.h. Bounded memory.
@@ -29,7 +29,8 @@ class HeardExchange {
  public:
   /// The port has opened. What comes before Begin belongs to no exchange.
   void OnOpened() { member_ = nullptr; }
-  void Begin(const Member& member, const Request& request, const LineTimes& times, Instant now);
+  void Begin(const bus::Member& member, const protocols::Request& request,
+             const bus::LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
   /// The frame was taken for the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
@@ -38,9 +39,9 @@ class HeardExchange {
   bool TakeMore();
 
   /// Null: there was none since the port was opened.
-  const Member* member() const { return member_; }
-  const Request& request() const { return request_; }
-  const LineTimes& times() const { return times_; }
+  const bus::Member* member() const { return member_; }
+  const protocols::Request& request() const { return request_; }
+  const bus::LineTimes& times() const { return times_; }
   /// The computed end of the request.
   Instant sent() const { return sent_; }
   /// The silence before the request.
@@ -57,12 +58,12 @@ class HeardExchange {
   /// What was heard before and after the reply; without one, before it.
   std::pair<View, View> BesideReply() const;
   /// The same, for gateway/diagnosis/damage/examine.h.
-  Hearing AsHearing(const Roster& roster) const;
+  Hearing AsHearing(const bus::Roster& roster) const;
 
  private:
-  const Member* member_ = nullptr;
-  Request request_;
-  LineTimes times_;
+  const bus::Member* member_ = nullptr;
+  protocols::Request request_;
+  bus::LineTimes times_;
   Instant sent_{};
   Instant last_{};  // when something was on the line last
   Duration idle_{};
@@ -210,9 +211,9 @@ inline constexpr Duration kLongestLag = std::chrono::seconds(5);
 class ReplyHabits {
  public:
   /// A request that has a reply has begun.
-  void OnBegin(const Member& member) { ++of_[member].since; }
+  void OnBegin(const bus::Member& member) { ++of_[member].since; }
   /// Not a byte came to its last request, which is sent again; `tried`: its first try.
-  void OnLost(const Member& member, Instant tried);
+  void OnLost(const bus::Member& member, Instant tried);
   void OnAnswered(const HeardExchange& exchange);
 
   /// A request that was lost and repeated lately.
@@ -222,10 +223,10 @@ class ReplyHabits {
   };
   /// A second reply of the member came at `came`. One of both replies answers that request, and was
   /// late. Empty: there is no such request, so the device sends two replies. Each is taken once.
-  std::optional<LostTry> TakeLostTry(const Member& member, Instant came);
+  std::optional<LostTry> TakeLostTry(const bus::Member& member, Instant came);
 
   /// See ReplyLag.
-  bool OnLate(const Member& member, Duration after, std::optional<Duration> next) {
+  bool OnLate(const bus::Member& member, Duration after, std::optional<Duration> next) {
     return of_[member].lag.OnLate(after, next);
   }
   /// True: the same came to other requests before. `right`: it is the reply. The transaction
@@ -248,8 +249,8 @@ class ReplyHabits {
     TakenReply misfit;  // a text that lacks a character, and none was good to that request since
   };
 
-  ByMember<Entry> of_;
+  bus::ByMember<Entry> of_;
   TakenReplies taken_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -10,7 +10,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 /// The first whole frame of the reply, or how the reply failed.
@@ -20,11 +20,12 @@ struct Cutting {
   std::string reason = "no reply";
 };
 
-Cutting CutReply(const Capture& capture, const Protocol& protocol, const ParsedOptions& options) {
-  Expectation expect = protocol.expect(capture.request, options);
+Cutting CutReply(const Capture& capture, const protocols::Protocol& protocol,
+                 const protocols::ParsedOptions& options) {
+  protocols::Expectation expect = protocol.expect(capture.request, options);
   Cutting cutting;
-  if (expect.reply == Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
-  Assembler assembler;
+  if (expect.reply == protocols::Expectation::Reply::none) cutting = {{}, Outcome::ok, {}};
+  protocols::Assembler assembler;
   assembler.Begin(protocol.reply_rule, std::move(expect));
   assembler.Feed(capture.reply);
   cutting.frame = assembler.Next(false);
@@ -36,20 +37,21 @@ Cutting CutReply(const Capture& capture, const Protocol& protocol, const ParsedO
   return cutting;
 }
 
-Answer EndUnknown(const Capture& capture) {
-  Answer answer;
+protocols::Answer EndUnknown(const Capture& capture) {
+  protocols::Answer answer;
   answer.outcome = Outcome::none;
   answer.reason = capture.last ? "the recording ends before this exchange"
                                : "the recording does not show how this exchange ended";
   return answer;
 }
 
-Answer Interpret(const Capture& capture, const Protocol& protocol, const ParsedOptions& options,
-                 Conversation& conversation) {
+protocols::Answer Interpret(const Capture& capture, const protocols::Protocol& protocol,
+                            const protocols::ParsedOptions& options,
+                            protocols::Conversation& conversation) {
   const Cutting cutting = CutReply(capture, protocol, options);
   if (cutting.frame) return conversation.Interpret(capture.request, *cutting.frame);
   if (capture.is_open() && cutting.outcome != Outcome::ok) return EndUnknown(capture);
-  Answer answer;
+  protocols::Answer answer;
   answer.outcome = cutting.outcome;
   answer.reason = cutting.reason;
   return answer;
@@ -57,15 +59,16 @@ Answer Interpret(const Capture& capture, const Protocol& protocol, const ParsedO
 
 /// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
 /// says, and values are given only where they need none of them.
-Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
-                       const ParsedOptions& options, Conversation& conversation) {
-  Answer answer;
+protocols::Answer InterpretMasked(const Capture& capture, const protocols::Protocol& protocol,
+                                  const protocols::ParsedOptions& options,
+                                  protocols::Conversation& conversation) {
+  protocols::Answer answer;
   answer.outcome = Outcome::none;
   if (capture.reply.empty()) {
     if (capture.is_open()) return EndUnknown(capture);
     answer.outcome = Outcome::no_reply;
   } else if (!capture.reply_masked) {
-    Answer read = Interpret(capture, protocol, options, conversation);
+    protocols::Answer read = Interpret(capture, protocol, options, conversation);
     if (ProvesLife(read.outcome)) answer = std::move(read);
   }
   if (capture.told && answer.outcome != *capture.told) {
@@ -79,9 +82,10 @@ Answer InterpretMasked(const Capture& capture, const Protocol& protocol,
 
 /// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
 /// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
-Answer InterpretTold(const Capture& capture, const Protocol& protocol, const ParsedOptions& options,
-                     Conversation& conversation) {
-  Answer answer = Interpret(capture, protocol, options, conversation);
+protocols::Answer InterpretTold(const Capture& capture, const protocols::Protocol& protocol,
+                                const protocols::ParsedOptions& options,
+                                protocols::Conversation& conversation) {
+  protocols::Answer answer = Interpret(capture, protocol, options, conversation);
   if (!capture.told) return answer;
   const bool agreed = answer.outcome == *capture.told;
   if (agreed && capture.why.empty()) return answer;
@@ -96,12 +100,12 @@ Answer InterpretTold(const Capture& capture, const Protocol& protocol, const Par
   return answer;
 }
 
-DecodedValue ToValue(const Reading& reading, const config::Device& device) {
+DecodedValue ToValue(const protocols::Reading& reading, const config::Device& device) {
   if (reading.point >= device.points.size()) {
     return {.name = reading.label, .value = reading.value, .quality = reading.quality};
   }
   const config::Point& point = device.points[reading.point];
-  const Sample sample = ToSample(point, reading);
+  const bus::Sample sample = bus::ToSample(point, reading);
   return {point.name, sample.value, point.unit, sample.quality, true};
 }
 
@@ -116,7 +120,7 @@ std::string ValueText(const DecodedValue& value) {
   return Harmless(text);
 }
 
-ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
+ExchangeDecoder::ExchangeDecoder(config::Line line, const protocols::Protocol& protocol)
     : line_(std::make_unique<config::Line>(std::move(line))),
       protocol_(&protocol),
       bus_(MakeBus(protocol)),
@@ -125,14 +129,14 @@ ExchangeDecoder::ExchangeDecoder(config::Line line, const Protocol& protocol)
 
 DecodedExchange ExchangeDecoder::Decode(const Capture& capture) {
   const bool masked = capture.request_masked || capture.reply_masked;
-  Answer answer = masked ? InterpretMasked(capture, *protocol_, options_, *conversation_)
-                         : InterpretTold(capture, *protocol_, options_, *conversation_);
+  protocols::Answer answer = masked ? InterpretMasked(capture, *protocol_, options_, *conversation_)
+                                    : InterpretTold(capture, *protocol_, options_, *conversation_);
   return ToExchange(std::move(answer));
 }
 
-DecodedExchange ExchangeDecoder::ToExchange(Answer answer) const {
+DecodedExchange ExchangeDecoder::ToExchange(protocols::Answer answer) const {
   DecodedExchange decoded{answer.outcome, std::move(answer.reason), {}};
-  for (const Reading& reading : answer.readings) {
+  for (const protocols::Reading& reading : answer.readings) {
     decoded.values.push_back(ToValue(reading, line_->devices.front()));
   }
   return decoded;
@@ -140,8 +144,8 @@ DecodedExchange ExchangeDecoder::ToExchange(Answer answer) const {
 
 std::vector<HeardMessage> ExchangeDecoder::Hear(View bytes) {
   std::vector<HeardMessage> heard;
-  const Standing& standing = *conversation_->Listens();
-  Assembler assembler;
+  const protocols::Standing& standing = *conversation_->Listens();
+  protocols::Assembler assembler;
   assembler.Begin(standing.rule, standing.expect);
   std::size_t fed = 0;
   const auto add_damaged = [&](std::size_t end) {
@@ -264,7 +268,7 @@ Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find, const 
   config::Line one = line;
   for (const config::Device& device : line.devices) {
     if (!only.empty() && device.name != only) continue;
-    const Protocol* const protocol = find(device.protocol);
+    const protocols::Protocol* const protocol = find(device.protocol);
     if (protocol == nullptr) continue;
     one.devices.assign(1, device);
     decoders.emplace(device.name, ExchangeDecoder(one, *protocol));
@@ -379,4 +383,4 @@ void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
   AddLine(held, first_frame, held.reply.size(), {}, lines);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -20,7 +20,7 @@
 #include "gateway/base/value.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 
 // One exchange as it was recorded: for ExchangeDecoder.
 struct Capture {
@@ -73,7 +73,7 @@ struct HeardMessage {
 class ExchangeDecoder {
  public:
   /// `line` has this one device, with every option; the protocol is the device's.
-  ExchangeDecoder(config::Line line, const Protocol& protocol);
+  ExchangeDecoder(config::Line line, const protocols::Protocol& protocol);
 
   DecodedExchange Decode(const Capture& capture);
   /// How many bytes of the reply the first whole frame ends behind; all where there is none.
@@ -86,13 +86,13 @@ class ExchangeDecoder {
   std::vector<HeardMessage> Hear(View bytes);
 
  private:
-  DecodedExchange ToExchange(Answer answer) const;
+  DecodedExchange ToExchange(protocols::Answer answer) const;
 
   std::unique_ptr<config::Line> line_;  // of the one device, which must not move
-  const Protocol* protocol_;
-  std::unique_ptr<Bus> bus_;
-  ParsedOptions options_;
-  std::unique_ptr<Conversation> conversation_;
+  const protocols::Protocol* protocol_;
+  std::unique_ptr<protocols::Bus> bus_;
+  protocols::ParsedOptions options_;
+  std::unique_ptr<protocols::Conversation> conversation_;
 };
 
 // The records of a trace, byte by byte as they came, as one line for each frame: pieces are put
@@ -146,7 +146,7 @@ std::string_view ReasonOf(std::string_view end);
 
 /// By the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;
-using ProtocolFinder = std::function<const Protocol*(const std::string&)>;
+using ProtocolFinder = std::function<const protocols::Protocol*(const std::string&)>;
 /// Decoders of all devices of a running line, or of one. If a protocol is not found, its device has
 /// none.
 Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find,
@@ -192,4 +192,4 @@ class FrameLines {
   Held held_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -30,8 +30,8 @@ std::string HowOf(const std::error_code& error) {
 }  // namespace
 
 ClientSocket::ClientSocket(asio::ip::tcp::socket socket, Events events) {
-  KeepWatch(socket.native_handle());
-  pump_ = std::make_shared<StreamPump<asio::ip::tcp::socket>>(
+  transports::KeepWatch(socket.native_handle());
+  pump_ = std::make_shared<transports::StreamPump<asio::ip::tcp::socket>>(
       std::move(socket), std::move(events.bytes),
       [end = std::move(events.end)](const std::error_code& error) {
         end(error != asio::error::eof, HowOf(error));
@@ -98,7 +98,7 @@ void Server::Start() {
 
 void Server::Look() {
   const bool was_open = acceptor_.is_open();
-  const Status listens = was_open ? HasAddressOf(acceptor_) : Listen();
+  const Status listens = was_open ? transports::HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != told_) {
     const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
@@ -123,7 +123,7 @@ Status Server::Listen() {
   const auto address = asio::ip::make_address(config_.at.host, failed);
   if (failed) return Error{"not an address of this machine"};
   const tcp::endpoint endpoint(address, config_.at.port);
-  return baudgate::Listen(acceptor_, endpoint, KeyOf(use_));
+  return transports::Listen(acceptor_, endpoint, KeyOf(use_));
 }
 
 void Server::Stop() {
@@ -263,7 +263,7 @@ void Server::Want(Client& client, Now now) {
   Arm();
 }
 
-void Server::Grant(Transport& port, const config::SerialSettings& serial, Now now) {
+void Server::Grant(transports::Transport& port, const config::SerialSettings& serial, Now now) {
   if (holder_ == nullptr) return;
   Client& client = *holder_;
   client.session->Begin(port, serial, now);

@@ -55,7 +55,7 @@ class ClientSocket final : public Session::Connection {
   bool HasLeft();
 
  private:
-  std::shared_ptr<StreamPump<asio::ip::tcp::socket>> pump_;
+  std::shared_ptr<transports::StreamPump<asio::ip::tcp::socket>> pump_;
 };
 
 class Server final : public PortUser {
@@ -83,7 +83,7 @@ class Server final : public PortUser {
   /// Disconnects all. The owner has nothing to give back.
   void Stop();
 
-  void Grant(Transport& port, const config::SerialSettings& serial, Now now) override;
+  void Grant(transports::Transport& port, const config::SerialSettings& serial, Now now) override;
   void TakeBack(Now now) override;
   void OnPort(View bytes, Now now) override;
   void OnPortRoom() override;

@@ -47,7 +47,8 @@ Bytes Answer(std::uint8_t command, std::uint8_t value) { return Answer(command, 
 
 }  // namespace
 
-ComPort::ComPort(Transport& port, const config::SerialSettings& serial, std::string signature)
+ComPort::ComPort(transports::Transport& port, const config::SerialSettings& serial,
+                 std::string signature)
     : port_(port),
       serial_(serial),
       software_(serial.software_parity),
@@ -169,24 +170,27 @@ std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
 }
 
 /// Behind the question for it, `ask`, stand the values on and off.
-std::uint8_t ComPort::Switch(PortSwitch which, bool& state, std::uint8_t ask, std::uint8_t value) {
+std::uint8_t ComPort::Switch(transports::PortSwitch which, bool& state, std::uint8_t ask,
+                             std::uint8_t value) {
   const bool on = value == ask + 1;
   if (value != ask && port_.Set(which, on)) state = on;
   return static_cast<std::uint8_t>(ask + (state ? 1 : 2));
 }
 
-bool ComPort::Break(bool on) { return port_.Set(PortSwitch::break_signal, on || break_).ok(); }
+bool ComPort::Break(bool on) {
+  return port_.Set(transports::PortSwitch::break_signal, on || break_).ok();
+}
 
 Bytes ComPort::SetControl(std::uint8_t value) {
   std::uint8_t answer = 0;
   if (value < kAskBreak) {
     answer = Flow(kAskFlow, value);
   } else if (value < kAskDtr) {
-    answer = Switch(PortSwitch::break_signal, break_, kAskBreak, value);
+    answer = Switch(transports::PortSwitch::break_signal, break_, kAskBreak, value);
   } else if (value < kAskRts) {
-    answer = Switch(PortSwitch::dtr, dtr_, kAskDtr, value);
+    answer = Switch(transports::PortSwitch::dtr, dtr_, kAskDtr, value);
   } else if (value < kAskInbound) {
-    answer = Switch(PortSwitch::rts, rts_, kAskRts, value);
+    answer = Switch(transports::PortSwitch::rts, rts_, kAskRts, value);
   } else if (value < kDcdFlow) {
     answer = Flow(kAskInbound, value);
   } else if (value <= kDsrFlow) {
@@ -219,8 +223,8 @@ std::uint8_t ComPort::ModemState() {
 }
 
 std::uint8_t ComPort::LineState() {
-  const PortCounters now = port_.Counters();
-  const PortCounters before = std::exchange(counters_, now);
+  const transports::PortCounters now = port_.Counters();
+  const transports::PortCounters before = std::exchange(counters_, now);
   unsigned state = port_.IsDrained() ? kHoldingEmpty | kShiftEmpty : 0U;
   if (now.overrun != before.overrun) state |= kOverrun;
   if (now.parity != before.parity) state |= kParityError;
@@ -321,7 +325,7 @@ void Session::OnClientEnd(Now now) {
 
 // ---------------------------------------------------------------- the port
 
-void Session::Begin(Transport& port, const config::SerialSettings& serial, Now now) {
+void Session::Begin(transports::Transport& port, const config::SerialSettings& serial, Now now) {
   port_ = &port;
   visit_.began = now;
   heard_ = now.instant;

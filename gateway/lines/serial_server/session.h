@@ -34,7 +34,7 @@ namespace baudgate::serial_server {
 class ComPort {
  public:
   /// `port` is set to `serial`, its control lines are on; it outlives this.
-  ComPort(Transport& port, const config::SerialSettings& serial, std::string signature);
+  ComPort(transports::Transport& port, const config::SerialSettings& serial, std::string signature);
 
   /// One command, without the number of the option. The answer, in its telnet form; empty: none is
   /// due. What the driver refuses stays as it was, and the answer says so.
@@ -52,7 +52,8 @@ class ComPort {
   Bytes SetOne(std::uint8_t command, std::uint8_t value);
   Bytes SetControl(std::uint8_t value);
   std::uint8_t Flow(std::uint8_t ask, std::uint8_t value);
-  std::uint8_t Switch(PortSwitch which, bool& state, std::uint8_t ask, std::uint8_t value);
+  std::uint8_t Switch(transports::PortSwitch which, bool& state, std::uint8_t ask,
+                      std::uint8_t value);
   void Try(const config::SerialSettings& wanted);
   std::uint8_t ParityCode() const;
   std::uint8_t StopCode() const;
@@ -61,7 +62,7 @@ class ComPort {
   Bytes Purge(std::uint8_t what);
   Bytes NotifyModem(std::uint8_t state) const;
 
-  Transport& port_;
+  transports::Transport& port_;
   config::SerialSettings serial_;
   const bool software_;  // the port knows 8N1 only
   const std::string signature_;
@@ -73,7 +74,7 @@ class ComPort {
   std::uint8_t modem_mask_ = 0xFF;
   std::uint8_t line_mask_ = 0;
   std::uint8_t modem_ = 0;  // levels, as told last
-  PortCounters counters_;
+  transports::PortCounters counters_;
 };
 
 // What a server of a port and the line that the port belongs to say to each other, on the loop of
@@ -98,7 +99,8 @@ struct Visit {
 class PortUser {
  public:
   /// Until Return, or TakeBack.
-  virtual void Grant(Transport& port, const config::SerialSettings& serial, Now now) = 0;
+  virtual void Grant(transports::Transport& port, const config::SerialSettings& serial,
+                     Now now) = 0;
   /// Its client is disconnected. Return does not follow.
   virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
@@ -190,7 +192,7 @@ class Session {
   bool asks() const { return asks_; }
   bool has_port() const { return port_ != nullptr; }
   /// The port is the client's. `port` is set to `serial` and outlives its use here.
-  void Begin(Transport& port, const config::SerialSettings& serial, Now now);
+  void Begin(transports::Transport& port, const config::SerialSettings& serial, Now now);
   void OnPort(View bytes, Now now);
   void OnPortRoom() { Regulate(); }
   /// The port is no more the client's.
@@ -222,7 +224,7 @@ class Session {
   const Duration idle_;
   const std::string signature_;
   Connection& connection_;
-  Transport* port_ = nullptr;
+  transports::Transport* port_ = nullptr;
   TelnetStream telnet_;
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;

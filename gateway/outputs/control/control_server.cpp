@@ -21,7 +21,7 @@ namespace baudgate::control {
 
 std::string TraceStream::Take() {
   std::string text;
-  for (const TraceRecord& record : queue_->Take()) {
+  for (const records::TraceRecord& record : queue_->Take()) {
     if (!Wanted(wish_, record)) continue;
     if (!text.empty()) text += '\n';
     text += RecordLine(record);
@@ -241,9 +241,9 @@ Status ClearStale(asio::io_context& io, const std::string& path) {
 
 }  // namespace
 
-ControlServer::ControlServer(const config::Config& config, const PointStore& store,
-                             LineControl& control, CommandSink& sink, GatewayInfo info,
-                             asio::io_context& io, const Limits& limits)
+ControlServer::ControlServer(const config::Config& config, const bus::PointStore& store,
+                             lines::LineControl& control, bus::CommandSink& sink,
+                             status::GatewayInfo info, asio::io_context& io, const Limits& limits)
     : config_(config),
       limits_(limits),
       service_(config, store, control, sink, std::move(info)),
@@ -408,7 +408,7 @@ void ControlServer::Welcome(ControlSession::Socket socket) {
 
 }  // namespace baudgate::control
 
-namespace baudgate {
+namespace baudgate::control {
 
 ControlOutput::ControlOutput(const config::Config& config, const Links& links)
     : server_(config, links.store, links.lines, links.commands, links.info, loop_.io()) {
@@ -431,11 +431,11 @@ Status ControlOutput::Begin(const Configuration& /*config*/) {
 
 void ControlOutput::SetHistory(const Configuration& config,
                                const std::shared_ptr<const history::HistorySource>& history) {
-  if (listens_) RunOn(loop_.io(), [&] { server_.Apply(config, history); });
+  if (listens_) transports::RunOn(loop_.io(), [&] { server_.Apply(config, history); });
 }
 
 void ControlOutput::StopRequests() {
   loop_.Stop([this] { server_.Stop(); });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::control

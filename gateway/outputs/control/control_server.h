@@ -56,7 +56,7 @@ class RequestLines {
 // The trace of a line for one client: the records that the client wants.
 class TraceStream {
  public:
-  TraceStream(TraceWish wish, std::shared_ptr<TraceQueue> queue)
+  TraceStream(TraceWish wish, std::shared_ptr<records::TraceQueue> queue)
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
@@ -66,7 +66,7 @@ class TraceStream {
 
  private:
   TraceWish wish_;
-  std::shared_ptr<TraceQueue> queue_;
+  std::shared_ptr<records::TraceQueue> queue_;
 };
 
 // One client of the control socket: takes its request lines one after the other, or streams a trace
@@ -121,7 +121,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
   const std::shared_ptr<std::atomic<bool>> left_;  // the client has left
-  const Writer client_;
+  const bus::Writer client_;
   RequestLines in_;
   std::string out_;       // the socket has it; empty: nothing is being sent
   bool asked_ = false;    // its request has no answer yet
@@ -136,9 +136,9 @@ class ControlServer {
  public:
   /// All references outlive the server; `io` also outlives the lines, whose threads wake traces,
   /// and no longer runs when the server is destroyed.
-  ControlServer(const config::Config& config, const PointStore& store, LineControl& control,
-                CommandSink& sink, GatewayInfo info, asio::io_context& io,
-                const Limits& limits = {});
+  ControlServer(const config::Config& config, const bus::PointStore& store,
+                lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info,
+                asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
   /// Binds config.socket, or the first of the default places that can be had. A socket file that a
@@ -183,17 +183,17 @@ class ControlServer {
 
 }  // namespace baudgate::control
 
-namespace baudgate {
+namespace baudgate::control {
 
 /// The control socket as an output of the gateway, on a thread of its own: long answers must not
 /// delay registers.
-class ControlOutput final : public Output {
+class ControlOutput final : public outputs::Output {
  public:
   struct Links {
-    const PointStore& store;
-    LineControl& lines;
-    CommandSink& commands;
-    control::GatewayInfo info;
+    const bus::PointStore& store;
+    lines::LineControl& lines;
+    bus::CommandSink& commands;
+    status::GatewayInfo info;
     control::ReloadService* reload = nullptr;  ///< null: nothing is reloaded
   };
   /// All of `links` and `config`, that of the start, outlive it.
@@ -209,9 +209,9 @@ class ControlOutput final : public Output {
   asio::io_context* loop() override { return listens_ ? &loop_.io() : nullptr; }
 
  private:
-  LoopThread loop_{"control"};
+  transports::LoopThread loop_{"control"};
   control::ControlServer server_;
   bool listens_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::control

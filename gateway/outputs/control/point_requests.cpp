@@ -8,23 +8,23 @@ namespace {
 
 constexpr std::size_t kLongestClient = 64;
 
-bool IsConfirmed(const Json& request) {
+bool IsConfirmed(const status::Json& request) {
   const auto confirm = request.find("confirm");
   return confirm != request.end() && confirm->is_boolean() && confirm->get<bool>();
 }
 
-Json ToJson(const WriteResult& result) {
+status::Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
 
 /// "fresh": the value is one that the device has told since it was asked.
-Json PointsAt(const PointStore& store, std::uint32_t device,
-              const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
-  Json all = Json::array();
-  store.Read(device, [&](const DeviceRecord& record) {
+status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
+                      const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
+  status::Json all = status::Json::array();
+  store.Read(device, [&](const bus::DeviceRecord& record) {
     for (const std::uint32_t point : points) {
-      Json json = PointJson(record, point, now);
-      const Json& age = json["age_ms"];  // rounded down
+      status::Json json = status::PointJson(record, point, now);
+      const status::Json& age = json["age_ms"];  // rounded down
       json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
       all.push_back(std::move(json));
     }
@@ -33,10 +33,10 @@ Json PointsAt(const PointStore& store, std::uint32_t device,
 }
 
 /// Empty if the client gave neither name nor number.
-Result<std::optional<RequestId>> IdOf(const Json& request) {
+Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");
-  if (client.empty() && seq == request.end()) return std::optional<RequestId>();
+  if (client.empty() && seq == request.end()) return std::optional<bus::RequestId>();
   if (client.empty() || seq == request.end()) {
     return Error{
         "'client' and 'seq' of a write belong together: a name of your own, and a number "
@@ -44,36 +44,37 @@ Result<std::optional<RequestId>> IdOf(const Json& request) {
   }
   if (!seq->is_number_unsigned()) return Error{"'seq' is a number from 0 on"};
   if (client.size() > kLongestClient) return Error{"'client' has 64 characters at most"};
-  return std::optional(RequestId{client, seq->get<std::uint64_t>(),
-                                 TextOf(request, "target") + " " + TextOf(request, "value") +
-                                     (IsConfirmed(request) ? " confirm" : "")});
+  return std::optional(bus::RequestId{client, seq->get<std::uint64_t>(),
+                                      TextOf(request, "target") + " " + TextOf(request, "value") +
+                                          (IsConfirmed(request) ? " confirm" : "")});
 }
 
 }  // namespace
 
-Result<WriteAsk> PointRequests::AskOf(const config::Config& config, const Json& request) const {
-  const auto target = FindPoint(config, TextOf(request, "target"));
+Result<bus::WriteAsk> PointRequests::AskOf(const config::Config& config,
+                                           const status::Json& request) const {
+  const auto target = status::FindPoint(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   const config::Point& point = store_.device(target->device).points[target->point];
-  const auto value = ParseValue(point, TextOf(request, "value"));
+  const auto value = bus::ParseValue(point, TextOf(request, "value"));
   if (!value) return Error{value.error()};
-  WriteAsk ask;
+  bus::WriteAsk ask;
   ask.device = target->device;
   ask.parts.push_back({target->point, *value});
   return ask;
 }
 
-Result<Json> PointRequests::MayWrite(const config::Config& config, const Json& request,
-                                     Instant now) const {
+Result<status::Json> PointRequests::MayWrite(const config::Config& config,
+                                             const status::Json& request, Instant now) const {
   const auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
   const auto denial = gate_.WouldDeny(*ask, now);
-  return Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
+  return status::Json{{"may_write", !denial}, {"reason", denial ? denial->text : ""}};
 }
 
-bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered) {
-  using What = RequestBook::Verdict::What;
-  RequestAnswer answer;
+bool PointRequests::IsFresh(const bus::RequestId& id, Instant now, Answered answered) {
+  using What = bus::RequestBook::Verdict::What;
+  bus::RequestAnswer answer;
   {
     const MutexLock lock(mutex_);
     auto verdict = book_.Begin(id, now);
@@ -87,8 +88,8 @@ bool PointRequests::IsFresh(const RequestId& id, Instant now, Answered answered)
   return false;
 }
 
-void PointRequests::Finish(const std::optional<RequestId>& id, const Answered& answered,
-                           const WriteResult& result, const Json& answer) {
+void PointRequests::Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
+                           const WriteResult& result, const status::Json& answer) {
   if (!id) return answered(answer);
   std::vector<Answered> waited;
   {
@@ -103,15 +104,15 @@ void PointRequests::Finish(const std::optional<RequestId>& id, const Answered& a
   for (const Answered& one : waited) one(answer);
 }
 
-Status PointRequests::Write(const config::Config& config, const Json& request, const Writer& writer,
-                            Instant now, Answered answered) {
+Status PointRequests::Write(const config::Config& config, const status::Json& request,
+                            const bus::Writer& writer, Instant now, Answered answered) {
   auto ask = AskOf(config, request);
   if (!ask) return Error{ask.error()};
   const auto id = IdOf(request);
   if (!id) return Error{id.error()};
   const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
   ask->without_selection = IsConfirmed(request);
-  ask->deadline = now + kWaitForDevice;
+  ask->deadline = now + bus::kWaitForDevice;
   ask->abandoned = writer.left;
   ask->request = *id;
   if (*id && !IsFresh(**id, now, answered)) return {};
@@ -119,11 +120,11 @@ Status PointRequests::Write(const config::Config& config, const Json& request, c
     Finish(id, answered, result, ToJson(result));
   };
   if (const auto denial = gate_.Submit(writer, std::move(*ask), now)) {
-    const bool busy = denial->why == WriteDenial::Why::busy;
+    const bool busy = denial->why == bus::WriteDenial::Why::busy;
     const WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
-    Json denied = ToJson(result);
-    if (denial->why == WriteDenial::Why::not_selected) denied["needs"] = "confirm";
-    if (denial->why == WriteDenial::Why::read_only && point.access != config::Access::read) {
+    status::Json denied = ToJson(result);
+    if (denial->why == bus::WriteDenial::Why::not_selected) denied["needs"] = "confirm";
+    if (denial->why == bus::WriteDenial::Why::read_only && point.access != config::Access::read) {
       denied["needs"] = "write: allow";
     }
     Finish(*id, answered, result, denied);
@@ -131,15 +132,15 @@ Status PointRequests::Write(const config::Config& config, const Json& request, c
   return {};
 }
 
-Status PointRequests::Read(const config::Config& config, const Json& request, const Writer& writer,
-                           Now now, Answered answered) {
-  const auto target = FindPoints(config, TextOf(request, "target"));
+Status PointRequests::Read(const config::Config& config, const status::Json& request,
+                           const bus::Writer& writer, Now now, Answered answered) {
+  const auto target = status::FindPoints(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = target->device;
   command.client = writer.name;
-  command.kind = Reads{target->points};
-  command.deadline = now.instant + kWaitForDevice;
+  command.kind = bus::Reads{target->points};
+  command.deadline = now.instant + bus::kWaitForDevice;
   command.abandoned = writer.left;
   const Instant asked = now.instant;
   command.done = [this, answered, target = *target, asked](const WriteResult& result) {

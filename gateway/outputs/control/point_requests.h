@@ -34,42 +34,43 @@ namespace baudgate::control {
 class PointRequests {
  public:
   /// Takes the answer, once, on any thread.
-  using Answered = std::function<void(Json)>;
+  using Answered = std::function<void(status::Json)>;
 
   /// All references outlive it, and what it has asked for.
-  PointRequests(const PointStore& store, CommandSink& sink, RequestBook::Past past)
+  PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
   /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
   /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
-  Status Write(const config::Config& config, const Json& request, const Writer& writer, Instant now,
-               Answered answered);
+  Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
+               Instant now, Answered answered);
   /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
   /// sent or recorded.
-  Result<Json> MayWrite(const config::Config& config, const Json& request, Instant now) const;
+  Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
+                                Instant now) const;
   /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
-  Status Read(const config::Config& config, const Json& request, const Writer& writer, Now now,
-              Answered answered);
+  Status Read(const config::Config& config, const status::Json& request, const bus::Writer& writer,
+              Now now, Answered answered);
 
-  void Forget(const Writer& writer) { gate_.Forget(writer); }
+  void Forget(const bus::Writer& writer) { gate_.Forget(writer); }
 
  private:
   /// The point and the value that are named; no deadline yet.
-  Result<WriteAsk> AskOf(const config::Config& config, const Json& request) const;
+  Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
   /// A request with a number that came before is answered as the first one. True: it is new, and
   /// `answered` waits for Finish.
-  bool IsFresh(const RequestId& id, Instant now, Answered answered);
-  void Finish(const std::optional<RequestId>& id, const Answered& answered,
-              const WriteResult& result, const Json& answer);
+  bool IsFresh(const bus::RequestId& id, Instant now, Answered answered);
+  void Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
+              const WriteResult& result, const status::Json& answer);
 
-  const PointStore& store_;
-  CommandSink& sink_;
-  WriteGate gate_;
+  const bus::PointStore& store_;
+  bus::CommandSink& sink_;
+  bus::WriteGate gate_;
   Mutex mutex_;
-  RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
+  bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
   /// The clients that wait for the end of a numbered request. A request that came twice has two.
-  std::vector<std::pair<RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::control

@@ -18,7 +18,7 @@ namespace {
 Result<events::AckQuery> Named(const std::string& target) {
   const auto parts = Split(target, '.');
   if (parts.empty() || parts[0].empty() || parts.size() > 3) {
-    return Error{config::Quoted(target) +
+    return Error{Quoted(target) +
                  " is no alarm: write LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an "
                  "event"};
   }
@@ -42,15 +42,15 @@ std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
 }
 
 /// One page, by the numbers of the events that have raised them.
-Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
+status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   std::vector<events::Alarm> alarms = events.Alarms();
   std::ranges::sort(alarms, {}, &events::Alarm::seq);
   std::erase_if(alarms, [after](const events::Alarm& alarm) { return alarm.seq <= after; });
-  Json page = {{"records", Json::array()}, {"next", after}, {"more", false}};
+  status::Json page = {{"records", status::Json::array()}, {"next", after}, {"more", false}};
   for (const events::Alarm& alarm : alarms) {
     page["more"] = page["records"].size() == events::kPage;
     if (page["more"]) break;
-    page["records"].push_back(AlarmJson(alarm));
+    page["records"].push_back(status::AlarmJson(alarm));
     page["next"] = alarm.seq;
   }
   return page;
@@ -75,16 +75,16 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
     return named;
   }
   if (named->point.empty()) {
-    const auto found = FindTarget(config, target);
+    const auto found = status::FindTarget(config, target);
     if (!found) return Error{found.error()};
-  } else if (const auto found = FindPoint(config, target); !found) {
+  } else if (const auto found = status::FindPoint(config, target); !found) {
     return Error{found.error()};
   }
   return named;
 }
 
 /// {"ok":true,"acknowledged":2,"trouble":""}.
-Json AckJson(const events::Acknowledged& done) {
+status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
@@ -106,7 +106,7 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
   Json records = Json::array();
   for (const events::PastRow& row : page.rows) {
     Json json = {{"time", FormatWallTime(row.time)}, {"point", point}};
-    json["value"] = ValueJson(row.value);
+    json["value"] = status::ValueJson(row.value);
     if (row.quality) {
       json["quality"] = row.quality->word();
       json["quality_text"] = Name(*row.quality);
@@ -147,14 +147,14 @@ std::optional<history::Cursor> CursorOf(const Json& request) {
 }
 
 Status KeepsPoint(const std::string& text, const config::Config& config) {
-  const auto target = FindPoint(config, text);
+  const auto target = status::FindPoint(config, text);
   if (!target) return Error{target.error()};
   const auto& points = config.history.points;
   const bool kept = std::ranges::any_of(points, [&](const config::HistoryPoint& point) {
     return point.device == target->device && point.point == target->point;
   });
   if (kept) return {};
-  return Error{"the values of " + config::Quoted(text) +
+  return Error{"the values of " + Quoted(text) +
                " are not kept: it is not among history.points of the configuration"};
 }
 
@@ -171,7 +171,7 @@ Result<ReadPage> ReadTrends(const Json& request, const std::string& point, std::
   if (const auto next = CursorOf(request)) query.since = std::max(query.since, next->time);
   const auto page = history.ReadTrends(query);
   if (!page) return Error{page.error()};
-  return ReadPage{PageJson(*page, point), page->known};
+  return ReadPage{status::PageJson(*page, point), page->known};
 }
 
 Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
@@ -182,7 +182,7 @@ Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
   if (const auto next = CursorOf(request)) query.after = *next;
   const auto page = history.Read(query);
   if (!page) return Error{page.error()};
-  return ReadPage{PageJson(*page, point), page->known};
+  return ReadPage{status::PageJson(*page, point), page->known};
 }
 
 /// A page of what a meter has kept itself.
@@ -190,8 +190,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   if (kept.events == nullptr) return ErrorJson(kUnavailable, kNoEvents);
   const std::string point = TextOf(request, "point");
   if (NumberOf(request, "every_ms").value_or(0) != 0) {
-    return ErrorJson(kUsage, config::Quoted(point) +
-                                 " is kept in the spans of the meter, so --every does not apply");
+    return ErrorJson(
+        kUsage, Quoted(point) + " is kept in the spans of the meter, so --every does not apply");
   }
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
@@ -199,18 +199,18 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   const events::EventsState state = kept.events->state();  // before the page, as above
   const auto page = kept.events->ReadPast(query);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
-  if (!page->known && state.disk != Disk::opening) {
-    if (const Status known = KnowsDevice(kept.config, query.line, query.device); !known) {
+  if (!page->known && state.disk != records::Disk::opening) {
+    if (const Status known = status::KnowsDevice(kept.config, query.line, query.device); !known) {
       return ErrorJson(kUnknown, known.error());
     }
     return ErrorJson(
         kUnknown,
-        "nothing is kept of " + config::Quoted(point) +
+        "nothing is kept of " + Quoted(point) +
             ": a meter with load_profile: [1] keeps load profiles (load_1.active_import), and one "
             "with billing: [month] keeps billing readings (month.active_import)");
   }
   Json json = PageJson(*page, point);
-  json["history"] = EventsJson(state);
+  json["history"] = status::EventsJson(state);
   return json;
 }
 
@@ -236,10 +236,10 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   Json json = std::move(page->json);
   const history::HistoryState state = kept.history->state();
   // What waits for the disk, or lies on it and cannot be reached.
-  if (state.disk == Disk::failing || state.disk == Disk::stalled) {
+  if (state.disk == records::Disk::failing || state.disk == records::Disk::stalled) {
     json["unread"].push_back(state.trouble);
   }
-  json["history"] = HistoryJson(state);
+  json["history"] = status::HistoryJson(state);
   return json;
 }
 
@@ -248,16 +248,16 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
-  const auto points = PointsLike(kept.config, pattern);
+  const auto points = status::PointsLike(kept.config, pattern);
   Json names = Json::array();
   for (const std::string& point : points) {
     if (KeepsPoint(point, kept.config)) names.push_back(point);
   }
   if (!names.empty()) return {{"points", std::move(names)}};
   return ErrorJson(kUnknown, points.empty()
-                                 ? "no point is like " + config::Quoted(pattern) +
+                                 ? "no point is like " + Quoted(pattern) +
                                        ": write LINE.DEVICE.POINT, each with * for any text"
-                                 : "no value of a point like " + config::Quoted(pattern) +
+                                 : "no value of a point like " + Quoted(pattern) +
                                        " is kept: history.points of the configuration has none");
 }
 
@@ -289,8 +289,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
       gateway.info.audit->state();  // before the page: it may open meanwhile
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
-  Json json = PageJson(*page);
-  json["audit"] = AuditJson(state);
+  Json json = status::PageJson(*page);
+  json["audit"] = status::AuditJson(state);
   return {OneLine(json)};
 }
 
@@ -308,12 +308,13 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
   if (page->records.empty() && !target.empty()) {
-    if (const Status known = KnowsDevice(*gateway.config, query.line, query.device); !known) {
+    if (const Status known = status::KnowsDevice(*gateway.config, query.line, query.device);
+        !known) {
       return Refused(kUnknown, known.error());
     }
   }
-  Json json = PageJson(*page);
-  json["events"] = EventsJson(state);
+  Json json = status::PageJson(*page);
+  json["events"] = status::EventsJson(state);
   return {OneLine(json)};
 }
 
@@ -321,7 +322,7 @@ Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
   const events::EventsState state = gateway.info.events->state();  // before the page, as above
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
-  json["events"] = EventsJson(state);
+  json["events"] = status::EventsJson(state);
   return {OneLine(json)};
 }
 

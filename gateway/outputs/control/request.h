@@ -30,24 +30,24 @@ inline constexpr std::string_view kNoEvents =
     "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
     "all whose profiles say what their events mean, or 'events: on' at one device";
 
-inline Json ErrorJson(std::string_view kind, std::string_view message) {
+inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
 /// What is no text, or not there, is empty.
-inline std::string TextOf(const Json& request, const char* key) {
+inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
 /// Nothing where it is absent, or no whole number.
-inline std::optional<std::int64_t> NumberOf(const Json& request, const char* key) {
+inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
   return found->get<std::int64_t>();
 }
 
-inline std::optional<WallTime> TimeOf(const Json& request, const char* key) {
+inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 1'000'000;
@@ -106,25 +106,25 @@ struct Reply {
 /// requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
-  const PointStore& store;
-  LineControl& control;
-  CommandSink& sink;
-  GatewayInfo info;
+  const bus::PointStore& store;
+  lines::LineControl& control;
+  bus::CommandSink& sink;
+  status::GatewayInfo info;
   PointRequests& points;
   ReloadService* reload = nullptr;  ///< null: nothing is reloaded
 };
 
 struct Request {
-  const Json& json;
-  const Writer& client;
+  const status::Json& json;
+  const bus::Writer& client;
   Now now;
   /// Takes an answer that does not come at once, on any thread.
-  std::function<void(const Json&)> later;
+  std::function<void(const status::Json&)> later;
 };
 
 /// Bytes of a device may stand in a reason: what is no UTF-8 is replaced.
-inline std::string OneLine(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+inline std::string OneLine(const status::Json& json) {
+  return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }
 
 /// {"error":"usage","message":"…"}; the kinds are usage, unknown, busy and unavailable.

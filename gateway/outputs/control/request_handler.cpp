@@ -28,12 +28,12 @@ struct Addressed {
 };
 
 /// A line stands for the first of its devices that speaks its protocol.
-Result<Addressed> AddressOf(const config::Config& config, const Json& request) {
-  const auto target = FindTarget(config, TextOf(request, "target"));
+Result<Addressed> AddressOf(const config::Config& config, const status::Json& request) {
+  const auto target = status::FindTarget(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
   const config::Line& line = config.lines[target->line];
   for (const config::Device& device : line.devices) {
-    const auto found = FindDevice(config, target->line, device.name);
+    const auto found = status::FindDevice(config, target->line, device.name);
     if (!found || !found->device) continue;
     const bool wanted =
         target->device ? *target->device == *found->device : device.protocol == line.protocol;
@@ -66,24 +66,24 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 /// `target`: LINE or LINE.DEVICE, whose protocol and options it has; `telegram` in hex, as it was
 /// written; `write`: it may write. The error is one sentence; without one `answered` is called
 /// once, on any thread. All references outlive what was asked.
-Status AskManually(const config::Config& config, LineControl& control, CommandSink& sink,
-                   const Json& request, const Writer& writer, Instant now,
-                   const std::function<void(const Json&)>& answered) {
+Status AskManually(const config::Config& config, lines::LineControl& control,
+                   bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
+                   Instant now, const std::function<void(const status::Json&)>& answered) {
   const auto to = AddressOf(config, request);
   if (!to) return Error{to.error()};
-  const Protocol* protocol = control.FindProtocol(to->device->protocol);
+  const protocols::Protocol* protocol = control.FindProtocol(to->device->protocol);
   if (protocol == nullptr || protocol->telegram == nullptr ||
       SpeaksUnasked(*protocol, to->device->options)) {
     return Error{"telegrams by hand are not supported for " + to->device->protocol};
   }
   const auto written = ParseHex(TextOf(request, "telegram"));
   if (!written || written->empty()) return Error{"'telegram' is bytes in hex: 3E 31 52 46 3A"};
-  const ParsedOptions options = ParseOptions(*protocol, to->device->options);
+  const protocols::ParsedOptions options = ParseOptions(*protocol, to->device->options);
   const auto bytes = protocol->telegram->complete(*written, options);
   if (!bytes) return Error{bytes.error()};
   const auto flag = request.find("write");
   const bool confirmed = flag != request.end() && flag->is_boolean() && flag->get<bool>();
-  auto telegram = std::make_shared<Telegram>();
+  auto telegram = std::make_shared<bus::Telegram>();
   telegram->bytes = *bytes;
   telegram->reads = protocol->telegram->is_read(*bytes, options);
   telegram->shown = MaskedHex(*bytes, protocol->expect(*bytes, options));
@@ -94,19 +94,19 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
                      .reason = allowed.error()});
     return allowed;
   }
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = to->index;
   command.client = writer.name;
   command.kind = telegram;
   command.deadline = now + kHandPatience;
   command.abandoned = writer.left;
-  const Json head = {{"protocol", protocol->name},
-                     {"sent", telegram->shown},
-                     {"write", !telegram->reads},
-                     {"device", to->device->name},
-                     {"head", TraceHead(*to->line)}};
+  const status::Json head = {{"protocol", protocol->name},
+                             {"sent", telegram->shown},
+                             {"write", !telegram->reads},
+                             {"device", to->device->name},
+                             {"head", records::TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
-    Json json = head;
+    status::Json json = head;
     // On a line that is lent, for example.
     if (result.end == WriteEnd::not_sent || result.end == WriteEnd::denied) json["sent"] = "";
     json["received"] = ToHex(telegram->reply);
@@ -118,10 +118,10 @@ Status AskManually(const config::Config& config, LineControl& control, CommandSi
   return {};
 }
 
-Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
+status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
 /// Where clients may have the port of this line, as `release --tcp` asks for it.
-Result<config::PortServer> OfferedAt(const Json& request, const config::Line& line) {
+Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"clients have the port of line '" + line.name + "' at " +
                  line.serial_server->Address() + " already (serial_server)"};
@@ -131,7 +131,7 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
   auto at = config::ParseHostPort(text);
   if (at && at->host == "localhost") at->host = "127.0.0.1";
   if (!at || !config::IsIpAddress(at->host)) {
-    return Error{config::Quoted(text) +
+    return Error{Quoted(text) +
                  " is not ADDRESS:PORT of this machine; write for example "
                  "127.0.0.1:4001"};
   }
@@ -156,33 +156,34 @@ Result<config::PortServer> OfferedAt(const Json& request, const config::Line& li
 }
 
 /// Nothing if the port is free; otherwise a sentence that says who has it.
-std::optional<std::string> InUse(const config::Line& line, const LineStatus& status, bool by_tcp) {
+std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus& status,
+                                 bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
-  for (const PortService& service : status.services) {
+  for (const bus::PortService& service : status.services) {
     if (service.visit && service.visit->why.empty()) {
       return "client " + service.visit->client + " has the port of line '" + line.name + "' at " +
              service.place + end;
     }
   }
-  const bool released = status.port == LineStatus::Port::released && !status.lent_to_client;
+  const bool released = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   if (!by_tcp || !released) return std::nullopt;
   return "the port of line '" + line.name + "' is released to another program until " +
          FormatWallTime(status.released_until) + end;
 }
 
-Result<Target> TargetOf(const Gateway& gateway, const Request& request) {
-  return FindTarget(*gateway.config, TextOf(request.json, "target"));
+Result<status::Target> TargetOf(const Gateway& gateway, const Request& request) {
+  return status::FindTarget(*gateway.config, TextOf(request.json, "target"));
 }
 
-Result<Target> LineOf(const Gateway& gateway, const Request& request) {
+Result<status::Target> LineOf(const Gateway& gateway, const Request& request) {
   const auto target = TargetOf(gateway, request);
   if (!target || !target->device) return target;
   const std::string& line = gateway.config->lines[target->line].name;
-  return Error{config::Quoted(TextOf(request.json, "target")) +
+  return Error{Quoted(TextOf(request.json, "target")) +
                " is one device; this is done with a line as a whole: write " + line};
 }
 
-Result<Target> DeviceOf(const Gateway& gateway, const Request& request) {
+Result<status::Target> DeviceOf(const Gateway& gateway, const Request& request) {
   const auto target = TargetOf(gateway, request);
   if (!target || target->device) return target;
   return Error{"name one device: " + gateway.config->lines[target->line].name + ".DEVICE"};
@@ -192,7 +193,7 @@ Reply SetInUse(const Gateway& gateway, const Request& request, bool in_use) {
   const auto target = DeviceOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
   gateway.control.SetInUse(*target->device, in_use);
-  Json done = Done(gateway.config->lines[target->line]);
+  status::Json done = Done(gateway.config->lines[target->line]);
   done["device"] = gateway.store.device(*target->device).name;
   done["in_use"] = in_use;
   done["enabled"] = gateway.store.device(*target->device).enabled;
@@ -204,21 +205,21 @@ Reply TraceOf(const Gateway& gateway, const Request& request, bool recorded) {
   if (!target) return Refused(kUnknown, target.error());
   TraceWish wish{target->line, TextOf(request.json, "device")};
   if (!wish.device.empty()) {
-    const auto device = FindDevice(*gateway.config, target->line, wish.device);
+    const auto device = status::FindDevice(*gateway.config, target->line, wish.device);
     if (!device) return Refused(kUnknown, device.error());
   }
-  Json done = Done(gateway.config->lines[target->line]);
-  done["head"] = TraceHead(gateway.config->lines[target->line]);
+  status::Json done = Done(gateway.config->lines[target->line]);
+  done["head"] = records::TraceHead(gateway.config->lines[target->line]);
   if (!recorded) return {OneLine(done), wish};
-  Json& records = done["records"] = Json::array();
-  for (const TraceRecord& record : gateway.control.Recorded(target->line)) {
+  status::Json& records = done["records"] = status::Json::array();
+  for (const records::TraceRecord& record : gateway.control.Recorded(target->line)) {
     if (Wanted(wish, record)) records.push_back(ToText(record));
   }
   return {OneLine(done)};
 }
 
 Reply ShowStatus(const Gateway& gateway, const Request& request) {
-  std::optional<Target> target;
+  std::optional<status::Target> target;
   if (request.json.contains("target")) {
     const auto found = TargetOf(gateway, request);
     if (!found) return Refused(kUnknown, found.error());
@@ -261,7 +262,7 @@ Reply Release(const Gateway& gateway, const Request& request) {
   }
   const Duration time = std::chrono::milliseconds(wanted);
   const config::Line& line = gateway.config->lines[target->line];
-  Json done = Done(line);
+  status::Json done = Done(line);
   const bool by_tcp = request.json.contains("tcp");
   if (const auto in_use = InUse(line, gateway.store.ReadLine(target->line), by_tcp)) {
     return Refused(kUsage, *in_use);
@@ -282,10 +283,10 @@ Reply Release(const Gateway& gateway, const Request& request) {
 Reply TakeBack(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
-  Json done = Done(gateway.config->lines[target->line]);
-  const LineStatus status = gateway.store.ReadLine(target->line);
-  done["was_released"] = status.port == LineStatus::Port::released ||
-                         std::ranges::any_of(status.services, [](const PortService& service) {
+  status::Json done = Done(gateway.config->lines[target->line]);
+  const bus::LineStatus status = gateway.store.ReadLine(target->line);
+  done["was_released"] = status.port == bus::LineStatus::Port::released ||
+                         std::ranges::any_of(status.services, [](const bus::PortService& service) {
                            return service.open_until != WallTime{};
                          });
   gateway.control.TakeBack(target->line);
@@ -358,9 +359,11 @@ Reply Ask(const Gateway& gateway, const Request& request) {
 
 }  // namespace
 
-std::string RecordLine(const TraceRecord& record) { return OneLine({{"record", ToText(record)}}); }
+std::string RecordLine(const records::TraceRecord& record) {
+  return OneLine({{"record", ToText(record)}});
+}
 
-bool Wanted(const TraceWish& wish, const TraceRecord& record) {
+bool Wanted(const TraceWish& wish, const records::TraceRecord& record) {
   return wish.device.empty() || record.device.empty() || record.device == wish.device;
 }
 
@@ -402,13 +405,13 @@ namespace {
 
 using Type = Member::Type;
 
-bool IsWhole(const Json& value) {
+bool IsWhole(const status::Json& value) {
   constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
   if (value.is_number_unsigned()) return value.get<std::uint64_t>() <= kMost;
   return value.is_number_integer();
 }
 
-bool Is(Type type, const Json& value) {
+bool Is(Type type, const status::Json& value) {
   switch (type) {
     case Type::text:
       return value.is_string();
@@ -429,9 +432,9 @@ std::string_view Words(Type type) {
 }
 
 /// Short enough for a sentence, whatever a client sends.
-std::string Shown(const Json& value) {
+std::string Shown(const status::Json& value) {
   constexpr std::size_t kMost = 40;
-  std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  std::string text = value.dump(-1, ' ', true, status::Json::error_handler_t::replace);
   if (text.size() > kMost) text = text.substr(0, kMost) + "…";
   return text;
 }
@@ -441,19 +444,19 @@ std::string Shown(const Json& value) {
 ///
 ///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
 ///   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
-Status CheckShape(const Command& command, const Json& request) {
+Status CheckShape(const Command& command, const status::Json& request) {
   std::vector<std::string_view> names;
   for (const Member& member : command.members) names.push_back(member.name);
   for (const auto& [name, value] : request.items()) {
     if (name == "command") continue;
     const auto member = std::ranges::find(command.members, name, &Member::name);
     if (member == command.members.end()) {
-      return Error{config::Quoted(name) + " is no member of " + config::Quoted(command.name) + ";" +
-                   config::DidYouMean(name, names) +
-                   (names.empty() ? " it has none" : " there are: " + config::Join(names))};
+      return Error{Quoted(name) + " is no member of " + Quoted(command.name) + ";" +
+                   DidYouMean(name, names) +
+                   (names.empty() ? " it has none" : " there are: " + Join(names))};
     }
     if (Is(member->type, value)) continue;
-    return Error{config::Quoted(name) + " of " + config::Quoted(command.name) + " is " +
+    return Error{Quoted(name) + " of " + Quoted(command.name) + " is " +
                  std::string(Words(member->type)) + ", and not " + Shown(value)};
   }
   return {};
@@ -469,7 +472,7 @@ RecordReader::RecordReader() : worker_("records", [this](bool last) { return Rou
 }
 
 Reply RecordReader::Ask(const Command& command, std::shared_ptr<const Gateway> gateway,
-                        Json request, Writer client, Now now,
+                        status::Json request, bus::Writer client, Now now,
                         std::function<void(std::string text)> later) {
   if (!queue_.Put({&command, std::move(gateway), std::move(request), std::move(client), now,
                    std::move(later)})) {
@@ -498,21 +501,21 @@ std::string NoCommand(const std::string& name) {
   for (const Command& command : Commands()) {
     if (command.name != kNotListed) names.push_back(command.name);
   }
-  return config::Quoted(name) + " is no command;" + config::DidYouMean(name, names) +
-         " there are: " + config::Join(names);
+  return Quoted(name) + " is no command;" + DidYouMean(name, names) + " there are: " + Join(names);
 }
 
 }  // namespace
 
-RequestHandler::RequestHandler(const config::Config& config, const PointStore& store,
-                               LineControl& control, CommandSink& sink, GatewayInfo info)
+RequestHandler::RequestHandler(const config::Config& config, const bus::PointStore& store,
+                               lines::LineControl& control, bus::CommandSink& sink,
+                               status::GatewayInfo info)
     : points_(store, sink, [audit = info.audit] { return audit::PastOf(audit); }),
       gateway_(std::make_shared<Gateway>(Gateway{
           {std::shared_ptr<void>(), &config}, store, control, sink, std::move(info), points_})) {}
 
-Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now now,
+Reply RequestHandler::Answer(std::string_view request, const bus::Writer& client, Now now,
                              const Later& later) {
-  const Json json = Json::parse(request, nullptr, false);
+  const status::Json json = status::Json::parse(request, nullptr, false);
   if (!json.is_object()) {
     return Refused(kUsage,
                    "a request is one JSON object in one line, for example "
@@ -528,8 +531,9 @@ Reply RequestHandler::Answer(std::string_view request, const Writer& client, Now
   if (command->reads_disk && reader_) {
     return reader_->Ask(*command, present, json, client, now, later);
   }
-  return command->answer(
-      *present, {json, client, now, [later](const Json& answer) { later(OneLine(answer)); }});
+  return command->answer(*present, {json, client, now, [later](const status::Json& answer) {
+                                      later(OneLine(answer));
+                                    }});
 }
 
 template <typename Change>

@@ -23,8 +23,8 @@
 namespace baudgate::control {
 
 /// {"record":"…"}: a record of a trace as it travels.
-std::string RecordLine(const TraceRecord& record);
-bool Wanted(const TraceWish& wish, const TraceRecord& record);
+std::string RecordLine(const records::TraceRecord& record);
+bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
 // The commands of the control socket: one row each, with its fields and the part that answers it.
 // docs/status.md describes them.
@@ -56,8 +56,8 @@ class RecordReader {
   RecordReader();
 
   /// `later` takes the answer, on the thread of this. Not ok: too many wait already.
-  Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, Json request,
-            Writer client, Now now, std::function<void(std::string text)> later);
+  Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
+            bus::Writer client, Now now, std::function<void(std::string text)> later);
   /// Waits for the answer that is being read; what waits is not answered.
   void Stop() { worker_.Stop(); }
 
@@ -65,8 +65,8 @@ class RecordReader {
   struct Job {
     const Command* command;
     std::shared_ptr<const Gateway> gateway;
-    Json request;
-    Writer client;
+    status::Json request;
+    bus::Writer client;
     Now now;
     std::function<void(std::string text)> later;
   };
@@ -79,14 +79,14 @@ class RecordReader {
 class RequestHandler {
  public:
   /// All references outlive the service. Until the first reload so does what `info` names.
-  RequestHandler(const config::Config& config, const PointStore& store, LineControl& control,
-                 CommandSink& sink, GatewayInfo info);
+  RequestHandler(const config::Config& config, const bus::PointStore& store,
+                 lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
   /// Takes an answer that did not come at once, on any thread.
   using Later = std::function<void(std::string text)>;
-  Reply Answer(std::string_view request, const Writer& client, Now now, const Later& later);
-  void Forget(const Writer& client) { points_.Forget(client); }
-  LineControl& control() { return gateway()->control; }
+  Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
+  void Forget(const bus::Writer& client) { points_.Forget(client); }
+  lines::LineControl& control() { return gateway()->control; }
   /// It outlives this; without it nothing is reloaded. Before anything is asked.
   void SetReload(ReloadService& service);
   /// From now on commands that read the disk are answered by another thread, until StopReading.

@@ -106,7 +106,7 @@ constexpr Duration kLastEvents = 700ms;  // for those until now, at the end
 
 }  // namespace
 
-NoticeSender::NoticeSender(const config::Config& config, const PointStore& store,
+NoticeSender::NoticeSender(const config::Config& config, const bus::PointStore& store,
                            PacedWriter& paced, EventSupply* events, Now now)
     : paced_(paced),
       gateway_due_(now.instant),

@@ -127,7 +127,7 @@ class NoticeSender {
 
   /// All outlive this. `now` is told as the gateway's start. `events`: null: there
   /// are none.
-  NoticeSender(const config::Config& config, const PointStore& store, PacedWriter& paced,
+  NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
   /// `same`: the receiver is the same, and only its writers of samples are others.

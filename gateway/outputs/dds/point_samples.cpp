@@ -11,7 +11,7 @@ namespace baudgate::dds {
 namespace {
 
 /// By that name.
-std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& store,
+std::unordered_map<std::string, std::uint32_t> SlotsByName(const bus::PointStore& store,
                                                            const PointSlots& slots) {
   std::unordered_map<std::string, std::uint32_t> by_name;
   for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
@@ -22,7 +22,7 @@ std::unordered_map<std::string, std::uint32_t> SlotsByName(const PointStore& sto
 
 }  // namespace
 
-PointSlots::PointSlots(const PointStore& store) : first_{0} {
+PointSlots::PointSlots(const bus::PointStore& store) : first_{0} {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
     there_.push_back(!store.gone(device));
@@ -30,13 +30,13 @@ PointSlots::PointSlots(const PointStore& store) : first_{0} {
   }
 }
 
-PointRef PointSlots::RefOf(std::uint32_t slot) const {
+bus::PointRef PointSlots::RefOf(std::uint32_t slot) const {
   const auto after = std::ranges::upper_bound(first_, slot);
   const auto device = static_cast<std::uint32_t>(after - first_.begin()) - 1;
   return {device, slot - first_[device]};
 }
 
-Room CountOf(const PointStore& store) {
+Room CountOf(const bus::PointStore& store) {
   Room room;
   room.events = 1;  // the gateway has some itself, at least alarms
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
@@ -49,7 +49,7 @@ Room CountOf(const PointStore& store) {
   return room;
 }
 
-Room RoomFor(const PointStore& store) {
+Room RoomFor(const bus::PointStore& store) {
   constexpr std::uint32_t kSpare = 512;
   Room room = CountOf(store);
   room.points += room.points / 4 + kSpare;
@@ -57,16 +57,16 @@ Room RoomFor(const PointStore& store) {
   return room;
 }
 
-std::string NameOf(const PointStore& store, PointRef ref) {
+std::string NameOf(const bus::PointStore& store, bus::PointRef ref) {
   const config::Device& device = store.device(ref.device);
   return device.name + "." + device.points[ref.point].name;
 }
 
-std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots) {
+std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots) {
   std::vector<double> deadbands;
   deadbands.reserve(slots.size());
   for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
-    const PointRef ref = slots.RefOf(slot);
+    const bus::PointRef ref = slots.RefOf(slot);
     deadbands.push_back(store.device(ref.device).points[ref.point].deadband.ToDouble());
   }
   return deadbands;
@@ -80,9 +80,9 @@ std::uint32_t Microseconds(Duration duration) {
 
 }  // namespace
 
-void FillPoint(const DeviceRecord& record, std::uint32_t point, const PointState& state,
+void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample) {
-  const PointRecord& held = record.points[point];
+  const bus::PointRecord& held = record.points[point];
   const config::Point& described = record.device->points[point];
   sample.device = record.device->name;
   sample.point = described.name;
@@ -95,8 +95,8 @@ void FillPoint(const DeviceRecord& record, std::uint32_t point, const PointState
   sample.rtt_us = held.rtt_us;
 }
 
-void FillDevice(const DeviceRecord& record, DeviceSample& sample) {
-  const DeviceStatus& status = record.status;
+void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample) {
+  const bus::DeviceStatus& status = record.status;
   sample.device = record.device->name;
   sample.line = record.line->name;
   sample.state = static_cast<std::uint16_t>(status.state);
@@ -115,7 +115,7 @@ void FillDevice(const DeviceRecord& record, DeviceSample& sample) {
 std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
   std::vector<std::uint32_t> back;
   const auto by_name = SlotsByName(store_, slots);
-  std::erase_if(gone_, [&](const PointRef& ref) {
+  std::erase_if(gone_, [&](const bus::PointRef& ref) {
     const auto found = by_name.find(NameOf(store_, ref));
     if (found != by_name.end()) back.push_back(found->second);
     return found != by_name.end();
@@ -125,10 +125,10 @@ std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
 
 const PointSample* PointEnds::Next() {
   if (gone_.empty()) return nullptr;
-  const PointRef ref = gone_.front();
+  const bus::PointRef ref = gone_.front();
   sample_ = {};
   sample_.gateway = config_.name;
-  const auto look = [&](const DeviceRecord& record) {
+  const auto look = [&](const bus::DeviceRecord& record) {
     const Value& value = record.points[ref.point].value;
     FillPoint(record, ref.point, PointState::Of(value, Quality::bad_not_connected), sample_);
   };
@@ -149,9 +149,9 @@ const DeviceSample* DeviceEnds::Next() {
   if (gone_.empty()) return nullptr;
   sample_ = {};
   sample_.gateway = config_.name;
-  const auto look = [this](const DeviceRecord& record) { FillDevice(record, sample_); };
+  const auto look = [this](const bus::DeviceRecord& record) { FillDevice(record, sample_); };
   store_.Read(gone_.front(), std::cref(look));
-  sample_.state = static_cast<std::uint16_t>(DeviceState::disabled);
+  sample_.state = static_cast<std::uint16_t>(bus::DeviceState::disabled);
   return &sample_;
 }
 

@@ -19,15 +19,15 @@ namespace baudgate::dds {
 
 class PointSlots {
  public:
-  explicit PointSlots(const PointStore& store);
+  explicit PointSlots(const bus::PointStore& store);
 
   std::uint32_t size() const { return first_.back(); }
   /// Devices that the store had when the points were numbered.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
   /// It was in the store then.
   bool Has(std::uint32_t device) const { return there_[device]; }
-  std::uint32_t SlotOf(PointRef ref) const { return first_[ref.device] + ref.point; }
-  PointRef RefOf(std::uint32_t slot) const;
+  std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
+  bus::PointRef RefOf(std::uint32_t slot) const;
 
  private:
   std::vector<bool> there_;           ///< by device
@@ -35,20 +35,20 @@ class PointSlots {
 };
 
 /// What `store` has now.
-Room CountOf(const PointStore& store);
+Room CountOf(const bus::PointStore& store);
 /// The same with some to spare for what reloads add.
-Room RoomFor(const PointStore& store);
+Room RoomFor(const bus::PointStore& store);
 
 /// "device.point"
-std::string NameOf(const PointStore& store, PointRef ref);
-std::vector<double> DeadbandsBySlot(const PointStore& store, const PointSlots& slots);
+std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
+std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
 // From the point store into the samples of points and devices: all fields but the gateway's name.
 
 /// `state`: of the point's value, at its quality now.
-void FillPoint(const DeviceRecord& record, std::uint32_t point, const PointState& state,
+void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
-void FillDevice(const DeviceRecord& record, DeviceSample& sample);
+void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
 
 // The final samples of points and devices that a reload has removed. Each point is published once
 // more with its last value, not connected; each device with its last counters, disabled. No I/O:
@@ -56,10 +56,10 @@ void FillDevice(const DeviceRecord& record, DeviceSample& sample);
 class PointEnds {
  public:
   /// Both outlive this.
-  PointEnds(const config::Config& config, const PointStore& store)
+  PointEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  void Add(PointRef ref) { gone_.push_back(ref); }
+  void Add(bus::PointRef ref) { gone_.push_back(ref); }
   void Clear() { gone_.clear(); }
   /// A point that has come back under its name before its end was told has none. Returns the slots
   /// of these points.
@@ -72,8 +72,8 @@ class PointEnds {
 
  private:
   const config::Config& config_;
-  const PointStore& store_;
-  std::deque<PointRef> gone_;
+  const bus::PointStore& store_;
+  std::deque<bus::PointRef> gone_;
   PointSample sample_;  ///< of the first
 };
 
@@ -81,7 +81,7 @@ class PointEnds {
 class DeviceEnds {
  public:
   /// Both outlive this.
-  DeviceEnds(const config::Config& config, const PointStore& store)
+  DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
   /// `device`: its number in the store, which keeps the counters of removed devices.
@@ -97,7 +97,7 @@ class DeviceEnds {
 
  private:
   const config::Config& config_;
-  const PointStore& store_;
+  const bus::PointStore& store_;
   std::deque<std::uint32_t> gone_;
   DeviceSample sample_;
 };

@@ -115,7 +115,7 @@ void PublishPlan::PointFailed(std::uint32_t slot, Instant now) {
   due_points_.Set(slot, now + options_.retry);
 }
 
-bool PublishPlan::WantsDevice(std::uint32_t device, DeviceState state, Instant now) {
+bool PublishPlan::WantsDevice(std::uint32_t device, bus::DeviceState state, Instant now) {
   const Device& held = devices_[device];
   if (held.forced || state != held.sent) return true;
   const Instant allowed = held.sent_at + options_.device_interval;
@@ -124,7 +124,7 @@ bool PublishPlan::WantsDevice(std::uint32_t device, DeviceState state, Instant n
   return false;
 }
 
-void PublishPlan::DeviceSent(std::uint32_t device, DeviceState state, Instant now) {
+void PublishPlan::DeviceSent(std::uint32_t device, bus::DeviceState state, Instant now) {
   devices_[device] = {now, state, false, true};
   due_devices_.Set(device, now + Period(device));
 }

@@ -81,8 +81,8 @@ class PublishPlan {
   void PointFailed(std::uint32_t slot, Instant now);
 
   /// A device has changed: send its status? When not yet, it becomes due by itself later.
-  bool WantsDevice(std::uint32_t device, DeviceState state, Instant now);
-  void DeviceSent(std::uint32_t device, DeviceState state, Instant now);
+  bool WantsDevice(std::uint32_t device, bus::DeviceState state, Instant now);
+  void DeviceSent(std::uint32_t device, bus::DeviceState state, Instant now);
   void DeviceFailed(std::uint32_t device, Instant now);
   /// It is in the plan for its number alone.
   void DeviceGone(std::uint32_t device) { due_devices_.Set(device, Instant::max()); }
@@ -103,7 +103,7 @@ class PublishPlan {
   };
   struct Device {
     Instant sent_at = Instant::min();
-    DeviceState sent = DeviceState::never_seen;
+    bus::DeviceState sent = bus::DeviceState::never_seen;
     bool forced = true;
     bool was_sent = false;
   };

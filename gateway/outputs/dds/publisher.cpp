@@ -24,7 +24,7 @@ Instant ImageTime(std::size_t points, Instant now) {
 
 }  // namespace
 
-SampleSender::SampleSender(const config::Config& config, const PointStore& store,
+SampleSender::SampleSender(const config::Config& config, const bus::PointStore& store,
                            SampleWriter& writer, PacedWriter::Log log, Now now, EventSupply* events)
     : config_(config),
       store_(store),
@@ -85,15 +85,15 @@ void SampleSender::AddEnds(const PointSlots& before) {
   }
 }
 
-void SampleSender::Add(Changes& changes) {
+void SampleSender::Add(bus::Changes& changes) {
   const auto gone = [this](std::uint32_t device) {
     return device >= slots_.devices() || store_.gone(device);
   };
-  std::erase_if(changes.points, [&](const PointRef& ref) { return gone(ref.device); });
+  std::erase_if(changes.points, [&](const bus::PointRef& ref) { return gone(ref.device); });
   std::erase_if(changes.devices, gone);
   std::swap(round_.points, changes.points);
   std::swap(round_.devices, changes.devices);
-  std::ranges::sort(round_.points, {}, &PointRef::device);
+  std::ranges::sort(round_.points, {}, &bus::PointRef::device);
   round_.next_point = round_.next_device = 0;
   due_may_follow_ = true;
 }
@@ -147,12 +147,12 @@ void SampleSender::StageNextDevice(Instant now) {
   round_.staged_count = round_.next_staged = 0;
   const auto rest = std::span(round_.points).subspan(round_.next_point);
   const std::uint32_t device = rest.front().device;
-  const auto end =
-      std::ranges::find_if(rest, [device](const PointRef& ref) { return ref.device != device; });
+  const auto end = std::ranges::find_if(
+      rest, [device](const bus::PointRef& ref) { return ref.device != device; });
   const auto refs = rest.first(static_cast<std::size_t>(end - rest.begin()));
   round_.next_point += refs.size();
-  const auto stage = [&, this](const DeviceRecord& record) {
-    for (const PointRef& ref : refs) {
+  const auto stage = [&, this](const bus::DeviceRecord& record) {
+    for (const bus::PointRef& ref : refs) {
       const std::uint32_t slot = slots_.SlotOf(ref);
       const Quality quality = QualityAt(record, ref.point, now);
       const PointState state = PointState::Of(record.points[ref.point].value, quality);
@@ -197,13 +197,13 @@ void SampleSender::Unstage() {
 
 /// False: the pace or the writer does not allow it now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
-  DeviceState state{};
+  bus::DeviceState state{};
   if (store_.gone(device)) {
     plan_.DeviceGone(device);
     return true;
   }
   bool wanted = false;
-  const auto look = [&, this](const DeviceRecord& record) {
+  const auto look = [&, this](const bus::DeviceRecord& record) {
     state = record.status.state;
     wanted = plan_.WantsDevice(device, state, now);
     if (!wanted) return;
@@ -255,7 +255,7 @@ Status DdsPublisher::CheckNames(const config::Config& config) {
 }
 
 Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config& config,
-                                                           PointStore& store,
+                                                           bus::PointStore& store,
                                                            std::shared_ptr<SampleWriter> writer,
                                                            Log log,
                                                            std::shared_ptr<EventSupply> events) {
@@ -272,7 +272,7 @@ Result<std::unique_ptr<DdsPublisher>> DdsPublisher::Create(const config::Config&
   return publisher;
 }
 
-DdsPublisher::DdsPublisher(const config::Config& config, PointStore& store, Log log,
+DdsPublisher::DdsPublisher(const config::Config& config, bus::PointStore& store, Log log,
                            std::shared_ptr<SampleWriter> writer,
                            std::shared_ptr<EventSupply> events)
     : writer_(std::move(writer)),

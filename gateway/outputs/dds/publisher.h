@@ -37,7 +37,7 @@ class SampleSender {
   /// as the gateway's start. Everything is due then: the start-up image. A long image waits 500 ms,
   /// until subscribers that are already there have found the gateway.
   /// `events`: null: there are none.
-  SampleSender(const config::Config& config, const PointStore& store, SampleWriter& writer,
+  SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
   /// A new session has begun, whose writers hold no samples: everything is due at `now`. It also
@@ -52,7 +52,7 @@ class SampleSender {
 
   /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
   /// then.
-  void Add(Changes& changes);
+  void Add(bus::Changes& changes);
   /// Everything added has been sent; false: the pace holds some of it back.
   bool idle() const;
   /// Sends at most 64 ends of points, events and alarms, what was added, then at most 64 points and
@@ -82,7 +82,7 @@ class SampleSender {
   };
   /// What is being sent: points device by device, then devices.
   struct Round {
-    std::vector<PointRef> points;  ///< sorted by device
+    std::vector<bus::PointRef> points;  ///< sorted by device
     std::size_t next_point = 0;
     std::vector<Staged> staged;  ///< of one device; its memory is kept
     std::size_t staged_count = 0;
@@ -102,7 +102,7 @@ class SampleSender {
   bool SendDevice(std::uint32_t device, Instant now);
 
   const config::Config& config_;
-  const PointStore& store_;
+  const bus::PointStore& store_;
   SampleWriter& writer_;
   Room room_;              ///< that the writer has
   bool reopen_ = false;    ///< SampleWriter::Reopen is to be called
@@ -131,7 +131,7 @@ class DdsPublisher {
   /// `config` and `store` outlive it; call before the lines start. `events`: null: there are none.
   /// The error says which name to change.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
-                                                      PointStore& store,
+                                                      bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
                                                       Log log = {},
                                                       std::shared_ptr<EventSupply> events = {});
@@ -151,7 +151,7 @@ class DdsPublisher {
   }
 
  private:
-  DdsPublisher(const config::Config& config, PointStore& store, Log log,
+  DdsPublisher(const config::Config& config, bus::PointStore& store, Log log,
                std::shared_ptr<SampleWriter> writer, std::shared_ptr<EventSupply> events);
 
   Instant Publish();
@@ -160,12 +160,12 @@ class DdsPublisher {
 
   std::shared_ptr<SampleWriter> writer_;
   std::shared_ptr<EventSupply> events_;  // null: there are none
-  std::shared_ptr<ChangeFeed> feed_;
+  std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;
   // Used by the thread.
   Pacer wakes_;
-  Changes changes_;
+  bus::Changes changes_;
   std::uint64_t session_ = 0;  // whom the sender sends to
   Instant next_sending_{};
   Instant rests_until_{};

@@ -8,7 +8,7 @@
 #include "gateway/outputs/status/status_json.h"
 #include "gateway/outputs/status/value_json.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 using Json = nlohmann::ordered_json;
 
@@ -323,4 +323,4 @@ std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans) {
   return CsvLine(row);
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

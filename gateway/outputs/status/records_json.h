@@ -10,7 +10,7 @@
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/history/history_view.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 /// {"state":"fine","since":…,"mode":"best_effort","trouble":"","waiting":0,"lost":0,"file":…,
 ///  "advice":[…]}
@@ -61,4 +61,4 @@ std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 /// "gap: the gateway was down until …".
 std::string GapText(const nlohmann::ordered_json& record);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -16,7 +16,7 @@
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/outputs/status/value_json.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 using Json = nlohmann::ordered_json;
 
@@ -60,7 +60,7 @@ Json SinceJson(std::optional<Duration> age) {
   return age ? Json(InMilliseconds(*age)) : Json(nullptr);
 }
 
-Json PointsJson(const DeviceRecord& record, Instant now) {
+Json PointsJson(const bus::DeviceRecord& record, Instant now) {
   std::size_t good = 0;
   std::size_t uncertain = 0;
   std::size_t bad = 0;
@@ -71,7 +71,7 @@ Json PointsJson(const DeviceRecord& record, Instant now) {
   return {{"count", record.points.size()}, {"good", good}, {"uncertain", uncertain}, {"bad", bad}};
 }
 
-Json ValuesJson(const DeviceRecord& record, Instant now) {
+Json ValuesJson(const bus::DeviceRecord& record, Instant now) {
   Json values = Json::array();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     values.push_back(PointJson(record, i, now));
@@ -85,8 +85,8 @@ struct View {
   bool with_values = false;
 };
 
-Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
-                std::span<const DeviceRecord> devices, const View& view) {
+Json DeviceJson(const bus::LineStatus& line, const bus::DeviceRecord& record,
+                std::span<const bus::DeviceRecord> devices, const View& view) {
   Json json;
   json["name"] = record.device->name;
   json["address"] = record.device->address;
@@ -96,7 +96,7 @@ Json DeviceJson(const LineStatus& line, const DeviceRecord& record,
   AddFields(record.status, view.now, json);
   json["points"] = PointsJson(record, view.now.instant);
   if (view.with_values) json["values"] = ValuesJson(record, view.now.instant);
-  json["advice"] = DiagnoseDevice(line, record, devices, view.now, view.info.started);
+  json["advice"] = diagnosis::DiagnoseDevice(line, record, devices, view.now, view.info.started);
   return json;
 }
 
@@ -116,7 +116,7 @@ Json ModemJson(const std::optional<ModemLines>& lines) {
           {"dsr", lines->dsr}, {"dcd", lines->dcd}, {"ring", lines->ring}};
 }
 
-Json ServiceJson(const PortService& service) {
+Json ServiceJson(const bus::PortService& service) {
   Json json = {{"at", service.place},
                {"mode", service.mode},
                {"use", service.lent ? "lent" : "served"},
@@ -125,7 +125,7 @@ Json ServiceJson(const PortService& service) {
                {"client", nullptr},
                {"last", nullptr}};
   if (!service.visit) return json;
-  const PortService::Visit& visit = *service.visit;
+  const bus::PortService::Visit& visit = *service.visit;
   const bool over = !visit.why.empty();
   json[over ? "last" : "client"] = {
       {"client", visit.client},         {"since", TimeJson(visit.since)},
@@ -134,14 +134,14 @@ Json ServiceJson(const PortService& service) {
   return json;
 }
 
-Json LineJson(const config::Config& config, const PointStore& store, Target target,
+Json LineJson(const config::Config& config, const bus::PointStore& store, Target target,
               const View& view) {
   const config::Line& line = config.lines[target.line];
-  const LineStatus status = store.ReadLine(target.line);
+  const bus::LineStatus status = store.ReadLine(target.line);
   const std::uint32_t first = config::FirstDevice(config, target.line);
-  std::vector<DeviceRecord> records(line.devices.size());  // copies: the line must not wait
+  std::vector<bus::DeviceRecord> records(line.devices.size());  // copies: the line must not wait
   for (std::uint32_t i = 0; i < records.size(); ++i) {
-    store.Read(first + i, [&](const DeviceRecord& held) { records[i] = held; });
+    store.Read(first + i, [&](const bus::DeviceRecord& held) { records[i] = held; });
   }
   Json devices = Json::array();
   for (std::uint32_t i = 0; i < records.size(); ++i) {
@@ -156,16 +156,18 @@ Json LineJson(const config::Config& config, const PointStore& store, Target targ
   json["port_state"] = Name(status.port);
   json["port_text"] = status.port_text;
   json["port_since"] = TimeJson(status.port_since);
-  json["released_until"] =
-      status.port == LineStatus::Port::released ? TimeJson(status.released_until) : Json(nullptr);
+  json["released_until"] = status.port == bus::LineStatus::Port::released
+                               ? TimeJson(status.released_until)
+                               : Json(nullptr);
   json["modem"] = ModemJson(status.modem);
   Json& services = json["services"] = Json::array();
-  for (const PortService& service : status.services) services.push_back(ServiceJson(service));
+  for (const bus::PortService& service : status.services) services.push_back(ServiceJson(service));
   const auto stuck = StuckSince(target.line, view);
   json["stuck_since"] = stuck ? TimeJson(*stuck) : Json(nullptr);
   AddFields(status, view.now, json);
-  json["advice"] = stuck ? Json::array({ExplainHang(line, *stuck)})
-                         : Json(DiagnoseLine(line, status, records, view.now, view.info.started));
+  json["advice"] =
+      stuck ? Json::array({ExplainHang(line, *stuck)})
+            : Json(diagnosis::DiagnoseLine(line, status, records, view.now, view.info.started));
   json["devices"] = std::move(devices);
   return json;
 }
@@ -195,7 +197,7 @@ Json ReloadJson(const ReloadState& state) {
 }  // namespace
 
 /// Its `age_ms` is since its reading; a device has another, since its last good exchange.
-Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
+Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now);
   return {{"point", point.name},
@@ -206,7 +208,7 @@ Json PointJson(const DeviceRecord& record, std::size_t index, Instant now) {
           {"age_ms", SinceJson(AgeAt(record, index, now))}};
 }
 
-Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
+Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now) {
   const View view{info, now, target && target->device};
   Json json;
@@ -219,9 +221,10 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
     if (target ? target->line != line : config.lines[line].name.empty()) continue;
     lines.push_back(LineJson(config, store, target.value_or(Target{line}), view));
   }
-  json["labels"] = {{"line", LabelsJson<LineStatus>()}, {"device", LabelsJson<DeviceStatus>()}};
+  json["labels"] = {{"line", LabelsJson<bus::LineStatus>()},
+                    {"device", LabelsJson<bus::DeviceStatus>()}};
   if (info.outputs != nullptr) {
-    const Output::Wish wish{target ? config.lines[target->line].name : std::string(), now};
+    const outputs::Output::Wish wish{target ? config.lines[target->line].name : std::string(), now};
     for (const auto& output : *info.outputs) {
       if (auto section = output->Section(wish)) json[std::string(output->name())] = *section;
     }
@@ -259,7 +262,7 @@ Json ResolutionOf(const config::Point& point) {
   return Abs(point.scale).Shifted(whole ? 0 : -*point.writing.decimals).ToDouble();
 }
 
-Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
+Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now.instant);
   const Value sentinel = SentinelOf(point, quality);
@@ -283,7 +286,7 @@ Json SettingJson(const DeviceRecord& record, std::size_t index, Now now) {
 }
 
 /// What the relay calls itself; null: not known.
-Json DesignationOf(const DeviceRecord& record, Now now) {
+Json DesignationOf(const bus::DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
   const std::string_view designation = record.device->traits->designation;
   const auto found = std::ranges::find(points, designation, &config::Point::read);
@@ -296,10 +299,10 @@ Json DesignationOf(const DeviceRecord& record, Now now) {
 
 }  // namespace
 
-Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now) {
-  DeviceRecord record;  // a copy: the line must not wait
-  store.Read(*target.device, [&](const DeviceRecord& held) { record = held; });
+  bus::DeviceRecord record;  // a copy: the line must not wait
+  store.Read(*target.device, [&](const bus::DeviceRecord& held) { record = held; });
   const config::Device& device = *record.device;
   Json settings = Json::array();
   for (std::size_t i = 0; i < device.points.size(); ++i) {
@@ -307,7 +310,7 @@ Result<Json> SettingsJson(const config::Config& config, const PointStore& store,
   }
   if (settings.empty()) {
     return Error{
-        config::Quoted(device.name) +
+        Quoted(device.name) +
         " has no settings that the gateway knows of: its protocol or its profile has none"};
   }
   Json json;
@@ -323,4 +326,4 @@ Result<Json> SettingsJson(const config::Config& config, const PointStore& store,
   return json;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

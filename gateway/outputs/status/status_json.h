@@ -23,7 +23,7 @@
 #include "gateway/records/events/event_source.h"
 #include "gateway/records/history/history_view.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 // Which configuration the gateway runs with, as `baudgate status` says it. Written by
 // gateway/daemon/reloader.h.
@@ -61,7 +61,7 @@ using Json = nlohmann::ordered_json;
 struct GatewayInfo {
   std::string version;
   Instant started{};                                        ///< when the lines began to poll
-  const OutputList* outputs = nullptr;                      ///< null: there are none
+  const outputs::OutputList* outputs = nullptr;             ///< null: there are none
   const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
   events::EventSource* events = nullptr;                    ///< null: none are kept
   std::shared_ptr<const history::HistorySource> history{};  ///< null: nothing is kept
@@ -72,10 +72,10 @@ struct GatewayInfo {
 };
 
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
-Json PointJson(const DeviceRecord& record, std::size_t index, Instant now);
+Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
 /// Everything; or one line; or one device, and then with its values.
-Json StatusJson(const config::Config& config, const PointStore& store, const GatewayInfo& info,
+Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
 
 // The settings of a device as the gateway knows them at present: the answer to the control socket's
@@ -83,7 +83,7 @@ Json StatusJson(const config::Config& config, const PointStore& store, const Gat
 
 /// Every setting with its value, quality and age, as the store has them; nothing is asked. An error
 /// where the device has none.
-Result<Json> SettingsJson(const config::Config& config, const PointStore& store, Target target,
+Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

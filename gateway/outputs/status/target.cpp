@@ -7,12 +7,8 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 namespace {
-
-using config::DidYouMean;
-using config::Join;
-using config::Quoted;
 
 template <typename Named>
 std::vector<std::string_view> NamesOf(const std::vector<Named>& all) {
@@ -124,9 +120,9 @@ Status KnowsDevice(const config::Config& config, const std::string& line,
       if (!its.name.empty()) names.push_back(its.name);
     }
   }
-  return Error{"there is no device " + config::Quoted(device) +
-               (line.empty() ? "" : " on line " + config::Quoted(line)) + ";" +
-               config::DidYouMean(device, names) + " there are: " + config::Join(names)};
+  return Error{"there is no device " + Quoted(device) +
+               (line.empty() ? "" : " on line " + Quoted(line)) + ";" + DidYouMean(device, names) +
+               " there are: " + Join(names)};
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -11,7 +11,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 struct Target {
   std::uint32_t line = 0;                 ///< as in the configuration
@@ -47,4 +47,4 @@ std::vector<std::string> PointsLike(const config::Config& config, std::string_vi
 Status KnowsDevice(const config::Config& config, const std::string& line,
                    const std::string& device);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

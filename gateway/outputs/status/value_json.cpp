@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/value_json.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 using Json = nlohmann::ordered_json;
 
-Json JsonOf(const LineShares& shares, Now /*now*/) {
+Json JsonOf(const bus::LineShares& shares, Now /*now*/) {
   Json json;
-  for (std::size_t i = 0; i < kLineUses; ++i) {
-    json[std::string(Name(static_cast<LineUse>(i)))] = shares[i];
+  for (std::size_t i = 0; i < bus::kLineUses; ++i) {
+    json[std::string(bus::Name(static_cast<bus::LineUse>(i)))] = shares[i];
   }
   return json;
 }
 
-Json JsonOf(const RecentOutcomes& recent, Now /*now*/) {
+Json JsonOf(const bus::RecentOutcomes& recent, Now /*now*/) {
   Json json = {{"exchanges", recent.size()}};
   for (std::size_t i = 1; i < kOutcomeCount; ++i) {
     const auto outcome = static_cast<Outcome>(i);
@@ -22,7 +22,7 @@ Json JsonOf(const RecentOutcomes& recent, Now /*now*/) {
   return json;
 }
 
-Json JsonOf(const Findings& findings, Now /*now*/) {
+Json JsonOf(const bus::Findings& findings, Now /*now*/) {
   Json json = Json::object();
   for (std::size_t i = 0; i < kSymptoms; ++i) {
     const auto symptom = static_cast<Symptom>(i);
@@ -32,7 +32,7 @@ Json JsonOf(const Findings& findings, Now /*now*/) {
   return json;
 }
 
-Json JsonOf(const RoundTrips& trips, Now /*now*/) {
+Json JsonOf(const bus::RoundTrips& trips, Now /*now*/) {
   Json json;
   json["count"] = trips.count();
   json["last_us"] = trips.last() / 1us;
@@ -40,21 +40,21 @@ Json JsonOf(const RoundTrips& trips, Now /*now*/) {
   json["p50_us"] = trips.Percentile(0.5) / 1us;
   json["p99_us"] = trips.Percentile(0.99) / 1us;
   Json& histogram = json["histogram"] = Json::array();
-  for (std::size_t bucket = 0; bucket < RoundTrips::kBuckets; ++bucket) {
+  for (std::size_t bucket = 0; bucket < bus::RoundTrips::kBuckets; ++bucket) {
     const std::uint64_t count = trips.buckets()[bucket];
     if (count == 0) continue;
-    histogram.push_back({{"up_to_us", RoundTrips::UpperEdge(bucket) / 1us}, {"count", count}});
+    histogram.push_back({{"up_to_us", bus::RoundTrips::UpperEdge(bucket) / 1us}, {"count", count}});
   }
   return json;
 }
 
-Json JsonOf(const LastHour& last, Now now) {
-  const MinuteCounts hour = last.Sum(now.instant);
+Json JsonOf(const bus::LastHour& last, Now now) {
+  const bus::MinuteCounts hour = last.Sum(now.instant);
   Json json;
   AddFields(hour, now, json);
   json["availability"] = Availability(hour);
   Json& minutes = json["minutes"] = Json::array();
-  for (const MinuteCounts& minute : last.All(now.instant)) {
+  for (const bus::MinuteCounts& minute : last.All(now.instant)) {
     const bool asked = minute.up + minute.down > Duration::zero();
     minutes.push_back(asked ? Json(std::round(Availability(minute) * 100) / 100) : Json(nullptr));
   }
@@ -73,7 +73,7 @@ Json JsonOf(const config::Timing& timing, Now /*now*/) {
   return times;
 }
 
-Json JsonOf(const WriteCounts& writes, Now /*now*/) {
+Json JsonOf(const bus::WriteCounts& writes, Now /*now*/) {
   Json json;
   for (std::size_t i = 0; i < kWriteEnds; ++i) {
     json[Name(static_cast<WriteEnd>(i))] = writes.ends[i];
@@ -82,4 +82,4 @@ Json JsonOf(const WriteCounts& writes, Now /*now*/) {
   return json;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -20,7 +20,7 @@
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/line_status.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 // Civil times in the answers of the control socket.
 
@@ -49,16 +49,16 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
 
 // The members of a table by their types, and objects of several keys.
 
-nlohmann::ordered_json JsonOf(const LineShares& shares, Now now);
-nlohmann::ordered_json JsonOf(const RecentOutcomes& recent, Now now);
+nlohmann::ordered_json JsonOf(const bus::LineShares& shares, Now now);
+nlohmann::ordered_json JsonOf(const bus::RecentOutcomes& recent, Now now);
 /// What the exchanges looked like on the wire.
-nlohmann::ordered_json JsonOf(const Findings& findings, Now now);
-nlohmann::ordered_json JsonOf(const RoundTrips& trips, Now now);
+nlohmann::ordered_json JsonOf(const bus::Findings& findings, Now now);
+nlohmann::ordered_json JsonOf(const bus::RoundTrips& trips, Now now);
 /// `minutes`: the part of each in which the device answered, null where it was not asked.
-nlohmann::ordered_json JsonOf(const LastHour& hour, Now now);
+nlohmann::ordered_json JsonOf(const bus::LastHour& hour, Now now);
 nlohmann::ordered_json JsonOf(const config::Timing& timing, Now now);
 /// {"ok":12,…,"not_read_back":1}
-nlohmann::ordered_json JsonOf(const WriteCounts& writes, Now now);
+nlohmann::ordered_json JsonOf(const bus::WriteCounts& writes, Now now);
 /// {"ok":447,"no_reply":88,…}
 template <std::integral Count>
 nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, Now /*now*/) {
@@ -120,4 +120,4 @@ nlohmann::ordered_json LabelsJson() {
   return json;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -113,7 +113,7 @@ bool OpensAPage(const Request& request) {
 
 bool IsSameOrigin(const std::string& origin, const std::string& host) {
   for (const std::string_view scheme : {"http://", "https://"}) {
-    if (origin.starts_with(scheme)) return config::Lower(origin.substr(scheme.size())) == host;
+    if (origin.starts_with(scheme)) return Lower(origin.substr(scheme.size())) == host;
   }
   return false;
 }
@@ -122,7 +122,7 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
 bool CameByTls(const config::Web& web, const Request& request) {
   const bool proxy =
       IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
-  return proxy && config::Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
+  return proxy && Lower(request.Header("x-forwarded-proto").value_or("")) == "https";
 }
 
 }  // namespace
@@ -143,14 +143,14 @@ std::optional<Response> Refusal(const config::Web& web, const Request& request) 
   if (!IsAllowed(web, request.peer)) {
     return Problem(403, request.peer + " is not in web.allow of the gateway");
   }
-  const std::string host = config::Lower(request.Header("host").value_or(""));
+  const std::string host = Lower(request.Header("host").value_or(""));
   if (!IsOurs(web, request, host)) {
-    return Problem(421, "this gateway is not known as " + config::Quoted(host) +
+    return Problem(421, "this gateway is not known as " + Quoted(host) +
                             "; add the name to web.hosts of its configuration");
   }
   const auto origin = request.Header("origin");
   if (origin && !IsSameOrigin(*origin, host)) {
-    return Problem(403, "a page of " + config::Quoted(*origin) + " may not ask this gateway");
+    return Problem(403, "a page of " + Quoted(*origin) + " may not ask this gateway");
   }
   const auto site = request.Header("sec-fetch-site");
   if (site && *site != "same-origin" && *site != "none" && !OpensAPage(request)) {
@@ -195,7 +195,7 @@ bool SameSecret(std::string_view a, std::string_view b) {
 /// "Bearer abc": nothing where it is anything else.
 std::optional<std::string> BearerOf(const Request& request) {
   const auto header = request.Header("authorization");
-  if (!header || header->size() < 7 || config::Lower(header->substr(0, 7)) != "bearer ") {
+  if (!header || header->size() < 7 || Lower(header->substr(0, 7)) != "bearer ") {
     return std::nullopt;
   }
   return std::string(Trim(std::string_view(*header).substr(7)));
@@ -287,7 +287,7 @@ std::string Logins::Close(const Request& request) {
 
 namespace {
 
-using control::Json;
+using status::Json;
 
 constexpr std::string_view kLogin = "/login";
 constexpr std::string_view kLogout = "/logout";

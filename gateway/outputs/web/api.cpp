@@ -19,7 +19,7 @@
 namespace baudgate::web {
 namespace {
 
-using control::Json;
+using status::Json;
 
 constexpr std::string_view kError = "{\"error\":\"";
 
@@ -50,9 +50,9 @@ Result<Json> AskOf(const Request& request, std::string_view command,
   for (const auto& [name, value] : request.query) {
     const auto part = std::ranges::find(parts, name, &Part::query);
     if (part == parts.end()) {
-      return Error{config::Quoted(name) + " is no parameter of " + request.path + ";" +
-                   config::DidYouMean(name, names) +
-                   (names.empty() ? " it has none" : " there are: " + config::Join(names))};
+      return Error{Quoted(name) + " is no parameter of " + request.path + ";" +
+                   DidYouMean(name, names) +
+                   (names.empty() ? " it has none" : " there are: " + Join(names))};
     }
     const char* const member = part->member != nullptr ? part->member : part->query;
     if (!part->number) {
@@ -60,7 +60,7 @@ Result<Json> AskOf(const Request& request, std::string_view command,
       continue;
     }
     const auto number = ParseInteger<std::int64_t>(value);
-    if (!number) return Error{config::Quoted(name) + " is a whole number"};
+    if (!number) return Error{Quoted(name) + " is a whole number"};
     ask[member] = *number;
   }
   return ask;
@@ -68,7 +68,7 @@ Result<Json> AskOf(const Request& request, std::string_view command,
 
 namespace {
 
-using control::Json;
+using status::Json;
 
 Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
@@ -129,10 +129,10 @@ Response LiveApi::Alarms(const Request& request, Now now) {
 
 Response LiveApi::Recorded(const Request& request, Now now) {
   Response raw = Asked(request, "recorded", {{"line", false, "target"}, {"device"}}, now);
-  const auto line = control::FindTarget(*config_, request.Query("line").value_or(""));
+  const auto line = status::FindTarget(*config_, request.Query("line").value_or(""));
   if (raw.status != 200 || !line) return raw;
   Json answer = Json::parse(raw.body, nullptr, false);
-  FrameLines frames(DecodersFor(*line, request.Query("device").value_or("")));
+  diagnosis::FrameLines frames(DecodersFor(*line, request.Query("device").value_or("")));
   Json lines = Json::array();
   const auto add = [&lines](const std::vector<std::string>& whole) {
     for (const std::string& frame : whole) lines.push_back(frame);
@@ -143,14 +143,15 @@ Response LiveApi::Recorded(const Request& request, Now now) {
   return JsonResponse(answer);
 }
 
-Decoders LiveApi::DecodersFor(const control::Target& target, const std::string& device) const {
+diagnosis::Decoders LiveApi::DecodersFor(const status::Target& target,
+                                         const std::string& device) const {
   if (!links_.protocol) return {};
-  return DecodersOf(config_->lines[target.line], links_.protocol, device);
+  return diagnosis::DecodersOf(config_->lines[target.line], links_.protocol, device);
 }
 
 Result<std::uint32_t> LiveApi::DeviceNamed(const std::string& name) const {
   if (name.empty()) return Error{"name one device: ?device=LINE.DEVICE"};
-  const auto target = control::FindTarget(*config_, name);
+  const auto target = status::FindTarget(*config_, name);
   if (!target) return Error{target.error()};
   if (!target->device) return Error{"name one device: " + name + ".DEVICE"};
   return *target->device;
@@ -163,7 +164,7 @@ Response LiveApi::Points(const Request& request, Now now) {
   filter.line = request.Query("line").value_or("");
   filter.text = request.Query("q").value_or("");
   if (!filter.line.empty()) {
-    const auto line = control::FindTarget(*config_, filter.line);
+    const auto line = status::FindTarget(*config_, filter.line);
     if (!line) return Problem(404, line.error());
   }
   if (const auto name = request.Query("device")) {
@@ -195,7 +196,7 @@ Response LiveApi::Map(const Request& request, Now) {
 }
 
 Response LiveApi::TraceStream(const Request& request, Now) {
-  const auto line = control::FindTarget(*config_, request.Query("line").value_or(""));
+  const auto line = status::FindTarget(*config_, request.Query("line").value_or(""));
   if (!line) return Problem(404, line.error());
   std::erase_if(traces_, [](const auto& trace) { return trace.expired(); });
   if (traces_.size() >= kMostTraces) return Problem(503, "too many traces are looked at");
@@ -218,7 +219,7 @@ Response LiveApi::Configuration(const Request&, Now) {
   }
   const auto text = links_.configuration();
   if (!text) return Problem(503, text.error());
-  const control::ReloadState state = links_.info.reload();
+  const status::ReloadState state = links_.info.reload();
   Json json = {{"text", *text}, {"file", state.file}};
   json["confirm_until"] =
       state.confirm_until ? Json(FormatWallTime(*state.confirm_until)) : Json(nullptr);
@@ -268,7 +269,7 @@ void LiveApi::EndStreams() {
 
 namespace {
 
-using control::Json;
+using status::Json;
 
 constexpr std::array<std::string_view, 3> kPaths = {"/api/v1/events", "/api/v1/history",
                                                     "/api/v1/history.csv"};
@@ -289,10 +290,7 @@ Json RowsJson(const history::Chart& chart) {
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
-      : api_(std::move(api)),
-        io_(io),
-        ask_(std::move(ask)),
-        text_(control::HistoryCsvHead(false)) {}
+      : api_(std::move(api)), io_(io), ask_(std::move(ask)), text_(status::HistoryCsvHead(false)) {}
 
   std::ptrdiff_t Read(std::span<char> into) override {
     const MutexLock lock(mutex_);
@@ -322,7 +320,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
     std::string text;
     const bool good = page.is_object() && page.contains("records");
     if (good) {
-      for (const Json& record : page["records"]) text += control::HistoryCsvRow(record, false);
+      for (const Json& record : page["records"]) text += status::HistoryCsvRow(record, false);
       ask_["after"] = page["next"];
     }
     std::function<void()> wake;
@@ -348,8 +346,8 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
   std::function<void()> wake_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-PastApi::PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
-                 control::GatewayInfo info, asio::io_context& io)
+PastApi::PastApi(const config::Config& config, const bus::PointStore& store,
+                 lines::LineControl& lines, status::GatewayInfo info, asio::io_context& io)
     : io_(io), handler_(config, store, lines, no_writes_, std::move(info)) {}
 
 bool PastApi::Has(std::string_view path) { return std::ranges::find(kPaths, path) != kPaths.end(); }
@@ -401,7 +399,7 @@ Response PastApi::History(const Request& request, Now now) {
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));
   const auto chart = history::ReadChart(*gateway->info.history, query);
   if (!chart) return Problem(503, "the history cannot be read: " + chart.error());
-  const auto point = control::FindPoint(*gateway->config, query.point);
+  const auto point = status::FindPoint(*gateway->config, query.point);
   if (!chart->known) {
     const std::string page = Page({{"command", "history"}, {"point", query.point}}, now);
     if (page.starts_with("{\"error\"")) return ResponseOf(page);

@@ -26,13 +26,13 @@ struct Part {
 };
 
 /// The error names a number that is none, or a member that there is not.
-Result<control::Json> AskOf(const Request& request, std::string_view command,
-                            std::initializer_list<Part> parts);
+Result<status::Json> AskOf(const Request& request, std::string_view command,
+                           std::initializer_list<Part> parts);
 
 /// Nothing can be written through it.
-class NoWrites final : public CommandSink {
+class NoWrites final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand) override { return false; }
+  bool Submit(bus::WriteCommand) override { return false; }
 };
 
 // What is answered out of memory: states, values, alarms, streams, metrics. One thread.
@@ -41,12 +41,13 @@ class LiveApi {
   static constexpr std::size_t kMostTraces = 8;
 
   struct Links {
-    PointStore& store;
-    LineControl& lines;
-    control::GatewayInfo info;
+    bus::PointStore& store;
+    lines::LineControl& lines;
+    status::GatewayInfo info;
     /// The YAML in force, without its secrets; empty: not known.
     std::function<Result<std::string>()> configuration{};
-    ProtocolFinder protocol{};  ///< of what goes over a line; empty: only bytes are shown
+    diagnosis::ProtocolFinder
+        protocol{};  ///< of what goes over a line; empty: only bytes are shown
   };
   /// All of it outlives this; everything is called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);
@@ -83,7 +84,7 @@ class LiveApi {
   Response Metrics(const Request& request, Now now);
   Response Asked(const Request& request, std::string_view command,
                  std::initializer_list<Part> parts, Now now);
-  Decoders DecodersFor(const control::Target& target, const std::string& device) const;
+  diagnosis::Decoders DecodersFor(const status::Target& target, const std::string& device) const;
   Result<std::uint32_t> DeviceNamed(const std::string& name) const;
 
   std::shared_ptr<const config::Config> config_;
@@ -100,8 +101,8 @@ class LiveApi {
 class PastApi {
  public:
   /// All of it outlives this; but for Apply everything is called on the thread of `io`.
-  PastApi(const config::Config& config, const PointStore& store, LineControl& lines,
-          control::GatewayInfo info, asio::io_context& io);
+  PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
+          status::GatewayInfo info, asio::io_context& io);
 
   /// False: this is none of its requests.
   bool Answer(const Request& request, Now now, const Answered& answered);
@@ -119,7 +120,7 @@ class PastApi {
   Response History(const Request& request, Now now);
   Response HistoryCsv(const Request& request, Now now);
   /// One page of the control socket's `history`.
-  std::string Page(const control::Json& ask, Now now);
+  std::string Page(const status::Json& ask, Now now);
 
   asio::io_context& io_;
   NoWrites no_writes_;

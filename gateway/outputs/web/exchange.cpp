@@ -105,7 +105,7 @@ std::string LocalAddress(int socket) {
 
 MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& headers = *static_cast<std::map<std::string, std::string>*>(to);
-  const auto [found, is_new] = headers.emplace(config::Lower(key), value == nullptr ? "" : value);
+  const auto [found, is_new] = headers.emplace(Lower(key), value == nullptr ? "" : value);
   // Two of a kind that may stand once only: neither is believed.
   if (!is_new) found->second += std::string(", ") + (value == nullptr ? "" : value);
   return MHD_YES;

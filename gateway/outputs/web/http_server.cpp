@@ -115,7 +115,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
   Impl(HttpHandler& handler, const Limits& limits)
       : handler_(handler), limits_(limits), connections_(limits) {}
 
-  Status Start(ListenSocket socket);
+  Status Start(transports::ListenSocket socket);
   void Stop();
   void EndOverdue(Instant now);
   std::size_t connections() {
@@ -156,7 +156,7 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
   std::map<Exchange*, Kept> exchanges_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-Status HttpServer::Impl::Start(ListenSocket socket) {
+Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   const int listening = socket.Release();
   // Beyond our own limit, so that a client that is too many is told, and does not wait in silence.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
@@ -307,8 +307,8 @@ void HttpServer::Impl::OnCompleted(void* self, MHD_Connection*, void** kept,
   impl.connections_.End((*owned)->connection_id, ReadClocks().instant);
 }
 
-Result<std::unique_ptr<HttpServer>> HttpServer::Start(ListenSocket socket, HttpHandler& handler,
-                                                      const Limits& limits) {
+Result<std::unique_ptr<HttpServer>> HttpServer::Start(transports::ListenSocket socket,
+                                                      HttpHandler& handler, const Limits& limits) {
   auto impl = std::make_shared<Impl>(handler, limits);
   if (const Status status = impl->Start(std::move(socket)); !status) return Error{status.error()};
   return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));

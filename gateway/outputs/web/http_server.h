@@ -83,8 +83,8 @@ class HttpHandler {
 class HttpServer {
  public:
   /// `handler` outlives it.
-  static Result<std::unique_ptr<HttpServer>> Start(ListenSocket socket, HttpHandler& handler,
-                                                   const Limits& limits = {});
+  static Result<std::unique_ptr<HttpServer>> Start(transports::ListenSocket socket,
+                                                   HttpHandler& handler, const Limits& limits = {});
   ~HttpServer();  ///< Stop
 
   /// Ends all answers and closes the port. What is answered later is dropped. Idempotent.

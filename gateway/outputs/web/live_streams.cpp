@@ -137,7 +137,7 @@ bool LivePoints::Tick(Now now) {
     return false;
   }
   feed_->Drain(Instant{}, changes_);
-  std::ranges::stable_sort(changes_.points, {}, &PointRef::device);  // each is read once
+  std::ranges::stable_sort(changes_.points, {}, &bus::PointRef::device);  // each is read once
   std::string common;
   const AlarmCounts alarms = CountAlarms();
   if (std::exchange(alarms_, alarms) != alarms) common += AlarmsEvent();
@@ -183,8 +183,8 @@ std::string LivePoints::Snapshot(Device only, Now now) {
                                  InMilliseconds(now.wall), generation_);
   for (std::uint32_t device = 0; device < store_.device_count(); ++device) {
     if (store_.gone(device) || (only && *only != device)) continue;
-    DeviceRecord record;
-    store_.Read(device, [&](const DeviceRecord& held) { record = held; });
+    bus::DeviceRecord record;
+    store_.Read(device, [&](const bus::DeviceRecord& held) { record = held; });
     for (std::uint32_t i = 0; i < record.points.size(); ++i) {
       AppendRow(record, i, numbers.Of(device, i), now.instant, data);
     }
@@ -199,11 +199,11 @@ std::string LivePoints::Changed(Device only, Now now) {
   const PointNumbers numbers(store_);
   std::string rows;
   std::optional<std::uint32_t> read;
-  DeviceRecord record;
-  for (const PointRef& ref : changes_.points) {
+  bus::DeviceRecord record;
+  for (const bus::PointRef& ref : changes_.points) {
     if ((only && *only != ref.device) || store_.gone(ref.device)) continue;
     if (read != ref.device) {
-      store_.Read(ref.device, [&](const DeviceRecord& held) { record = held; });
+      store_.Read(ref.device, [&](const bus::DeviceRecord& held) { record = held; });
       read = ref.device;
     }
     AppendRow(record, ref.point, numbers.Of(ref.device, ref.point), now.instant, rows);
@@ -234,7 +234,7 @@ std::string LivePoints::AlarmsEvent() const {
   const Json json = {
       {"active", count(events::IsActive)},
       {"unacknowledged", count(events::IsUnacknowledged)},
-      {"newest", newest == alarms.end() ? Json(nullptr) : control::AlarmJson(*newest)}};
+      {"newest", newest == alarms.end() ? Json(nullptr) : status::AlarmJson(*newest)}};
   return Event("alarms", json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -243,8 +243,8 @@ std::ptrdiff_t LiveTrace::Read(std::span<char> into) {
     if (ended_) return kEnd;
     text_.clear();
     sent_ = 0;
-    const std::vector<TraceRecord> records = queue_->Take();
-    for (const TraceRecord& record : records) Append(frames_.Take(ToText(record)));
+    const std::vector<records::TraceRecord> records = queue_->Take();
+    for (const records::TraceRecord& record : records) Append(frames_.Take(ToText(record)));
     if (beat_.exchange(false)) {
       // A beat is longer than what belongs together is apart.
       if (records.empty() && frames_.waits()) Append(frames_.Flush());

@@ -68,7 +68,7 @@ class LivePoints {
   static constexpr std::size_t kMostKinds = 32;  ///< all points, or those of one device
 
   /// `events`: null: there are no alarms. Both outlive it.
-  LivePoints(PointStore& store, const events::EventSource* events)
+  LivePoints(bus::PointStore& store, const events::EventSource* events)
       : store_(store), events_(events) {}
   ~LivePoints() { Drop(); }
 
@@ -101,10 +101,10 @@ class LivePoints {
   AlarmCounts CountAlarms() const;
   void Wake(Channel& channel);
 
-  PointStore& store_;
+  bus::PointStore& store_;
   const events::EventSource* events_;
-  std::shared_ptr<ChangeFeed> feed_;  // null: no client looks
-  Changes changes_;
+  std::shared_ptr<bus::ChangeFeed> feed_;  // null: no client looks
+  bus::Changes changes_;
   std::map<Device, Channel> channels_;
   AlarmCounts alarms_;
   Instant next_beat_{};
@@ -114,9 +114,9 @@ class LivePoints {
 // A stream of what goes over a line: the frames of a trace as server-sent events.
 class LiveTrace final : public Stream {
  public:
-  explicit LiveTrace(Decoders decoders) : frames_(std::move(decoders)) {}
+  explicit LiveTrace(diagnosis::Decoders decoders) : frames_(std::move(decoders)) {}
   /// Where its records come from; before the first Read.
-  void SetQueue(std::shared_ptr<TraceQueue> queue) { queue_ = std::move(queue); }
+  void SetQueue(std::shared_ptr<records::TraceQueue> queue) { queue_ = std::move(queue); }
 
   std::ptrdiff_t Read(std::span<char> into) override;
   void SetWake(std::function<void()> wake) override;
@@ -132,8 +132,8 @@ class LiveTrace final : public Stream {
  private:
   void Append(const std::vector<std::string>& frames);
 
-  std::shared_ptr<TraceQueue> queue_;
-  FrameLines frames_;
+  std::shared_ptr<records::TraceQueue> queue_;
+  diagnosis::FrameLines frames_;
   std::string text_;
   std::size_t sent_ = 0;
   std::atomic<bool> beat_ = false;

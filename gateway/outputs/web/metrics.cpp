@@ -20,53 +20,55 @@ double Seconds(Duration duration) { return std::chrono::duration<double>(duratio
 
 class Store {
  public:
-  Store(const config::Config& config, const PointStore& store, Now now) : now_(now) {
+  Store(const config::Config& config, const bus::PointStore& store, Now now) : now_(now) {
     for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
       const std::string& name = config.lines[line].name;
       if (name.empty()) continue;
-      lines_.Add(store.ReadLine(line), fmt::format("line=\"{}\"", EscapedLabel(name)));
+      lines_.Add(store.ReadLine(line), fmt::format("line=\"{}\"", outputs::EscapedLabel(name)));
     }
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
       if (store.gone(device)) continue;
-      DeviceRecord record;
-      store.Read(device, [&](const DeviceRecord& held) { record = held; });
+      bus::DeviceRecord record;
+      store.Read(device, [&](const bus::DeviceRecord& held) { record = held; });
       const std::string labels =
-          fmt::format("line=\"{}\",device=\"{}\"", EscapedLabel(record.line->name),
-                      EscapedLabel(record.device->name));
+          fmt::format("line=\"{}\",device=\"{}\"", outputs::EscapedLabel(record.line->name),
+                      outputs::EscapedLabel(record.device->name));
       devices_.Add(record.status, labels);
       for (std::size_t i = 0; i < record.points.size(); ++i) AddPoint(record, i, labels);
     }
   }
 
   void AppendTo(std::string& out) const {
-    for (const Series& series : lines_.all()) series.AppendTo(out);
-    for (const Series& series : devices_.all()) series.AppendTo(out);
-    for (const Series* series : {&values_, &qualities_, &ages_}) series->AppendTo(out);
+    for (const outputs::Series& series : lines_.all()) series.AppendTo(out);
+    for (const outputs::Series& series : devices_.all()) series.AppendTo(out);
+    for (const outputs::Series* series : {&values_, &qualities_, &ages_}) series->AppendTo(out);
   }
 
  private:
-  void AddPoint(const DeviceRecord& record, std::size_t index, const std::string& device) {
+  void AddPoint(const bus::DeviceRecord& record, std::size_t index, const std::string& device) {
     const config::Point& point = record.device->points[index];
     if (point.access == config::Access::write) return;
-    const std::string labels = fmt::format("{},point=\"{}\"", device, EscapedLabel(point.name));
+    const std::string labels =
+        fmt::format("{},point=\"{}\"", device, outputs::EscapedLabel(point.name));
     const Quality quality = QualityAt(record, index, now_.instant);
     const Value& value = record.points[index].value;
     if (IsGood(quality) && HasValue(value) && !std::holds_alternative<std::string>(value)) {
-      values_.Add(fmt::format("{},unit=\"{}\"", labels, EscapedLabel(point.unit)), ToDouble(value));
+      values_.Add(fmt::format("{},unit=\"{}\"", labels, outputs::EscapedLabel(point.unit)),
+                  ToDouble(value));
     }
     qualities_.Add(labels, quality.word());
     if (const auto age = AgeAt(record, index, now_.instant)) ages_.Add(labels, Seconds(*age));
   }
 
   const Now now_;
-  Families<LineStatus> lines_;
-  Families<DeviceStatus> devices_;
-  Series values_{
+  outputs::Families<bus::LineStatus> lines_;
+  outputs::Families<bus::DeviceStatus> devices_;
+  outputs::Series values_{
       {"baudgate_point_value", "gauge", "The value; absent while it is not good, and of texts."}};
-  Series qualities_{
+  outputs::Series qualities_{
       {"baudgate_point_quality", "gauge", "Quality and reason as one number, 192 is good."}};
-  Series ages_{{"baudgate_point_age_seconds", "gauge",
-                "Time since the last reading; absent before the first."}};
+  outputs::Series ages_{{"baudgate_point_age_seconds", "gauge",
+                         "Time since the last reading; absent before the first."}};
 };
 
 double ProcessorSeconds() {
@@ -94,9 +96,9 @@ std::size_t SeriesOf(const config::Config& config) {
   if (config.dds.enabled) ++series;
   for (const config::Line& line : config.lines) {
     if (line.name.empty()) continue;
-    series += SeriesIn<LineStatus>();
+    series += outputs::SeriesIn<bus::LineStatus>();
     for (const config::Device& device : line.devices) {
-      series += SeriesIn<DeviceStatus>();
+      series += outputs::SeriesIn<bus::DeviceStatus>();
       for (const config::Point& point : device.points) {
         if (point.access == config::Access::write) continue;
         series += point.type == config::Type::string ? 2 : 3;
@@ -106,19 +108,20 @@ std::size_t SeriesOf(const config::Config& config) {
   return series;
 }
 
-std::string MetricsText(const config::Config& config, const PointStore& store,
-                        const control::GatewayInfo& info, Now now) {
+std::string MetricsText(const config::Config& config, const bus::PointStore& store,
+                        const status::GatewayInfo& info, Now now) {
   std::string text;
-  const auto append = [&text](const Metric& metric, double value) {
-    Series(metric, value).AppendTo(text);
+  const auto append = [&text](const outputs::Metric& metric, double value) {
+    outputs::Series(metric, value).AppendTo(text);
   };
-  Series version({"baudgate_build_info", "gauge", "The version of the gateway; always 1."});
-  version.Add(fmt::format("version=\"{}\"", EscapedLabel(info.version)), 1);
+  outputs::Series version(
+      {"baudgate_build_info", "gauge", "The version of the gateway; always 1."});
+  version.Add(fmt::format("version=\"{}\"", outputs::EscapedLabel(info.version)), 1);
   version.AppendTo(text);
   Store(config, store, now).AppendTo(text);
   if (info.outputs != nullptr) {
     for (const auto& output : *info.outputs) {
-      for (const Series& series : output->Metrics()) series.AppendTo(text);
+      for (const outputs::Series& series : output->Metrics()) series.AppendTo(text);
     }
   }
   append({"baudgate_log_dropped_total", "counter",
@@ -126,7 +129,7 @@ std::string MetricsText(const config::Config& config, const PointStore& store,
          static_cast<double>(log::Dropped()));
   if (info.events != nullptr) {
     const events::EventsState state = info.events->state();
-    Series alarms(
+    outputs::Series alarms(
         {"baudgate_alarms", "gauge", "Alarms that are active, and that wait for somebody."});
     alarms.Add("state=\"active\"", static_cast<double>(state.alarms_active));
     alarms.Add("state=\"unacknowledged\"", static_cast<double>(state.alarms_unacknowledged));

@@ -16,7 +16,7 @@ namespace baudgate::web {
 /// function and exception that it has answered.
 std::size_t SeriesOf(const config::Config& config);
 
-std::string MetricsText(const config::Config& config, const PointStore& store,
-                        const control::GatewayInfo& info, Now now);
+std::string MetricsText(const config::Config& config, const bus::PointStore& store,
+                        const status::GatewayInfo& info, Now now);
 
 }  // namespace baudgate::web

@@ -18,9 +18,9 @@ using Json = nlohmann::ordered_json;
 bool Fits(const config::Line& line, const config::Device& device, const config::Point& point,
           const std::string& text) {
   if (text.empty()) return true;
-  const std::string name = config::Lower(line.name + "." + device.name + "." + point.name);
+  const std::string name = Lower(line.name + "." + device.name + "." + point.name);
   return name.find(text) != std::string::npos ||
-         config::Lower(*point.description).find(text) != std::string::npos;
+         Lower(*point.description).find(text) != std::string::npos;
 }
 
 /// "read", "write", "read_write".
@@ -35,10 +35,10 @@ std::string_view AccessWord(config::Access access) {
   }
 }
 
-Json PointJson(const DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
+Json PointJson(const bus::DeviceRecord& record, std::size_t index, std::uint32_t id, Now now) {
   const config::Point& point = record.device->points[index];
   Json json = {{"id", id}, {"line", record.line->name}, {"device", record.device->name}};
-  Json status = control::PointJson(record, index, now.instant);
+  Json status = status::PointJson(record, index, now.instant);
   json["point"] = std::move(status["point"]);
   json["unit"] = std::move(status["unit"]);
   json["type"] = config::Name(point.type);
@@ -73,7 +73,7 @@ void AppendValue(const Value& value, std::string& out) {
 
 }  // namespace
 
-PointNumbers::PointNumbers(const PointStore& store) {
+PointNumbers::PointNumbers(const bus::PointStore& store) {
   std::uint32_t next = 0;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     first_.push_back(next);
@@ -81,15 +81,15 @@ PointNumbers::PointNumbers(const PointStore& store) {
   }
 }
 
-Json PointsJson(const PointStore& store, const PointFilter& filter, Now now) {
+Json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now) {
   const PointNumbers numbers(store);
-  const std::string text = config::Lower(filter.text);
+  const std::string text = Lower(filter.text);
   Json points = Json::array();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || (filter.device && *filter.device != device)) continue;
     if (!filter.line.empty() && store.line(device).name != filter.line) continue;
-    DeviceRecord record;
-    store.Read(device, [&](const DeviceRecord& held) { record = held; });
+    bus::DeviceRecord record;
+    store.Read(device, [&](const bus::DeviceRecord& held) { record = held; });
     for (std::size_t i = 0; i < record.points.size(); ++i) {
       const config::Point& point = record.device->points[i];
       if (!Fits(*record.line, *record.device, point, text)) continue;
@@ -100,9 +100,9 @@ Json PointsJson(const PointStore& store, const PointFilter& filter, Now now) {
   return {{"time", FormatWallTime(now.wall)}, {"points", std::move(points)}};
 }
 
-void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
+void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out) {
-  const PointRecord& its = record.points[point];
+  const bus::PointRecord& its = record.points[point];
   const Quality quality = QualityAt(record, point, now);
   fmt::format_to(std::back_inserter(out), "[{},", id);
   AppendValue(its.value, out);

@@ -18,7 +18,7 @@ namespace baudgate::web {
 /// ones behind the others.
 class PointNumbers {
  public:
-  explicit PointNumbers(const PointStore& store);
+  explicit PointNumbers(const bus::PointStore& store);
   std::uint32_t Of(std::uint32_t device, std::uint32_t point) const {
     return first_.at(device) + point;
   }
@@ -34,10 +34,10 @@ struct PointFilter {
 };
 
 /// {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
-nlohmann::ordered_json PointsJson(const PointStore& store, const PointFilter& filter, Now now);
+nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now);
 
 /// Adds "[id,value,quality,"text",read_at_ms],": a point as streams have it.
-void AppendRow(const DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
+void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 
 /// The text in quotation marks.

@@ -3,7 +3,7 @@
 
 #include "gateway/base/log.h"
 
-namespace baudgate {
+namespace baudgate::web {
 
 Status WebOutput::Open(const Configuration& config) {
   port_ = OpenFor(config->web);
@@ -37,7 +37,7 @@ std::unique_ptr<WebOutput::Port> WebOutput::OpenFor(const config::Web& next) con
   return port;
 }
 
-std::unique_ptr<Output::Prepared> WebOutput::Prepare(const config::Config& next) {
+std::unique_ptr<outputs::Output::Prepared> WebOutput::Prepare(const config::Config& next) {
   return OpenFor(next.web);
 }
 
@@ -87,4 +87,4 @@ std::string WebOutput::Summary() {
   return summary_;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::web

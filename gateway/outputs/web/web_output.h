@@ -15,13 +15,13 @@
 #include "gateway/outputs/output.h"
 #include "gateway/outputs/web/web_server.h"
 
-namespace baudgate {
+namespace baudgate::web {
 
-class WebOutput final : public Output {
+class WebOutput final : public outputs::Output {
  public:
   /// For the page, if it is on: web::Limits::at_all, and some.
   static constexpr std::size_t kDescriptors = 352;
-  static DescriptorNeeds Descriptors(const config::Config& config) {
+  static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
   }
   /// All of `links` outlives it.
@@ -62,4 +62,4 @@ class WebOutput final : public Output {
   std::string summary_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::web

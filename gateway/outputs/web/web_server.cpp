@@ -99,11 +99,11 @@ constexpr std::size_t kMostWaiting = 256;
 
 }  // namespace
 
-Result<ListenSocket> WebServer::ListenAt(const config::HostPort& at) {
+Result<transports::ListenSocket> WebServer::ListenAt(const config::HostPort& at) {
   asio::error_code failed;
   const auto address = asio::ip::make_address(at.host, failed);
   if (failed) return Error{"'" + at.host + "' is no address; check web.listen"};
-  return ListenSocket::Open({address, at.port}, "web.listen");
+  return transports::ListenSocket::Open({address, at.port}, "web.listen");
 }
 
 Result<WebServer::Opened> WebServer::Open(const config::Web& next, const config::Web* now) {
@@ -168,7 +168,7 @@ Status WebServer::Apply(const std::shared_ptr<const config::Config>& config, Ope
   auto next = HttpServer::Start(std::move(opened.socket), *this, limits_);
   if (!next) return Error{next.error()};
   std::unique_ptr<HttpServer> before;
-  RunOn(live_loop_.io(), [&] { before = std::exchange(http_, std::move(*next)); });
+  transports::RunOn(live_loop_.io(), [&] { before = std::exchange(http_, std::move(*next)); });
   before->Stop();
   return {};
 }
@@ -176,7 +176,7 @@ Status WebServer::Apply(const std::shared_ptr<const config::Config>& config, Ope
 void WebServer::ApplyHistory(const std::shared_ptr<const config::Config>& config,
                              const std::shared_ptr<const history::HistorySource>& history) {
   past_.Apply(config, history);
-  RunOn(live_loop_.io(), [&] { live_.Apply(config, history); });
+  transports::RunOn(live_loop_.io(), [&] { live_.Apply(config, history); });
   access_.SetHistory(history != nullptr);
 }
 

@@ -39,11 +39,11 @@ std::string_view TypeOf(std::string_view path);
 class WebServer final : public HttpHandler {
  public:
   struct Opened {
-    ListenSocket socket{};               ///< not open: the port stays
+    transports::ListenSocket socket{};   ///< not open: the port stays
     std::optional<std::string> token{};  ///< empty: no login
   };
   /// `at` is an address of this machine, not a name.
-  static Result<ListenSocket> ListenAt(const config::HostPort& at);
+  static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
   /// What may fail, before anything is changed. `now`: where a server listens already.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
@@ -75,8 +75,8 @@ class WebServer final : public HttpHandler {
 
   const Limits limits_;
   Access access_;
-  LoopThread live_loop_{"web"};
-  LoopThread past_loop_{"web-past"};
+  transports::LoopThread live_loop_{"web"};
+  transports::LoopThread past_loop_{"web-past"};
   LiveApi live_;
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};

@@ -69,7 +69,7 @@ std::int64_t Whole(const Value& value) {
 
 }  // namespace
 
-WriteTable::WriteTable(Database& database, const std::array<Room, kKinds>& rooms)
+WriteTable::WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms)
     : database_(database), rooms_(rooms), insert_(database, kInsert), update_(database, kUpdate) {}
 
 bool WriteTable::Transaction(bool done) {
@@ -80,29 +80,29 @@ bool WriteTable::Transaction(bool done) {
 
 bool WriteTable::Count() {
   rows_ = {};
-  Statement count(database_, "SELECT kind, count(*) FROM writes GROUP BY kind");
-  Statement::Step step = count.Next();
-  for (; step == Statement::Step::row; step = count.Next()) {
+  records::Statement count(database_, "SELECT kind, count(*) FROM writes GROUP BY kind");
+  records::Statement::Step step = count.Next();
+  for (; step == records::Statement::Step::row; step = count.Next()) {
     const auto kind = KindNamed(count.Text(0));
     if (kind) rows_[static_cast<std::size_t>(*kind)] = count.Number(1);
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 bool WriteTable::SettleOrphans() {
   settled_ = Whole(database_.First("SELECT max(settled) FROM writes"));
   std::vector<std::int64_t> orphans;
-  Statement find(database_, kOrphans);
-  Statement::Step step = find.Next();
-  for (; step == Statement::Step::row; step = find.Next()) {
+  records::Statement find(database_, kOrphans);
+  records::Statement::Step step = find.Next();
+  for (; step == records::Statement::Step::row; step = find.Next()) {
     orphans.push_back(find.Number(0));
     if (find.Number(3) != 0) unsettled_.emplace(find.Text(1), find.Text(2));
   }
-  if (step == Statement::Step::failed) return false;
+  if (step == records::Statement::Step::failed) return false;
   find.Reset();
   if (!orphans.empty() && !database_.Execute("BEGIN IMMEDIATE")) return false;
   bool ok = true;
-  Statement settle(database_, kSettle);
+  records::Statement settle(database_, kSettle);
   for (const std::int64_t seq : orphans) {
     ok = ok && settle.Run(++settled_, seq);
   }
@@ -172,20 +172,20 @@ bool WriteTable::MakeRoom() {
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;
-  Statement find(database_, kPointsOf);
+  records::Statement find(database_, kPointsOf);
   find.Bind(1, name);
-  Statement::Step step = find.Next();
-  for (; step == Statement::Step::row; step = find.Next()) {
+  records::Statement::Step step = find.Next();
+  for (; step == records::Statement::Step::row; step = find.Next()) {
     shares.push_back(
         {{std::string(find.Text(0)), std::string(find.Text(1)), std::string(find.Text(2))},
          find.Number(3),
          find.Number(4)});
   }
-  if (step == Statement::Step::failed) return false;
+  if (step == records::Statement::Step::failed) return false;
   find.Reset();
   const std::int64_t level = LevelFor(shares, rows);
   std::int64_t rest = rows - Beyond(shares, level);
-  Statement oldest(database_, kOldestOf);
+  records::Statement oldest(database_, kOldestOf);
   for (const Share& one : shares) {
     std::int64_t gone = one.Beyond(level);
     if (rest > 0 && one.Beyond(level - 1) > gone) {
@@ -205,7 +205,8 @@ bool WriteTable::DropOld(WallTime now) {
   if (!database_.Execute("BEGIN IMMEDIATE")) return false;
   bool ok = true;
   for (std::size_t kind = 0; kind < kKinds && ok; ++kind) {
-    Statement old(database_, "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
+    records::Statement old(database_,
+                           "DELETE FROM writes WHERE kind=? AND time<? AND settled IS NOT NULL");
     ok = old.Run(Name(static_cast<Kind>(kind)), now - rooms_[kind].age);
   }
   return Transaction(ok) && Count();
@@ -219,7 +220,8 @@ constexpr Duration kDropOldEvery = kDay;
 }  // namespace
 
 AuditFile::AuditFile(std::filesystem::path path, std::string vfs,
-                     const std::array<Room, kKinds>& rooms, std::shared_ptr<EventsWriter> writer)
+                     const std::array<Room, kKinds>& rooms,
+                     std::shared_ptr<records::EventsWriter> writer)
     : rooms_(rooms), connection_(std::move(path), std::move(vfs), std::move(writer)) {}
 
 std::optional<AuditFile::Opened> AuditFile::Open() {

@@ -42,7 +42,7 @@ using Target = std::pair<std::string, std::string>;
 class WriteTable {
  public:
   /// `database` is of OpenEvents, and outlives it.
-  explicit WriteTable(Database& database, const std::array<Room, kKinds>& rooms = kRooms);
+  explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
   /// Once, before anything else: writes that the last run began and did not end become unknown.
   /// Those to points are then in `unsettled()`.
@@ -62,10 +62,10 @@ class WriteTable {
   bool Count();
   bool Transaction(bool done);
 
-  Database& database_;
+  records::Database& database_;
   const std::array<Room, kKinds> rooms_;
-  Statement insert_;
-  Statement update_;
+  records::Statement insert_;
+  records::Statement update_;
   std::array<std::int64_t, kKinds> rows_{};
   std::int64_t settled_ = 0;  // the last that was given
   std::set<Target> unsettled_;
@@ -76,9 +76,9 @@ class AuditFile {
   /// As EventsConnection.
   explicit AuditFile(std::filesystem::path path, std::string vfs = {},
                      const std::array<Room, kKinds>& rooms = kRooms,
-                     std::shared_ptr<EventsWriter> writer = {});
+                     std::shared_ptr<records::EventsWriter> writer = {});
 
-  using Opened = EventsConnection::Opened;
+  using Opened = records::EventsConnection::Opened;
   /// Empty: it was open already.
   std::optional<Opened> Open();
   /// Only if open. All of them are on the disk, with their seq, or none is.
@@ -86,7 +86,7 @@ class AuditFile {
   /// Only if open. A reader has found damage: the whole file is checked.
   Status Check();
   /// See PutAsideOf.
-  std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
+  std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   /// Deletes records beyond the limits. A failure shows at the next write.
   void Tidy(Now now);
 
@@ -94,7 +94,7 @@ class AuditFile {
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
 
   /// See ReadRequests. Of a file that is open.
-  Result<std::vector<PastRequest>> PastRequestsAt(WallTime now) {
+  Result<std::vector<bus::PastRequest>> PastRequestsAt(WallTime now) {
     return ReadRequests(connection_.database(), now);
   }
 
@@ -103,7 +103,7 @@ class AuditFile {
 
  private:
   const std::array<Room, kKinds> rooms_;
-  EventsConnection connection_;
+  records::EventsConnection connection_;
   std::optional<WriteTable> table_;
   std::optional<Instant> drop_old_at_;
 };

@@ -188,7 +188,7 @@ namespace {
 constexpr const char* kStalled = "the disk does not answer in time";
 
 AuditLog::Options WithWriter(AuditLog::Options options) {
-  if (!options.writer) options.writer = std::make_shared<EventsWriter>();
+  if (!options.writer) options.writer = std::make_shared<records::EventsWriter>();
   return options;
 }
 
@@ -201,7 +201,7 @@ AuditLog::AuditLog(Options options)
       worker_(options_.writer->thread, [this](bool last) { return Round(last); }) {
   {
     const MutexLock lock(mutex_);
-    if (options_.file.empty()) SetDisk(Disk::failing, options_.why_no_file);
+    if (options_.file.empty()) SetDisk(records::Disk::failing, options_.why_no_file);
   }
   worker_.Start();
 }
@@ -250,7 +250,7 @@ WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {
     if (disk_.is_failing()) return Written::failing;
     if (disk_.is_stalled()) return Written::late;
     if (lock.WaitUntil(changed_, until) || book_.newest_written() >= ticket) continue;
-    if (disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
+    if (disk_.is_fine()) SetDisk(records::Disk::stalled, kStalled);
     return Written::late;
   }
   return Written::yes;
@@ -260,7 +260,7 @@ void AuditLog::Watch() {
   {
     const MutexLock lock(mutex_);
     const bool late = watch_.Tick(book_.due());
-    if (late && disk_.is_fine()) SetDisk(Disk::stalled, kStalled);
+    if (late && disk_.is_fine()) SetDisk(records::Disk::stalled, kStalled);
     if (!watch_.look_due()) return;
     look_at_ = {};
   }
@@ -301,19 +301,19 @@ Result<Page> AuditLog::Read(const PageQuery& query) const {
   return page;
 }
 
-std::optional<PastRequests> AuditLog::Past() const {
-  if (options_.file.empty()) return PastRequests();
+std::optional<bus::PastRequests> AuditLog::Past() const {
+  if (options_.file.empty()) return bus::PastRequests();
   const MutexLock lock(mutex_);
-  if (past_) return PastRequests{*past_, true};
+  if (past_) return bus::PastRequests{*past_, true};
   // Without a record nothing is written then.
   if (options_.require || !disk_.is_failing()) return std::nullopt;
-  return PastRequests{{}, false};
+  return bus::PastRequests{{}, false};
 }
 
 // ---------------------------------------------------------------- the writing thread
 
 Instant AuditLog::Round(bool last) {
-  FileWatch::Look look;
+  records::FileWatch::Look look;
   {
     const MutexLock lock(mutex_);
     const Instant now = options_.clocks().instant;
@@ -336,7 +336,7 @@ bool AuditLog::IsTime(Instant now) const {
   return book_.due() && !disk_.is_failing();
 }
 
-void AuditLog::WriteDue(FileWatch::Look look) {
+void AuditLog::WriteDue(records::FileWatch::Look look) {
   if (options_.file.empty()) return;
   Status status;
   if (look.whole && file_.is_open()) status = file_.Check();
@@ -349,7 +349,7 @@ void AuditLog::WriteDue(FileWatch::Look look) {
       if (options_.unsettled) options_.unsettled(file_.unsettled());
       auto past = file_.PastRequestsAt(options_.clocks().wall);
       const MutexLock lock(mutex_);
-      past_ = past ? std::move(*past) : std::vector<PastRequest>();
+      past_ = past ? std::move(*past) : std::vector<bus::PastRequest>();
     }
     const MutexLock lock(mutex_);
     if (opened->new_file) book_.NewFile();
@@ -373,7 +373,8 @@ void AuditLog::OnWritten(const Status& status, const std::vector<Draft>& drafts)
     const MutexLock lock(mutex_);
     watch_.End();
     if (status) book_.OnWritten(drafts);
-    SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+    SetDisk(status ? records::Disk::fine : records::Disk::failing,
+            status ? std::string() : status.error());
   }
   changed_.notify_all();
 }
@@ -385,8 +386,8 @@ void AuditLog::SetPutAside() {
 }
 
 /// The log hears of the first trouble and of its end.
-void AuditLog::SetDisk(Disk disk, const std::string& trouble) {
-  const DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
+void AuditLog::SetDisk(records::Disk disk, const std::string& trouble) {
+  const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));
   if (news.ended) {
     options_.inform("audit: writes are recorded again in " + options_.file.string());

@@ -141,7 +141,7 @@ class AuditLog final : public WriteLog, public AuditSource {
     bool require = false;
     std::string vfs{};  ///< as in Database
     /// Shared with the events. Null: AuditLog makes one.
-    std::shared_ptr<EventsWriter> writer{};
+    std::shared_ptr<records::EventsWriter> writer{};
     std::function<Now()> clocks;
     /// One line when the disk begins to fail, and one when it is well again; from any thread.
     std::function<void(const std::string&)> warn;
@@ -166,15 +166,15 @@ class AuditLog final : public WriteLog, public AuditSource {
 
   AuditState state() const override;
   Result<Page> Read(const PageQuery& query) const override;
-  std::optional<PastRequests> Past() const override;
+  std::optional<bus::PastRequests> Past() const override;
 
  private:
   Instant Round(bool last);
   bool IsTime(Instant now) const BAUDGATE_REQUIRES(mutex_);
-  void WriteDue(FileWatch::Look look);
+  void WriteDue(records::FileWatch::Look look);
   void SetPutAside();
   void OnWritten(const Status& status, const std::vector<Draft>& drafts);
-  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void SetDisk(records::Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
   std::string Consequence() const;
 
   const Options options_;
@@ -184,11 +184,11 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
-  DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
+  records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   /// The requests of earlier runs. Not set until the file has been opened.
-  std::optional<std::vector<PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
+  std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
-  mutable FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
+  mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;
 };
 

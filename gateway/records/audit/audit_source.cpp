@@ -36,7 +36,7 @@ std::uint64_t SeqOf(const Value& value) {
   return number != nullptr ? static_cast<std::uint64_t>(*number) : 0;
 }
 
-WriteRecord RecordOf(const Statement& row) {
+WriteRecord RecordOf(const records::Statement& row) {
   const auto text = [&](int column) { return Clipped(std::string(row.Text(column))); };
   WriteRecord record;
   record.seq = row.Number(0);
@@ -57,28 +57,28 @@ WriteRecord RecordOf(const Statement& row) {
   record.count = static_cast<std::uint64_t>(std::max<std::int64_t>(row.Number(14), 1));
   if (!row.IsNull(15)) record.settled = row.Number(15);
   if (!row.IsNull(16)) {
-    record.request = RequestId{text(16), SeqOf(row.At(17)), std::string(row.Text(18))};
+    record.request = bus::RequestId{text(16), SeqOf(row.At(17)), std::string(row.Text(18))};
   }
   return record;
 }
 
 }  // namespace
 
-Result<Page> ReadPage(Database& database, const PageQuery& query) {
+Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
   const bool settled = query.order == PageQuery::Order::settled;
   const std::string order = settled ? "settled" : "seq";
   std::string sql(kColumns);
   sql += "WHERE " + order + ">?";
   if (query.since) sql += " AND time>=?";
   sql += " ORDER BY " + order + " LIMIT " + std::to_string(kPage + 1);
-  Statement rows(database, sql);
+  records::Statement rows(database, sql);
   rows.BindAll(query.after, query.since);
   Page page;
   page.next = query.after;
   for (;;) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return page;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    if (step == records::Statement::Step::done) return page;
     page.more = page.records.size() == kPage;
     if (page.more) return page;
     page.records.push_back(RecordOf(rows));
@@ -90,19 +90,20 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
   }
 }
 
-Result<std::vector<PastRequest>> ReadRequests(Database& database, WallTime now) {
-  Statement rows(database, std::string(kColumns) +
-                               "WHERE seq IN (SELECT seq FROM (SELECT seq, ROW_NUMBER() OVER "
-                               "(PARTITION BY request_client ORDER BY seq DESC) AS place FROM "
-                               "writes WHERE kind='point' AND request_client IS NOT NULL) "
-                               "WHERE place<=" +
-                               std::to_string(kRequestsOfAClient) + ") ORDER BY seq DESC LIMIT " +
-                               std::to_string(kRequests));
-  std::vector<PastRequest> requests;
+Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now) {
+  records::Statement rows(database,
+                          std::string(kColumns) +
+                              "WHERE seq IN (SELECT seq FROM (SELECT seq, ROW_NUMBER() OVER "
+                              "(PARTITION BY request_client ORDER BY seq DESC) AS place FROM "
+                              "writes WHERE kind='point' AND request_client IS NOT NULL) "
+                              "WHERE place<=" +
+                              std::to_string(kRequestsOfAClient) + ") ORDER BY seq DESC LIMIT " +
+                              std::to_string(kRequests));
+  std::vector<bus::PastRequest> requests;
   for (;;) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return requests;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    if (step == records::Statement::Step::done) return requests;
     WriteRecord record = RecordOf(rows);
     requests.push_back({std::move(*record.request), record.end.value_or(WriteEnd::unknown),
                         std::move(record.reason), record.took,
@@ -111,7 +112,8 @@ Result<std::vector<PastRequest>> ReadRequests(Database& database, WallTime now) 
 }
 
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {
-  return ReadOnce(file, damaged, [&](Database& database) { return ReadPage(database, query); });
+  return records::ReadOnce(file, damaged,
+                           [&](records::Database& database) { return ReadPage(database, query); });
 }
 
 }  // namespace baudgate::audit

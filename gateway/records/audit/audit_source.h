@@ -35,16 +35,16 @@ struct Page {
   bool more = false;      ///< there were more at that time
 };
 
-Result<Page> ReadPage(Database& database, const PageQuery& query);
+Result<Page> ReadPage(records::Database& database, const PageQuery& query);
 /// The latest writes to points of each client that numbers its requests, the latest first. `now`:
 /// for their age.
-Result<std::vector<PastRequest>> ReadRequests(Database& database, WallTime now);
+Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
 /// See ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
 struct AuditState {
-  Disk disk = Disk::opening;
+  records::Disk disk = records::Disk::opening;
   std::string trouble;      ///< why it fails; empty: it does not
   WallTime since{};         ///< of `disk`
   bool require = false;     ///< writes are refused while it fails
@@ -62,12 +62,12 @@ class AuditSource {
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   /// The requests of earlier runs. Not set: they are not known yet. Until then a request with a
   /// number must not be carried out, because an earlier run may have done so.
-  virtual std::optional<PastRequests> Past() const = 0;
+  virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 
 /// `source` null: no records are kept.
-inline std::optional<PastRequests> PastOf(const AuditSource* source) {
-  return source != nullptr ? source->Past() : PastRequests();
+inline std::optional<bus::PastRequests> PastOf(const AuditSource* source) {
+  return source != nullptr ? source->Past() : bus::PastRequests();
 }
 
 }  // namespace baudgate::audit

@@ -49,8 +49,8 @@ namespace {
 constexpr const char* kTelegramPoint = "telegram";
 
 /// Its first point stands for all.
-DeniedWrite NotTaken(const WriteCommand& command, WriteEnd end) {
-  DeniedWrite denied{
+bus::DeniedWrite NotTaken(const bus::WriteCommand& command, WriteEnd end) {
+  bus::DeniedWrite denied{
       .client = command.client, .request = command.request, .device = command.device, .end = end};
   if (!command.writes().empty()) denied.point = command.writes().front().point;
   return denied;
@@ -58,7 +58,7 @@ DeniedWrite NotTaken(const WriteCommand& command, WriteEnd end) {
 
 }  // namespace
 
-AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log,
+AuditedWrites::AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                              config::Audit audit, std::function<Now()> clocks)
     : store_(store),
       inner_(inner),
@@ -71,7 +71,7 @@ AuditedWrites::AuditedWrites(const PointStore& store, CommandSink& inner, WriteL
         return kWhenWoken;
       }) {}
 
-bool AuditedWrites::Submit(WriteCommand command) {
+bool AuditedWrites::Submit(bus::WriteCommand command) {
   const bool telegram = command.telegram() && !command.telegram()->reads;
   if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
   const Now now = clocks_();
@@ -116,7 +116,7 @@ WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device,
   return record;
 }
 
-WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrite& write,
+WriteRecord AuditedWrites::RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
                                     Now now) const {
   WriteRecord record = Named(Kind::point, command.device, write.point);
   record.time = record.last = now.wall;
@@ -127,9 +127,10 @@ WriteRecord AuditedWrites::RecordOf(const WriteCommand& command, const PointWrit
   return record;
 }
 
-std::vector<WriteRecord> AuditedWrites::RecordsOf(const WriteCommand& command, Now now) const {
+std::vector<WriteRecord> AuditedWrites::RecordsOf(const bus::WriteCommand& command, Now now) const {
   std::vector<WriteRecord> records;
-  for (const PointWrite& write : command.writes()) records.push_back(RecordOf(command, write, now));
+  for (const bus::PointWrite& write : command.writes())
+    records.push_back(RecordOf(command, write, now));
   if (!command.telegram()) return records;
   WriteRecord record = Named(Kind::point, command.device, std::nullopt);
   record.time = record.last = now.wall;
@@ -139,7 +140,7 @@ std::vector<WriteRecord> AuditedWrites::RecordsOf(const WriteCommand& command, N
   return records;
 }
 
-void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
+void AuditedWrites::NoteBusy(const bus::WriteCommand& command, Now now) {
   for (WriteRecord& record : RecordsOf(command, now)) {
     record.kind = Kind::denied;
     record.end = WriteEnd::busy;
@@ -149,7 +150,7 @@ void AuditedWrites::NoteBusy(const WriteCommand& command, Now now) {
   inner_.OnNotTaken(NotTaken(command, WriteEnd::busy));
 }
 
-void AuditedWrites::OnNotTaken(const DeniedWrite& denied) {
+void AuditedWrites::OnNotTaken(const bus::DeniedWrite& denied) {
   const Now now = clocks_();
   WriteRecord record = Named(Kind::denied, denied.device, denied.point);
   record.time = record.last = now.wall;
@@ -279,7 +280,7 @@ void FillReadWrite(View pdu, WriteRecord& record) {
   record.value = RegistersOf(data, count);
 }
 
-Ending EndingOf(const RoutedReply& reply, bool broadcast) {
+Ending EndingOf(const bus::RoutedReply& reply, bool broadcast) {
   if (reply.outcome == Outcome::refused) {
     const std::string why =
         reply.pdu.size() < 2 ? std::string("refused") : modbus::ExceptionText(reply.pdu[1]);
@@ -289,7 +290,7 @@ Ending EndingOf(const RoutedReply& reply, bool broadcast) {
   if (broadcast && (reply.sent || reply.outcome == Outcome::ok)) {
     return {WriteEnd::unknown, "a broadcast is not answered"};
   }
-  return {EndUnheard(reply.sent), reply.reason};
+  return {bus::EndUnheard(reply.sent), reply.reason};
 }
 
 }  // namespace
@@ -325,7 +326,7 @@ Witness::~Witness() {
 }
 
 Witness::Done Witness::Watch(std::shared_ptr<Witness> witness, Done done) {
-  return [witness = std::move(witness), done = std::move(done)](RoutedReply reply) {
+  return [witness = std::move(witness), done = std::move(done)](bus::RoutedReply reply) {
     witness->Tell(EndingOf(reply, witness->broadcast_));
     done(std::move(reply));
   };

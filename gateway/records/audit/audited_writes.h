@@ -45,20 +45,20 @@ std::string_view Name(Kind kind);  ///< "point"
 struct WriteRecord {
   std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
   Kind kind = Kind::point;
-  WallTime time{};                      ///< when it was asked for; of repeats the first
-  WallTime last{};                      ///< of repeats the last; else as `time`
-  std::string client;                   ///< "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::string line;                     ///< or the server elsewhere: "10.0.0.9:502"
-  std::string device;                   ///< its bare name; of a route "unit 20"
-  std::string point;                    ///< of a route its function and address: "06 holding 100"
-  Value before;                         ///< what the point showed before; empty: not known
-  Value first;                          ///< of repeats the first value; else empty
-  Value value;                          ///< the value to write; of repeats the last
-  std::optional<WriteEnd> end;          ///< empty: it is under way
-  std::string reason;                   ///< one sentence; empty when ok
-  Duration took{};                      ///< from when it was asked for to its end
-  std::uint64_t count = 1;              ///< of repeats, this one included
-  std::optional<RequestId> request{};   ///< of repeats the first; empty if there was no number
+  WallTime time{};              ///< when it was asked for; of repeats the first
+  WallTime last{};              ///< of repeats the last; else as `time`
+  std::string client;           ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;             ///< or the server elsewhere: "10.0.0.9:502"
+  std::string device;           ///< its bare name; of a route "unit 20"
+  std::string point;            ///< of a route its function and address: "06 holding 100"
+  Value before;                 ///< what the point showed before; empty: not known
+  Value first;                  ///< of repeats the first value; else empty
+  Value value;                  ///< the value to write; of repeats the last
+  std::optional<WriteEnd> end;  ///< empty: it is under way
+  std::string reason;           ///< one sentence; empty when ok
+  Duration took{};              ///< from when it was asked for to its end
+  std::uint64_t count = 1;      ///< of repeats, this one included
+  std::optional<bus::RequestId> request{};  ///< of repeats the first; empty if there was no number
   std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
 };
 
@@ -116,7 +116,7 @@ class WriteLog {
 //                                  → not kept, require      → w.End(denied)
 //                                  → not kept, best_effort  → inner.Submit(w)
 //
-class AuditedWrites final : public CommandSink {
+class AuditedWrites final : public bus::CommandSink {
  public:
   /// A command waits for its record no longer. No line and no caller of Submit waits with it.
   static constexpr Duration kWaitForRecord = 500ms;
@@ -125,13 +125,13 @@ class AuditedWrites final : public CommandSink {
 
   /// All outlive it; `log` also outlives every command that was handed to `inner`. `audit`: whether
   /// a write without a record is denied (require).
-  AuditedWrites(const PointStore& store, CommandSink& inner, WriteLog& log, config::Audit audit,
-                std::function<Now()> clocks);
+  AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
+                config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
   /// From any thread; waits for nothing. A command may end on another thread than the line's.
-  bool Submit(WriteCommand command) override;
-  void OnNotTaken(const DeniedWrite& denied) override;
+  bool Submit(bus::WriteCommand command) override;
+  void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   /// Begins to hand commands on, on a thread of its own.
   void Start() { worker_.Start(); }
@@ -144,20 +144,21 @@ class AuditedWrites final : public CommandSink {
 
  private:
   struct Waiting {
-    WriteCommand command;
+    bus::WriteCommand command;
     Ticket last = 0;       // its records are kept when this one is
     bool has_room = true;  // in the book, for all of them
     Instant until;
   };
 
-  WriteRecord RecordOf(const WriteCommand& command, const PointWrite& write, Now now) const;
-  std::vector<WriteRecord> RecordsOf(const WriteCommand& command, Now now) const;
+  WriteRecord RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
+                       Now now) const;
+  std::vector<WriteRecord> RecordsOf(const bus::WriteCommand& command, Now now) const;
   /// Without a point: of a telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
-  void NoteBusy(const WriteCommand& command, Now now);
+  void NoteBusy(const bus::WriteCommand& command, Now now);
 
-  const PointStore& store_;
-  CommandSink& inner_;
+  const bus::PointStore& store_;
+  bus::CommandSink& inner_;
   WriteLog& log_;
   const bool require_;
   const std::function<Now()> clocks_;
@@ -206,7 +207,7 @@ class Witness {
   Witness(const Witness&) = delete;
   Witness& operator=(const Witness&) = delete;
 
-  using Done = std::function<void(RoutedReply)>;
+  using Done = std::function<void(bus::RoutedReply)>;
   /// Returns `done`, which also reports to the log.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
   /// The gateway has denied it.

@@ -10,7 +10,7 @@
 #include "gateway/base/system_trouble.h"
 #include "gateway/records/disk/database_file.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 /// A reader of this machine, such as the program sqlite3, may hold up a commit so long.
@@ -114,7 +114,7 @@ std::optional<std::string> Database::Damage() {
   damaged_ = false;
   const Value found = First("PRAGMA integrity_check(1)");
   if (!HasValue(found)) return damaged_ ? std::optional(error_) : std::nullopt;
-  std::string text = ToText(found);
+  std::string text = baudgate::ToText(found);
   if (text == "ok") return std::nullopt;
   std::ranges::replace(text, '\n', ' ');
   Abandon();
@@ -194,7 +194,7 @@ void Statement::Bind(int place, const Value& value) {
     sqlite3_bind_double(handle_.get(), place, *number);
   } else if (const auto* counter = std::get_if<std::uint64_t>(&value)) {
     constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    if (*counter > kMost) return Bind(place, ToText(value));
+    if (*counter > kMost) return Bind(place, baudgate::ToText(value));
     Bind(place, static_cast<std::int64_t>(*counter));
   } else {
     sqlite3_bind_null(handle_.get(), place);
@@ -266,4 +266,4 @@ Value Statement::At(int column) const {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -20,7 +20,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace baudgate {
+namespace baudgate::records {
 
 /// One thread at a time.
 class Database {
@@ -154,4 +154,4 @@ auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
   return read_back;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

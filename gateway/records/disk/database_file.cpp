@@ -15,7 +15,7 @@
 
 #include "gateway/base/system_trouble.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 constexpr std::size_t kDatabaseHead = 100;
@@ -430,14 +430,14 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   // A reader of a file that is being recovered waits; a file in WAL mode stays so.
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
-  if (ToText(mode) != "wal") {
+  if (baudgate::ToText(mode) != "wal") {
     why = "its folder cannot be written";
     return Look::failed;
   }
   if (!database.Execute(std::string(kind.pragmas))) return Broken(database, why);
   const Value check = database.First("PRAGMA quick_check(1)");
   if (!HasValue(check)) return Broken(database, why);
-  return LookAtVersion(database, kind, ToText(check), why);
+  return LookAtVersion(database, kind, baudgate::ToText(check), why);
 }
 
 /// With its log, which belongs to it. The new name; empty: it cannot be renamed.
@@ -531,4 +531,4 @@ std::vector<std::string> PutAsideOf(const fs::path& file) {
   return names;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -18,7 +18,7 @@
 #include "gateway/base/bytes.h"
 #include "gateway/records/disk/database.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 // What can be told of a database from its bytes: whether it is a file at all, whether its head
 // makes sense, and whether its write-ahead log has lost what was committed. Source:
@@ -113,4 +113,4 @@ OpenedDatabase OpenDatabase(const std::filesystem::path& file, const DatabaseKin
 /// Names of files that were renamed so and are still there: "events.db.bad".
 std::vector<std::string> PutAsideOf(const std::filesystem::path& file);
 
-}  // namespace baudgate
+}  // namespace baudgate::records

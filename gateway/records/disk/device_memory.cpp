@@ -11,7 +11,7 @@
 #include "gateway/base/whole_file.h"
 #include "gateway/records/disk/state_folder.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -157,4 +157,4 @@ void DeviceMemory::Write(const std::string& text) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

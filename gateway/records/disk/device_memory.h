@@ -18,7 +18,7 @@
 #include "gateway/base/guarded.h"
 #include "gateway/base/worker.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 class DeviceMemory {
  public:
@@ -76,4 +76,4 @@ class DeviceMemory {
   Worker worker_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -3,7 +3,7 @@
 
 #include <array>
 
-namespace baudgate {
+namespace baudgate::records {
 
 std::string_view Name(Disk disk) {
   constexpr std::array<std::string_view, 4> kNames = {"opening", "fine", "stalled", "failing"};
@@ -35,4 +35,4 @@ bool DiskCalls::Begin(Call call) {
   return true;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

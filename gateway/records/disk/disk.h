@@ -19,7 +19,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/worker.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 enum class Disk : std::uint8_t {
   opening,  ///< the file is being checked
@@ -173,4 +173,4 @@ class DiskCalls {
   Worker worker_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 constexpr std::array<const char*, kEventsVersion> kMigrations = {R"sql(
@@ -225,4 +225,4 @@ Status EventsConnection::Check(bool whole) {
   return {};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -16,7 +16,7 @@
 #include "gateway/base/worker.h"
 #include "gateway/records/disk/database_file.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 // The one thread that writes events.db. The audit and the events have a connection each, and their
 // workers take turns on this thread: SQLite never tells one of them that the file is busy, and the
@@ -95,4 +95,4 @@ class EventsConnection {
   bool gone_ = false;  ///< the last one that was open, or records in it
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

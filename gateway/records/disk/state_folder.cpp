@@ -22,7 +22,7 @@
 #include "gateway/base/worker.h"
 #include "gateway/records/disk/events_file.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 constexpr const char* kSystemState = "/var/lib/baudgate";
@@ -274,4 +274,4 @@ StateFolder::~StateFolder() {
   if (lock_ >= 0) ::close(lock_);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -14,7 +14,7 @@
 #include "config/model/config.h"
 #include "gateway/base/guarded.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 // Which files of the state folder a newer baudgate has written: they are not for this one, which
 // would read them wrong, or take for damaged what it does not know.
@@ -97,4 +97,4 @@ class StateFolder {
   int lock_ BAUDGATE_GUARDED_BY(mutex_) = -1;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

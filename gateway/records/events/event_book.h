@@ -94,7 +94,7 @@ struct Batch {
   std::string said{};  ///< see EventBatch
   bool again = false;
   std::vector<EventRecord> events{};
-  std::vector<PastRecord> past{};
+  std::vector<protocols::PastRecord> past{};
   bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
   std::string line{};
   std::string device{};

@@ -28,7 +28,7 @@ config::AlarmPriority PriorityNamed(std::string_view name) {
 
 }  // namespace
 
-AlarmTable::AlarmTable(Database& database)
+AlarmTable::AlarmTable(records::Database& database)
     : database_(database),
       write_(database,
              "INSERT OR REPLACE INTO alarms (line, device, name, point, state, priority, seq, "
@@ -36,11 +36,12 @@ AlarmTable::AlarmTable(Database& database)
       remove_(database, "DELETE FROM alarms WHERE line=? AND device=? AND name=?") {}
 
 bool AlarmTable::Read(std::vector<Alarm>& alarms) {
-  Statement rows(database_,
-                 "SELECT line, device, name, point, state, priority, seq, raised, changed, text, "
-                 "acknowledged_by FROM alarms");
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
+  records::Statement rows(
+      database_,
+      "SELECT line, device, name, point, state, priority, seq, raised, changed, text, "
+      "acknowledged_by FROM alarms");
+  records::Statement::Step step = rows.Next();
+  for (; step == records::Statement::Step::row; step = rows.Next()) {
     Alarm& alarm = alarms.emplace_back();
     alarm.line = std::string(rows.Text(0));
     alarm.device = std::string(rows.Text(1));
@@ -55,7 +56,7 @@ bool AlarmTable::Read(std::vector<Alarm>& alarms) {
     Shorten(alarm.text);
     alarm.by = std::string(rows.Text(10));
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 bool AlarmTable::Write(const Alarm& alarm) {
@@ -89,7 +90,7 @@ constexpr const char* kOlder =
 
 }  // namespace
 
-EventTable::EventTable(Database& database, std::int64_t most)
+EventTable::EventTable(records::Database& database, std::int64_t most)
     : database_(database),
       most_(most),
       insert_(database, kInsertEvent),
@@ -109,14 +110,14 @@ EventTable::Contents EventTable::Read(FeedLimits limits) {
       !records_.ReadOwed(contents.owed) || !FindOldest()) {
     return contents;
   }
-  Statement rows(database_, "SELECT line, device, said FROM event_sources");
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
+  records::Statement rows(database_, "SELECT line, device, said FROM event_sources");
+  records::Statement::Step step = rows.Next();
+  for (; step == records::Statement::Step::row; step = rows.Next()) {
     contents.said[{std::string(rows.Text(0)), std::string(rows.Text(1))}] = rows.Text(2);
   }
   contents.image.newest = contents.last;
   contents.image.alarms = contents.alarms;
-  contents.ok = step == Statement::Step::done && ReadImage(limits, contents.image);
+  contents.ok = step == records::Statement::Step::done && ReadImage(limits, contents.image);
   return contents;
 }
 
@@ -132,41 +133,42 @@ bool EventTable::ReadImage(FeedLimits limits, FeedImage& image) {
     after = events->back().seq;
     std::ranges::move(*events, std::back_inserter(image.events));
   }
-  Statement rows(database_, kGone);
+  records::Statement rows(database_, kGone);
   rows.BindAll(older, gone);
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
+  records::Statement::Step step = rows.Next();
+  for (; step == records::Statement::Step::row; step = rows.Next()) {
     image.gone.push_back({rows.Number(0), std::string(rows.Text(1))});
   }
-  if (step == Statement::Step::failed) return false;
-  Statement newest(database_, kOlder);
+  if (step == records::Statement::Step::failed) return false;
+  records::Statement newest(database_, kOlder);
   newest.Bind(1, older);
-  for (step = newest.Next(); step == Statement::Step::row; step = newest.Next()) {
+  for (step = newest.Next(); step == records::Statement::Step::row; step = newest.Next()) {
     if (!newest.IsNull(1)) image.older[std::string(newest.Text(0))] = newest.Number(1);
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 bool EventTable::ReadRun(Contents& contents) {
-  Statement run(database_,
-                "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
-                "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
+  records::Statement run(
+      database_,
+      "SELECT code, (SELECT receive_time FROM events ORDER BY seq DESC LIMIT 1) FROM "
+      "events WHERE device='' AND code IN (?,?) ORDER BY seq DESC LIMIT 1");
   run.BindAll(std::int64_t{CodeOf(OwnCode::started)}, std::int64_t{CodeOf(OwnCode::stops)});
-  const Statement::Step step = run.Next();
-  if (step == Statement::Step::row) {
+  const records::Statement::Step step = run.Next();
+  if (step == records::Statement::Step::row) {
     const bool ended = run.Number(0) == std::int64_t{CodeOf(OwnCode::stops)};
     contents.last_run = {ended ? LastRun::End::in_order : LastRun::End::broken_off, run.Time(1)};
   }
-  return step != Statement::Step::failed;
+  return step != records::Statement::Step::failed;
 }
 
 bool EventTable::ReadCursors(Cursors& cursors) {
-  Statement rows(database_, "SELECT name, seq, sure FROM event_cursors");
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
+  records::Statement rows(database_, "SELECT name, seq, sure FROM event_cursors");
+  records::Statement::Step step = rows.Next();
+  for (; step == records::Statement::Step::row; step = rows.Next()) {
     cursors[std::string(rows.Text(0))] = {rows.Number(1), rows.Number(2) != 0};
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 bool EventTable::WriteCursors(const Cursors& cursors) {
@@ -246,7 +248,7 @@ bool EventTable::FindOldest() {
 }
 
 EventFile::EventFile(std::filesystem::path path, std::string vfs,
-                     std::shared_ptr<EventsWriter> writer)
+                     std::shared_ptr<records::EventsWriter> writer)
     : connection_(std::move(path), std::move(vfs), std::move(writer)) {}
 
 std::optional<EventFile::Opened> EventFile::Open() {

@@ -27,16 +27,16 @@ namespace baudgate::events {
 class AlarmTable {
  public:
   /// `database` outlives it.
-  explicit AlarmTable(Database& database);
+  explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);
   /// A normal one is removed.
   bool Write(const Alarm& alarm);
 
  private:
-  Database& database_;
-  Statement write_;
-  Statement remove_;
+  records::Database& database_;
+  records::Statement write_;
+  records::Statement remove_;
 };
 
 // The tables `events` and `event_sources` of events.db: batches in, in one transaction, and the
@@ -48,7 +48,7 @@ inline constexpr std::int64_t kMostEvents = 1'000'000;
 class EventTable {
  public:
   /// `database` is of OpenEvents, and outlives it.
-  explicit EventTable(Database& database, std::int64_t most = kMostEvents);
+  explicit EventTable(records::Database& database, std::int64_t most = kMostEvents);
 
   struct Contents {
     bool ok = false;
@@ -82,13 +82,13 @@ class EventTable {
   bool FindOldest();
   bool ReadImage(FeedLimits limits, FeedImage& image);
 
-  Database& database_;
+  records::Database& database_;
   const std::int64_t most_;
   std::int64_t oldest_ = 0;
-  Statement insert_;
-  Statement said_;
-  Statement drop_;
-  Statement cursor_;
+  records::Statement insert_;
+  records::Statement said_;
+  records::Statement drop_;
+  records::Statement cursor_;
   AlarmTable alarms_;
   RecordTable records_;
   PastTable past_;
@@ -98,9 +98,9 @@ class EventFile {
  public:
   /// As EventsConnection.
   explicit EventFile(std::filesystem::path path, std::string vfs = {},
-                     std::shared_ptr<EventsWriter> writer = {});
+                     std::shared_ptr<records::EventsWriter> writer = {});
 
-  struct Opened : EventsConnection::Opened {
+  struct Opened : records::EventsConnection::Opened {
     EventTable::Contents contents{};
   };
   /// Empty: it was open already.
@@ -111,7 +111,7 @@ class EventFile {
   /// Only if open. A reader has found damage: the whole file is checked.
   Status Check();
   /// See PutAsideOf.
-  std::vector<std::string> PutAside() const { return PutAsideOf(connection_.path()); }
+  std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   /// Open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
@@ -124,7 +124,7 @@ class EventFile {
   const std::filesystem::path& path() const { return connection_.path(); }
 
  private:
-  EventsConnection connection_;
+  records::EventsConnection connection_;
   std::optional<EventTable> table_;
   bool was_open_ = false;
   bool lacks_alarms_ = false;

@@ -12,7 +12,8 @@ namespace baudgate::events {
 EventRounds::EventRounds(const LogOptions& options, PendingEvents& pending)
     : options_(options), pending_(pending) {
   const MutexLock lock(pending_.mutex);
-  if (options_.file.empty() && !options_.in_memory) SetDisk(Disk::failing, options_.why_no_file);
+  if (options_.file.empty() && !options_.in_memory)
+    SetDisk(records::Disk::failing, options_.why_no_file);
 }
 
 std::vector<Batch> EventRounds::Watch() {
@@ -27,7 +28,7 @@ std::vector<Batch> EventRounds::Watch() {
       pending_.wake();
     }
     if (!late || pending_.disk.is_opening() || pending_.disk.is_failing()) return {};
-    SetDisk(Disk::stalled, "the disk does not answer in time");
+    SetDisk(records::Disk::stalled, "the disk does not answer in time");
     batches = pending_.book.Ahead();
     pending_.book.OnTold(batches.size());
     acks = std::exchange(pending_.acks, {});
@@ -125,7 +126,8 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
       timer_.Rest(now.instant + kTick);
     }
     if (oldest > 0) pending_.oldest = oldest;  // known as well while the disk is full
-    SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+    SetDisk(status ? records::Disk::fine : records::Disk::failing,
+            status ? std::string() : status.error());
   }
   pending_.changed.notify_all();
   return kept;
@@ -161,9 +163,9 @@ std::vector<std::string> EventRounds::LeftBehind() const {
 }
 
 /// Logs a trouble when it begins and when it ends; a trouble that has ended is an event, too.
-void EventRounds::SetDisk(Disk disk, const std::string& trouble) {
+void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
-  const DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);
+  const records::DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);
   if (news.begun) {
     options_.warn(fmt::format(
         "events: {}; devices are not asked for events until it works again, and keep them as long "
@@ -314,7 +316,7 @@ void RoundWriter::Feed(const std::vector<Batch>& batches) {
 namespace {
 
 LogOptions WithWriter(LogOptions options) {
-  if (!options.writer) options.writer = std::make_shared<EventsWriter>();
+  if (!options.writer) options.writer = std::make_shared<records::EventsWriter>();
   return options;
 }
 
@@ -346,7 +348,7 @@ EventsState EventLog::state() const {
 
 Result<Page> EventLog::Read(const PageQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
-  if (state().disk == Disk::opening) return Page{.records = {}, .next = query.after};
+  if (state().disk == records::Disk::opening) return Page{.records = {}, .next = query.after};
   bool damaged = false;
   auto page = ReadPage(options_.file, query, &damaged);
   if (damaged) rounds_.Doubt();
@@ -355,7 +357,7 @@ Result<Page> EventLog::Read(const PageQuery& query) const {
 
 Result<PastPage> EventLog::ReadPast(const PastQuery& query) const {
   if (options_.file.empty()) return Error{options_.why_no_file};
-  if (state().disk == Disk::opening) return PastPage{.rows = {}, .next = query.after};
+  if (state().disk == records::Disk::opening) return PastPage{.rows = {}, .next = query.after};
   bool damaged = false;
   auto page = events::ReadPast(options_.file, query, &damaged);
   if (damaged) rounds_.Doubt();

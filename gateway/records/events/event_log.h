@@ -86,7 +86,7 @@ class EventRounds {
 
   /// The content of one commit, and the requests that wait for it.
   struct Round {
-    FileWatch::Look look{};
+    records::FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<WaitingAck> acks{};
@@ -106,12 +106,12 @@ class EventRounds {
  private:
   static constexpr Duration kTick = 1s;
 
-  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(pending_.mutex);
+  void SetDisk(records::Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(pending_.mutex);
   Instant NextRoundAt() const BAUDGATE_REQUIRES(pending_.mutex);
 
   const LogOptions& options_;
   PendingEvents& pending_;
-  mutable FileWatch watch_ BAUDGATE_GUARDED_BY(pending_.mutex);
+  mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(pending_.mutex);
   RoundTimer timer_ BAUDGATE_GUARDED_BY(pending_.mutex);
 };
 

@@ -80,7 +80,7 @@ struct LogOptions {
   bool in_memory = false;
   std::string vfs{};  ///< as in Database
   /// Shared with the audit. Null: EventLog makes one.
-  std::shared_ptr<EventsWriter> writer{};
+  std::shared_ptr<records::EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< gets what is on the disk; null: there is none
@@ -132,7 +132,7 @@ struct PendingEvents {
   OwnRun run BAUDGATE_GUARDED_BY(mutex);
   SourceNumbers numbers BAUDGATE_GUARDED_BY(mutex);
   WatchedAlarms watched BAUDGATE_GUARDED_BY(mutex);
-  DiskCondition disk BAUDGATE_GUARDED_BY(mutex);
+  records::DiskCondition disk BAUDGATE_GUARDED_BY(mutex);
   std::int64_t oldest BAUDGATE_GUARDED_BY(mutex) = 0;  ///< number of the first event in the file
   std::function<void()> on_opened BAUDGATE_GUARDED_BY(mutex);  ///< see EventQueue::WhenOpened
 };

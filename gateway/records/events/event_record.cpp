@@ -8,14 +8,14 @@ namespace baudgate::events {
 namespace {
 
 /// The last moment up to `until` of which a clock says `said`.
-WallTime LastUpTo(WallTime until, const SaidTime& said) {
+WallTime LastUpTo(WallTime until, const protocols::SaidTime& said) {
   const Duration since = until.time_since_epoch() - said.time;
   Duration beyond = since % said.period;
   if (beyond < Duration::zero()) beyond += said.period;
   return until - beyond;
 }
 
-PlacedTime PlaceOne(const SaidTime& said, WallTime until, WallTime received,
+PlacedTime PlaceOne(const protocols::SaidTime& said, WallTime until, WallTime received,
                     std::optional<Duration> oldest) {
   if (said.period <= Duration::zero()) return {WallTime(said.time), ClockQuality::device};
   const WallTime last = LastUpTo(until, said);
@@ -40,8 +40,8 @@ ClockQuality ClockQualityOf(std::int64_t number) {
 }
 
 /// From the last to the first: what came later bounds what came before.
-std::vector<PlacedTime> Place(const std::vector<std::optional<SaidTime>>& said, WallTime received,
-                              std::optional<Duration> oldest) {
+std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
+                              WallTime received, std::optional<Duration> oldest) {
   std::vector<PlacedTime> placed(said.size());
   WallTime until = received + kClockTolerance;
   for (std::size_t i = said.size(); i-- > 0;) {
@@ -92,15 +92,15 @@ void Shorten(std::string& text) {
   text.resize(size);
 }
 
-std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,
+std::vector<EventRecord> RecordsOf(const protocols::EventBatch& batch, const std::string& line,
                                    const config::Device& device, WallTime received,
                                    std::optional<Duration> oldest) {
-  std::vector<std::optional<SaidTime>> said;
-  for (const DeviceEvent& event : batch.events) said.push_back(event.time);
+  std::vector<std::optional<protocols::SaidTime>> said;
+  for (const protocols::DeviceEvent& event : batch.events) said.push_back(event.time);
   const std::vector<PlacedTime> times = Place(said, received, oldest);
   std::vector<EventRecord> records;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    const DeviceEvent& event = batch.events[i];
+    const protocols::DeviceEvent& event = batch.events[i];
     const auto* known = config::FindEvent(device.event_texts, event.channel, event.code);
     EventRecord& record = records.emplace_back();
     record.received = received;

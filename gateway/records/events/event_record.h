@@ -51,8 +51,8 @@ struct PlacedTime {
 
 /// The times of one batch, in order: an event is no older than the one before it, as far as its
 /// clock allows. `oldest`: no event is older; empty: not known.
-std::vector<PlacedTime> Place(const std::vector<std::optional<SaidTime>>& said, WallTime received,
-                              std::optional<Duration> oldest);
+std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
+                              WallTime received, std::optional<Duration> oldest);
 
 // Values that belong together, saved and read as one: what a relay has recorded of a trip, the
 // billing values of a month, the content of a transponder. docs/events.md has the fields for users.
@@ -138,7 +138,7 @@ inline constexpr std::size_t kLongestText = 128;
 void Shorten(std::string& text);
 
 /// Makes records with the texts of the device's profile. `oldest`: see Place.
-std::vector<EventRecord> RecordsOf(const EventBatch& batch, const std::string& line,
+std::vector<EventRecord> RecordsOf(const protocols::EventBatch& batch, const std::string& line,
                                    const config::Device& device, WallTime received,
                                    std::optional<Duration> oldest);
 

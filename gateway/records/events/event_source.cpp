@@ -25,7 +25,7 @@ config::EventState EventStateNamed(std::string_view name) {
   return config::EventState::message;
 }
 
-EventRecord RecordOf(const Statement& row) {
+EventRecord RecordOf(const records::Statement& row) {
   EventRecord record;
   record.seq = row.Number(0);
   record.received = row.Time(1);
@@ -40,7 +40,7 @@ EventRecord RecordOf(const Statement& row) {
   return record;
 }
 
-bool AddKept(Database& database, Page& page) {
+bool AddKept(records::Database& database, Page& page) {
   auto kept = ReadRecordsOf(database, page.records.front().seq, page.records.back().seq);
   if (!kept) return false;
   auto record = page.records.begin();
@@ -61,39 +61,40 @@ bool AddKept(Database& database, Page& page) {
 }
 
 /// A page with many values ends sooner.
-bool AddRecords(Database& database, Page& page) {
+bool AddRecords(records::Database& database, Page& page) {
   if (page.records.empty()) return true;
   if (!AddKept(database, page)) return false;
-  Statement owed(database, "SELECT event, name FROM owed_records WHERE event>=? AND event<=?");
+  records::Statement owed(database,
+                          "SELECT event, name FROM owed_records WHERE event>=? AND event<=?");
   owed.BindAll(page.records.front().seq, page.records.back().seq);
-  Statement::Step step = owed.Next();
-  for (; step == Statement::Step::row; step = owed.Next()) {
+  records::Statement::Step step = owed.Next();
+  for (; step == records::Statement::Step::row; step = owed.Next()) {
     const auto found = std::ranges::find(page.records, owed.Number(0), &EventRecord::seq);
     if (found != page.records.end()) found->record = std::string(owed.Text(1));
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 }  // namespace
 
-Result<Page> ReadPage(Database& database, const PageQuery& query) {
+Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
   std::string sql(kEventColumns);
   sql += "WHERE seq>?1";
   if (query.since) sql += " AND receive_time>=?2";
   if (!query.line.empty()) sql += " AND line=?3";
   if (!query.device.empty()) sql += " AND device=?4";
   sql += " ORDER BY seq LIMIT " + std::to_string(kPage + 1);
-  Statement rows(database, sql);
+  records::Statement rows(database, sql);
   rows.BindAll(query.after, query.since);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
   Page page;
   page.next = query.after;
   for (;;) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    page.more = step == Statement::Step::row && page.records.size() == kPage;
-    if (step == Statement::Step::done || page.more) break;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    page.more = step == records::Statement::Step::row && page.records.size() == kPage;
+    if (step == records::Statement::Step::done || page.more) break;
     page.records.push_back(RecordOf(rows));
     page.next = page.records.back().seq;
   }
@@ -101,7 +102,7 @@ Result<Page> ReadPage(Database& database, const PageQuery& query) {
 }
 
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query, bool* damaged) {
-  return ReadOnce(file, damaged, [&](Database& database) -> Result<Page> {
+  return records::ReadOnce(file, damaged, [&](records::Database& database) -> Result<Page> {
     auto page = ReadPage(database, query);
     if (page && !AddRecords(database, *page)) return Error{database.error()};
     return page;

@@ -36,7 +36,7 @@ struct Page {
   bool more = false;                 ///< there were more at that time
 };
 
-Result<Page> ReadPage(Database& database, const PageQuery& query);
+Result<Page> ReadPage(records::Database& database, const PageQuery& query);
 /// See ReadOnce; with the records of the events. A page with many values is shorter.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
@@ -50,7 +50,7 @@ struct Consumer {
 };
 
 struct EventsState {
-  Disk disk = Disk::opening;
+  records::Disk disk = records::Disk::opening;
   std::string trouble;  ///< why it fails; empty: it does not
   WallTime since{};     ///< of `disk`
   std::size_t waiting =

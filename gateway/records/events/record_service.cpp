@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::events {
 namespace {
 
 events::KeptRecord RecordFor(const events::OwedRecord& owed) {
@@ -35,7 +35,9 @@ events::KeptRecord NotRead(std::string why, WallTime now) {
 }
 
 /// The device has said that it has no such item, and is not asked for it any more.
-bool IsGivenUp(const PointRecord& point) { return point.reported == Quality::bad_configuration; }
+bool IsGivenUp(const bus::PointRecord& point) {
+  return point.reported == Quality::bad_configuration;
+}
 
 }  // namespace
 
@@ -213,11 +215,11 @@ RecordService::Found RecordService::Look(const Debt& debt, Instant asked, Now no
   events::KeptRecord record;
   record.read = now.wall;
   bool all = true;
-  store_.Read(debt.device, [&](const DeviceRecord& device) {
+  store_.Read(debt.device, [&](const bus::DeviceRecord& device) {
     found.away = device.override_quality.has_value();
     for (const std::uint32_t index : debt.record->points) {
       const config::Point& point = device.device->points[index];
-      const PointRecord& held = device.points[index];
+      const bus::PointRecord& held = device.points[index];
       const bool read = held.read_at && *held.read_at > asked;
       all = all && (read || IsGivenUp(held));
       if (read) found.read_at = std::max(found.read_at, *held.read_at);
@@ -244,11 +246,11 @@ void RecordService::Settle(Debt& debt, const events::KeptRecord& record, Steps& 
 void RecordService::Do(Steps steps) {
   for (events::KeptRecord& record : steps.keep) ends_.keep(std::move(record));
   for (Debt* const debt : steps.ask) {
-    WriteCommand command;
+    bus::WriteCommand command;
     const Instant now = ends_.clocks().instant;
     command.device = debt->device;
     command.client = "events";
-    command.kind = Reads{debt->record->points};
+    command.kind = bus::Reads{debt->record->points};
     command.deadline = now + kWaitForPoints;
     command.done = [this, debt, now](const WriteResult& result) { OnAnswer(*debt, now, result); };
     if (ends_.ask(std::move(command))) continue;
@@ -258,4 +260,4 @@ void RecordService::Do(Steps steps) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::events

@@ -28,7 +28,7 @@
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/records/events/event_record.h"
 
-namespace baudgate {
+namespace baudgate::events {
 
 /// From any thread.
 class RecordService {
@@ -42,11 +42,11 @@ class RecordService {
 
   struct Ends {
     std::function<Now()> clocks;
-    std::function<bool(WriteCommand command)> ask;  ///< as CommandSink::Submit
+    std::function<bool(bus::WriteCommand command)> ask;  ///< as CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
   /// `store` outlives it. All its reads must be answered before it is destroyed.
-  RecordService(const PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
+  RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
   /// The next devices after the known ones. `line` outlives this.
   void Add(const config::Line& line);
@@ -96,7 +96,7 @@ class RecordService {
   void Ask(Debt& debt, Steps& steps) BAUDGATE_REQUIRES(mutex_);
   void Do(Steps steps);
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   const Ends ends_;
   std::atomic<std::size_t> owing_ = 0;  // debts
   mutable Mutex mutex_;
@@ -104,4 +104,4 @@ class RecordService {
   std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // by device; never moved
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::events

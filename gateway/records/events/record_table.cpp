@@ -33,7 +33,7 @@ std::int64_t NumberOf(ClockQuality clock) { return static_cast<std::uint16_t>(cl
 
 }  // namespace
 
-RecordTable::RecordTable(Database& database, std::int64_t most)
+RecordTable::RecordTable(records::Database& database, std::int64_t most)
     : database_(database),
       most_(most),
       find_(database, kFindRecord),
@@ -50,7 +50,7 @@ RecordTable::RecordTable(Database& database, std::int64_t most)
 bool RecordTable::Insert(const KeptRecord& record) {
   find_.BindAll(record.kind, record.line, record.device, record.name, record.device_time,
                 record.event);
-  if (find_.Next() != Statement::Step::row) return false;
+  if (find_.Next() != records::Statement::Step::row) return false;
   const std::int64_t seq = find_.Number(0) + 1;
   const bool known = find_.Number(1) != 0;
   find_.Reset();
@@ -73,7 +73,7 @@ bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
     if (!ok) return false;
   }
   if (record.kind == kEventRecord) return true;
-  for (Statement* drop : {&drop_old_values_, &drop_old_}) {
+  for (records::Statement* drop : {&drop_old_values_, &drop_old_}) {
     if (!drop->Run(record.kind, seq - most_)) return false;
   }
   return true;
@@ -85,22 +85,23 @@ bool RecordTable::Owe(const OwedRecord& owed) {
 }
 
 bool RecordTable::Drop(std::int64_t event) {
-  for (Statement* drop : {&drop_values_, &drop_, &drop_owed_}) {
+  for (records::Statement* drop : {&drop_values_, &drop_, &drop_owed_}) {
     if (!drop->Run(event)) return false;
   }
   return true;
 }
 
 bool RecordTable::ReadOwed(std::vector<OwedRecord>& owed) {
-  Statement rows(database_,
-                 "SELECT event, line, device, name, device_time, clock_quality FROM owed_records "
-                 "ORDER BY event");
-  Statement::Step step = rows.Next();
-  for (; step == Statement::Step::row; step = rows.Next()) {
+  records::Statement rows(
+      database_,
+      "SELECT event, line, device, name, device_time, clock_quality FROM owed_records "
+      "ORDER BY event");
+  records::Statement::Step step = rows.Next();
+  for (; step == records::Statement::Step::row; step = rows.Next()) {
     owed.push_back({rows.Number(0), std::string(rows.Text(1)), std::string(rows.Text(2)),
                     std::string(rows.Text(3)), rows.Time(4), ClockQualityOf(rows.Number(5))});
   }
-  return step == Statement::Step::done;
+  return step == records::Statement::Step::done;
 }
 
 namespace {
@@ -119,7 +120,7 @@ RecordState RecordStateNamed(std::string_view name) {
   return RecordState::not_read;
 }
 
-KeptRecord KeptRecordOf(const Statement& row) {
+KeptRecord KeptRecordOf(const records::Statement& row) {
   KeptRecord record;
   record.kind = std::string(row.Text(0));
   record.seq = row.Number(1);
@@ -137,26 +138,26 @@ KeptRecord KeptRecordOf(const Statement& row) {
 
 class Values {
  public:
-  explicit Values(Database& database) : rows_(database, kValues) {}
+  explicit Values(records::Database& database) : rows_(database, kValues) {}
 
   bool Read(KeptRecord& record) {
     rows_.BindAll(record.kind, record.seq);
-    Statement::Step step = rows_.Next();
-    for (; step == Statement::Step::row; step = rows_.Next()) {
+    records::Statement::Step step = rows_.Next();
+    for (; step == records::Statement::Step::row; step = rows_.Next()) {
       const auto word =
           static_cast<std::uint16_t>(std::clamp<std::int64_t>(rows_.Number(3), 0, 0xFFFF));
       record.values.push_back({std::string(rows_.Text(0)), rows_.At(1), std::string(rows_.Text(2)),
                                Quality::OfWord(word)});
     }
     rows_.Reset();
-    return step == Statement::Step::done;
+    return step == records::Statement::Step::done;
   }
 
  private:
-  Statement rows_;
+  records::Statement rows_;
 };
 
-void BindAll(Statement& rows, const RecordQuery& query) {
+void BindAll(records::Statement& rows, const RecordQuery& query) {
   rows.BindAll(query.kind, query.after);
   if (!query.line.empty()) rows.Bind(3, query.line);
   if (!query.device.empty()) rows.Bind(4, query.device);
@@ -179,7 +180,7 @@ std::string_view Name(RecordState state) {
   return "";
 }
 
-Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query) {
+Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& query) {
   std::string sql(kRecordColumns);
   sql += "WHERE kind=?1 AND seq>?2";
   if (!query.line.empty()) sql += " AND line=?3";
@@ -188,16 +189,16 @@ Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query) {
   if (query.since) sql += " AND device_time>=?6";
   if (query.until) sql += " AND device_time<?7";
   sql += " ORDER BY seq LIMIT " + std::to_string(kRecordPage + 1);
-  Statement rows(database, sql);
+  records::Statement rows(database, sql);
   BindAll(rows, query);
   Values values(database);
   RecordPage page;
   page.next = query.after;
   std::size_t count = 0;
   for (;;) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return page;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    if (step == records::Statement::Step::done) return page;
     page.more = page.records.size() == kRecordPage || count >= kPageValues;
     if (page.more) return page;
     KeptRecord record = KeptRecordOf(rows);
@@ -209,21 +210,22 @@ Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query) {
 }
 
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query) {
-  return ReadOnce(file, nullptr, [&](Database& database) { return ReadRecords(database, query); });
+  return records::ReadOnce(
+      file, nullptr, [&](records::Database& database) { return ReadRecords(database, query); });
 }
 
-Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t first,
+Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last) {
   std::vector<KeptRecord> records;
-  Statement rows(database,
-                 std::string(kRecordColumns) +
-                     "WHERE kind='event' AND event>0 AND event>=? AND event<=? ORDER BY event");
+  records::Statement rows(
+      database, std::string(kRecordColumns) +
+                    "WHERE kind='event' AND event>0 AND event>=? AND event<=? ORDER BY event");
   rows.BindAll(first, last);
   Values values(database);
   for (;;) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return records;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    if (step == records::Statement::Step::done) return records;
     KeptRecord record = KeptRecordOf(rows);
     if (!values.Read(record)) return Error{database.error()};
     records.push_back(std::move(record));
@@ -248,7 +250,7 @@ constexpr std::int64_t Micros(Duration time) { return time / std::chrono::micros
 
 }  // namespace
 
-PastTable::PastTable(Database& database, std::int64_t most)
+PastTable::PastTable(records::Database& database, std::int64_t most)
     : most_(most),
       add_point_(database, kAddPoint),
       find_point_(database, kFindPoint),
@@ -260,37 +262,38 @@ std::optional<std::int64_t> PastTable::PointOf(const std::string& line, const st
                                                const std::string& name) {
   if (!add_point_.Run(line, device, name)) return std::nullopt;
   find_point_.BindAll(line, device, name);
-  const bool found = find_point_.Next() == Statement::Step::row;
+  const bool found = find_point_.Next() == records::Statement::Step::row;
   const auto point = found ? std::optional(find_point_.Number(0)) : std::nullopt;
   find_point_.Reset();
   return point;
 }
 
-bool PastTable::InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value) {
+bool PastTable::InsertRow(std::int64_t point, const protocols::PastRecord& record,
+                          const protocols::PastValue* value) {
   return insert_.Run(point, Micros(record.begin), Micros(record.span),
                      value == nullptr ? Value() : value->value,
                      value == nullptr ? Value() : Value(std::int64_t{value->quality.word()}));
 }
 
 bool PastTable::InsertGap(const std::string& line, const std::string& device,
-                          const PastRecord& record) {
+                          const protocols::PastRecord& record) {
   std::vector<std::int64_t> points;
   of_series_.BindAll(line, device, record.series + ".");
-  Statement::Step step = of_series_.Next();
-  for (; step == Statement::Step::row; step = of_series_.Next()) {
+  records::Statement::Step step = of_series_.Next();
+  for (; step == records::Statement::Step::row; step = of_series_.Next()) {
     points.push_back(of_series_.Number(0));
   }
   of_series_.Reset();
-  bool ok = step == Statement::Step::done;
+  bool ok = step == records::Statement::Step::done;
   for (const std::int64_t point : points) ok = ok && InsertRow(point, record, nullptr);
   return ok;
 }
 
 bool PastTable::Insert(const std::string& line, const std::string& device,
-                       const std::vector<PastRecord>& records) {
-  for (const PastRecord& record : records) {
+                       const std::vector<protocols::PastRecord>& records) {
+  for (const protocols::PastRecord& record : records) {
     if (record.values.empty() && !InsertGap(line, device, record)) return false;
-    for (const PastValue& value : record.values) {
+    for (const protocols::PastValue& value : record.values) {
       const auto point = PointOf(line, device, record.series + "." + value.name);
       if (!point || !InsertRow(*point, record, &value)) return false;
     }
@@ -308,7 +311,7 @@ constexpr const char* kRows =
 
 std::int64_t Micros(WallTime time) { return time.time_since_epoch() / 1us; }
 
-PastRow RowOf(const Statement& row) {
+PastRow RowOf(const records::Statement& row) {
   constexpr std::int64_t kLongest = 366LL * 24 * 3600 * 1'000'000;
   PastRow past;
   past.time = row.Time(1);
@@ -320,24 +323,24 @@ PastRow RowOf(const Statement& row) {
 
 }  // namespace
 
-Result<PastPage> ReadPast(Database& database, const PastQuery& query) {
+Result<PastPage> ReadPast(records::Database& database, const PastQuery& query) {
   PastPage page;
   page.next = query.after;
-  Statement find(database, kFind);
+  records::Statement find(database, kFind);
   find.BindAll(query.line, query.device, query.name);
-  const Statement::Step found = find.Next();
-  if (found == Statement::Step::failed) return Error{database.error()};
-  if (found == Statement::Step::done) return page;
+  const records::Statement::Step found = find.Next();
+  if (found == records::Statement::Step::failed) return Error{database.error()};
+  if (found == records::Statement::Step::done) return page;
   page.known = true;
-  Statement rows(database, kRows);
+  records::Statement rows(database, kRows);
   rows.BindAll(find.Number(0), query.after.time, query.after.seq,
                query.since ? Micros(*query.since) : std::numeric_limits<std::int64_t>::min(),
                query.until ? Micros(*query.until) : std::numeric_limits<std::int64_t>::max(),
                static_cast<std::int64_t>(kPastPage + 1));
   while (true) {
-    const Statement::Step step = rows.Next();
-    if (step == Statement::Step::failed) return Error{database.error()};
-    if (step == Statement::Step::done) return page;
+    const records::Statement::Step step = rows.Next();
+    if (step == records::Statement::Step::failed) return Error{database.error()};
+    if (step == records::Statement::Step::done) return page;
     page.more = page.rows.size() == kPastPage;
     if (page.more) return page;
     page.rows.push_back(RowOf(rows));
@@ -347,7 +350,8 @@ Result<PastPage> ReadPast(Database& database, const PastQuery& query) {
 
 Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
                           bool* damaged) {
-  return ReadOnce(file, damaged, [&](Database& database) { return ReadPast(database, query); });
+  return records::ReadOnce(file, damaged,
+                           [&](records::Database& database) { return ReadPast(database, query); });
 }
 
 }  // namespace baudgate::events

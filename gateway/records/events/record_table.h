@@ -26,7 +26,7 @@ class RecordTable {
   static constexpr std::int64_t kMost = 1'000'000;
 
   /// `database` is of OpenEvents, and outlives it.
-  explicit RecordTable(Database& database, std::int64_t most = kMost);
+  explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
   /// Writes it with the next number of its kind; its event owes it no longer. If a record with the
   /// same kind, line, device, name, device_time and event is there already, that one stays.
@@ -40,18 +40,18 @@ class RecordTable {
  private:
   bool InsertValues(const KeptRecord& record, std::int64_t seq);
 
-  Database& database_;
+  records::Database& database_;
   const std::int64_t most_;
-  Statement find_;
-  Statement insert_;
-  Statement value_;
-  Statement owe_;
-  Statement settle_;
-  Statement drop_values_;
-  Statement drop_;
-  Statement drop_old_values_;
-  Statement drop_old_;
-  Statement drop_owed_;
+  records::Statement find_;
+  records::Statement insert_;
+  records::Statement value_;
+  records::Statement owe_;
+  records::Statement settle_;
+  records::Statement drop_values_;
+  records::Statement drop_;
+  records::Statement drop_old_values_;
+  records::Statement drop_old_;
+  records::Statement drop_owed_;
 };
 
 // Reads kept records. The file may contain anything; every field is checked.
@@ -75,12 +75,12 @@ struct RecordPage {
 inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
-Result<RecordPage> ReadRecords(Database& database, const RecordQuery& query);
+Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& query);
 /// See ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
 /// The records of events `first` to `last`, in order of their events.
-Result<std::vector<KeptRecord>> ReadRecordsOf(Database& database, std::int64_t first,
+Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last);
 
 // The tables `past` and `past_points` of events.db: values that devices have measured and kept
@@ -94,24 +94,26 @@ class PastTable {
   static constexpr std::int64_t kMost = 5'000'000;
 
   /// `database` is of OpenEvents, and outlives it.
-  explicit PastTable(Database& database, std::int64_t most = kMost);
+  explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
   /// A record without values is a gap in all values of its series.
   bool Insert(const std::string& line, const std::string& device,
-              const std::vector<PastRecord>& records);
+              const std::vector<protocols::PastRecord>& records);
 
  private:
   std::optional<std::int64_t> PointOf(const std::string& line, const std::string& device,
                                       const std::string& name);
-  bool InsertRow(std::int64_t point, const PastRecord& record, const PastValue* value);
-  bool InsertGap(const std::string& line, const std::string& device, const PastRecord& record);
+  bool InsertRow(std::int64_t point, const protocols::PastRecord& record,
+                 const protocols::PastValue* value);
+  bool InsertGap(const std::string& line, const std::string& device,
+                 const protocols::PastRecord& record);
 
   const std::int64_t most_;
-  Statement add_point_;
-  Statement find_point_;
-  Statement of_series_;
-  Statement insert_;
-  Statement drop_;
+  records::Statement add_point_;
+  records::Statement find_point_;
+  records::Statement of_series_;
+  records::Statement insert_;
+  records::Statement drop_;
 };
 
 // Reads values that devices have measured themselves, page by page, for `baudgate history`: over a
@@ -147,7 +149,7 @@ struct PastPage {
   bool known = false;  ///< there is a series of that name
 };
 
-Result<PastPage> ReadPast(Database& database, const PastQuery& query);
+Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);
 /// See ReadOnce.
 Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
                           bool* damaged = nullptr);

@@ -137,9 +137,10 @@ CREATE INDEX chunks_point ON chunks (point, run, first);
 )sql"};
 /// FULL: what was committed is on the disk, once a second. With NORMAL the system would keep it for
 /// up to half a minute.
-constexpr DatabaseKind kValues = {kValuesApplication, kValueMigrations,
-                                  "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
-                                  "PRAGMA wal_autocheckpoint=256;"};
+constexpr records::DatabaseKind kValues = {
+    kValuesApplication, kValueMigrations,
+    "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
+    "PRAGMA wal_autocheckpoint=256;"};
 
 constexpr std::array<const char*, 2> kTables = {"rows_a", "rows_b"};
 
@@ -184,17 +185,17 @@ Value AsType(Value value, config::Type type) {
   return value;
 }
 
-PointFile::Opened PointFile::Begin(const DatabaseKind& kind, const std::string& damage) {
+PointFile::Opened PointFile::Begin(const records::DatabaseKind& kind, const std::string& damage) {
   Opened opened;
-  OpenedDatabase file = OpenDatabase(path_, kind, vfs_, damage);
+  records::OpenedDatabase file = OpenDatabase(path_, kind, vfs_, damage);
   opened.put_aside = std::move(file.put_aside);
   opened.lost = std::move(file.lost);
   error_ = std::move(file.error);
   if (!file.database) return opened;
   damaged_ = false;
   database_ = std::move(file.database);
-  open_ = OpenFile(path_, vfs_, *database_);
-  run_ = Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
+  open_ = records::OpenFile(path_, vfs_, *database_);
+  run_ = records::Statement(*database_, "INSERT OR REPLACE INTO runs VALUES (?,?,?,?)");
   opened.last_run = Whole(database_->First("SELECT coalesce(max(run), 0) FROM runs"));
   opened.ok = true;
   return opened;
@@ -208,18 +209,18 @@ bool PointFile::Fail() {
 }
 
 bool PointFile::ReadPoints(const char* rows,
-                           const std::function<void(PointNumber, const Statement&)>& use) {
+                           const std::function<void(PointNumber, const records::Statement&)>& use) {
   std::map<std::string, std::size_t, std::less<>> places;
   for (std::size_t i = 0; i < names_.size(); ++i) places[names_[i].name] = i;
-  Statement row(*database_, rows);
-  Statement::Step step = row.Next();
-  for (; step == Statement::Step::row; step = row.Next()) {
+  records::Statement row(*database_, rows);
+  records::Statement::Step step = row.Next();
+  for (; step == records::Statement::Step::row; step = row.Next()) {
     const auto found = places.find(row.Text(1));
     if (found == places.end()) continue;
     ids_[found->second] = row.Number(0);
     use(static_cast<PointNumber>(found->second), row);
   }
-  return step == Statement::Step::done || Fail();
+  return step == records::Statement::Step::done || Fail();
 }
 
 bool PointFile::WriteRuns(const std::vector<Run>& runs) {
@@ -232,8 +233,8 @@ DayFile::Opened DayFile::Open(const std::string& damage) {
   Opened opened = Begin(kValues, damage);
   if (!opened.ok) return opened;
   for (std::size_t i = 0; i < kTables.size(); ++i) {
-    insert_[i] =
-        Statement(*database_, fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
+    insert_[i] = records::Statement(*database_,
+                                    fmt::format("INSERT INTO {} VALUES (?,?,?,?,?)", kTables[i]));
   }
   opened.ok = PackLeftovers(kTables[0]) && PackLeftovers(kTables[1]) && UpdateTypes();
   return opened;
@@ -242,11 +243,11 @@ DayFile::Opened DayFile::Open(const std::string& damage) {
 /// Reads the points. Those that have another type by now get it in the file as well.
 bool DayFile::UpdateTypes() {
   std::vector<PointNumber> changed;
-  const auto note = [&](PointNumber point, const Statement& row) {
+  const auto note = [&](PointNumber point, const records::Statement& row) {
     if (row.Text(2) != Name(names_[point].type)) changed.push_back(point);
   };
   if (!ReadPoints("SELECT point, name, type FROM points", note)) return false;
-  Statement update(*database_, "UPDATE points SET type=? WHERE point=?");
+  records::Statement update(*database_, "UPDATE points SET type=? WHERE point=?");
   for (const PointNumber point : changed) {
     if (!update.Run(Name(names_[point].type), ids_[point])) return Fail();
   }
@@ -255,17 +256,18 @@ bool DayFile::UpdateTypes() {
 
 std::int64_t DayFile::IdOf(PointNumber point) {
   if (ids_[point] != 0) return ids_[point];
-  Statement insert(*database_, "INSERT INTO points (name, type) VALUES (?,?) RETURNING point");
+  records::Statement insert(*database_,
+                            "INSERT INTO points (name, type) VALUES (?,?) RETURNING point");
   insert.BindAll(names_[point].name, Name(names_[point].type));
-  if (insert.Next() != Statement::Step::row) return 0;
+  if (insert.Next() != records::Statement::Step::row) return 0;
   const std::int64_t id = insert.Number(0);
-  return insert.Next() == Statement::Step::done ? id : 0;
+  return insert.Next() == records::Statement::Step::done ? id : 0;
 }
 
 bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& runs) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
   std::vector<std::pair<PointNumber, std::int64_t>> fresh;  // not before they are committed
-  Statement& insert = insert_[table_];
+  records::Statement& insert = insert_[table_];
   bool ok = true;
   for (const Sample& sample : samples) {
     if (ids_[sample.point] == 0) {
@@ -309,7 +311,7 @@ bool DayFile::Pack(std::size_t entries) {
 
 bool DayFile::WriteChunks(const char* table) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  Statement insert(*database_, "INSERT INTO chunks VALUES (?,?,?,?,?,?)");
+  records::Statement insert(*database_, "INSERT INTO chunks VALUES (?,?,?,?,?,?)");
   bool ok = true;
   for (const Chunk& chunk : chunks_) {
     ok = ok && insert.Run(ids_[chunk.point], chunk.run, chunk.first, chunk.last, chunk.count,
@@ -326,13 +328,13 @@ bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
   OpenRows left;
   {
-    Statement rows(*database_,
-                   fmt::format("SELECT r.point, r.run, r.time, r.value, r.quality, p.type FROM {} "
-                               "AS r LEFT JOIN points AS p USING (point) ORDER BY r.point, r.run, "
-                               "r.time",
-                               table));
-    Statement::Step step = rows.Next();
-    for (; step == Statement::Step::row; step = rows.Next()) {
+    records::Statement rows(
+        *database_, fmt::format("SELECT r.point, r.run, r.time, r.value, r.quality, p.type FROM {} "
+                                "AS r LEFT JOIN points AS p USING (point) ORDER BY r.point, r.run, "
+                                "r.time",
+                                table));
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
       const auto point = static_cast<std::uint64_t>(rows.Number(0));
       if (point == 0 || point > 0xFFFF'FFFF) continue;
       const bool boolean = rows.Text(5) == Name(config::Type::boolean);
@@ -347,7 +349,7 @@ bool DayFile::PackLeftovers(const char* table) {
                 rows.Number(1),
                 {rows.Number(2), AsType(rows.At(3), type), Quality::OfWord(quality)}});
     }
-    if (step != Statement::Step::done) return Fail();
+    if (step != records::Statement::Step::done) return Fail();
   }
   if (known.empty()) return true;
   if (!left.Pack(~std::size_t{0}, chunks_)) return false;

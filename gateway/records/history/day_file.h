@@ -85,7 +85,7 @@ class PointFile {
 
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
-  OpenFile::Look LookAt() { return open_.LookAt(*database_); }
+  records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
   /// What a reader has found is looked for: all of it is read.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
@@ -96,19 +96,19 @@ class PointFile {
       : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
   /// `database_` is null where it cannot be opened.
-  Opened Begin(const DatabaseKind& kind, const std::string& damage);
+  Opened Begin(const records::DatabaseKind& kind, const std::string& damage);
   bool Fail();
   /// Rows of the points that have numbers here. `rows`: number, name and what else `use` reads.
   bool ReadPoints(const char* rows,
-                  const std::function<void(PointNumber point, const Statement& row)>& use);
+                  const std::function<void(PointNumber point, const records::Statement& row)>& use);
   bool WriteRuns(const std::vector<Run>& runs);
 
   const std::filesystem::path path_;
   const std::vector<PointName>& names_;
   const std::string vfs_;
-  std::unique_ptr<Database> database_;
-  OpenFile open_;
-  Statement run_;
+  std::unique_ptr<records::Database> database_;
+  records::OpenFile open_;
+  records::Statement run_;
   std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
   bool damaged_ = false;
   std::string error_;
@@ -142,7 +142,7 @@ class DayFile final : public PointFile {
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
 
-  Statement insert_[2];
+  records::Statement insert_[2];
   std::size_t table_ = 0;  // that takes rows
   OpenRows active_;
   OpenRows packed_;  // of the other table

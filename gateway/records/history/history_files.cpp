@@ -47,19 +47,22 @@ CREATE TABLE hours (
   PRIMARY KEY (point, begin, run)
 ) WITHOUT ROWID;
 )sql"};
-constexpr DatabaseKind kTrends = {kTrendsApplication, kTrendMigrations,
-                                  "PRAGMA synchronous=NORMAL; PRAGMA journal_size_limit=1048576; "
-                                  "PRAGMA wal_autocheckpoint=256;"};
+constexpr records::DatabaseKind kTrends = {
+    kTrendsApplication, kTrendMigrations,
+    "PRAGMA synchronous=NORMAL; PRAGMA journal_size_limit=1048576; "
+    "PRAGMA wal_autocheckpoint=256;"};
 
 }  // namespace
 
 TrendFile::Opened TrendFile::Open(const std::string& damage) {
   Opened opened = Begin(kTrends, damage);
   if (!opened.ok) return opened;
-  minute_ = Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
-  hour_ = Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
-  drop_minutes_ = Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");
-  drop_hours_ = Statement(*database_, "DELETE FROM hours WHERE point=? AND begin<?");
+  minute_ =
+      records::Statement(*database_, "INSERT OR REPLACE INTO minutes VALUES (?,?,?,?,?,?,?,?,?,?)");
+  hour_ =
+      records::Statement(*database_, "INSERT OR REPLACE INTO hours VALUES (?,?,?,?,?,?,?,?,?,?)");
+  drop_minutes_ = records::Statement(*database_, "DELETE FROM minutes WHERE point=? AND begin<?");
+  drop_hours_ = records::Statement(*database_, "DELETE FROM hours WHERE point=? AND begin<?");
   opened.ok = ReadPoints("SELECT point, name FROM points", [](auto&&...) {}) && MendHours();
   return opened;
 }
@@ -68,16 +71,17 @@ TrendFile::Opened TrendFile::Open(const std::string& damage) {
 bool TrendFile::MendHours() {
   Run run;
   {
-    Statement last(*database_, "SELECT run, began, until FROM runs ORDER BY run DESC LIMIT 1");
-    const Statement::Step step = last.Next();
-    if (step == Statement::Step::failed) return Fail();
-    if (step == Statement::Step::done) return true;
+    records::Statement last(*database_,
+                            "SELECT run, began, until FROM runs ORDER BY run DESC LIMIT 1");
+    const records::Statement::Step step = last.Next();
+    if (step == records::Statement::Step::failed) return Fail();
+    if (step == records::Statement::Step::done) return true;
     run = {last.Number(0), last.Number(1), last.Number(2), RunBegin::started};
   }
   std::vector<std::int64_t> points;
   {
-    Statement rows(*database_, "SELECT point FROM points");
-    while (rows.Next() == Statement::Step::row) points.push_back(rows.Number(0));
+    records::Statement rows(*database_, "SELECT point FROM points");
+    while (rows.Next() == records::Statement::Step::row) points.push_back(rows.Number(0));
   }
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
   for (const std::int64_t point : points) {
@@ -90,14 +94,15 @@ bool TrendFile::MendHours() {
 bool TrendFile::MendHours(std::int64_t point, const Run& run) {
   std::map<Millis, Trend> hours;
   {
-    Statement rows(*database_,
-                   "SELECT begin, mean, min, max, first, last, count, good FROM minutes AS m WHERE "
-                   "point=?1 AND begin>=?2 AND run=?3 AND good>0 AND NOT EXISTS (SELECT 1 FROM "
-                   "hours WHERE point=?1 AND begin=m.begin-m.begin%3600000 AND run=?3) ORDER BY "
-                   "begin");
+    records::Statement rows(
+        *database_,
+        "SELECT begin, mean, min, max, first, last, count, good FROM minutes AS m WHERE "
+        "point=?1 AND begin>=?2 AND run=?3 AND good>0 AND NOT EXISTS (SELECT 1 FROM "
+        "hours WHERE point=?1 AND begin=m.begin-m.begin%3600000 AND run=?3) ORDER BY "
+        "begin");
     rows.BindAll(point, FloorTo(std::max(run.began, run.until - kHour), kHour), run.number);
-    Statement::Step step = rows.Next();
-    for (; step == Statement::Step::row; step = rows.Next()) {
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
       const Trend minute{rows.Number(0), rows.Real(1), rows.Real(2),   rows.Real(3),
                          rows.Real(4),   rows.Real(5), rows.Number(6), rows.Number(7)};
       const Millis begin = FloorTo(minute.begin, kHour);
@@ -105,24 +110,24 @@ bool TrendFile::MendHours(std::int64_t point, const Run& run) {
       if (!is_new) Merge(hour->second, minute);
       hour->second.begin = begin;
     }
-    if (step != Statement::Step::done) return false;
+    if (step != records::Statement::Step::done) return false;
   }
   return std::ranges::all_of(
       hours, [&](const auto& hour) { return InsertSpan(hour_, point, run.number, hour.second); });
 }
 
-bool TrendFile::InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
+bool TrendFile::InsertSpan(records::Statement& insert, std::int64_t point, std::int64_t run,
                            const Trend& trend) {
   return insert.Run(point, trend.begin, run, Value(trend.mean), Value(trend.min), Value(trend.max),
                     Value(trend.first), Value(trend.last), trend.count, trend.good);
 }
 
 std::int64_t TrendFile::IdOf(PointNumber point) {
-  Statement insert(*database_, "INSERT INTO points (name) VALUES (?) RETURNING point");
+  records::Statement insert(*database_, "INSERT INTO points (name) VALUES (?) RETURNING point");
   insert.Bind(1, names_[point].name);
-  if (insert.Next() != Statement::Step::row) return 0;
+  if (insert.Next() != records::Statement::Step::row) return 0;
   const std::int64_t id = insert.Number(0);
-  return insert.Next() == Statement::Step::done ? id : 0;
+  return insert.Next() == records::Statement::Step::done ? id : 0;
 }
 
 bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
@@ -240,22 +245,23 @@ Status HistoryFiles::WriteTrends(const std::vector<TrendRow>& trends, const std:
 }
 
 /// Whether it has to be closed. A damaged one is named when it is put aside.
-bool HistoryFiles::NoteLook(const OpenFile::Look& look, const std::filesystem::path& path) {
-  using Found = OpenFile::Found;
+bool HistoryFiles::NoteLook(const records::OpenFile::Look& look,
+                            const std::filesystem::path& path) {
+  using Found = records::OpenFile::Found;
   if (look.found == Found::whole) return false;
   if (look.found != Found::damaged) news_.push_back({path.string() + ": " + look.why});
   return true;
 }
 
 void HistoryFiles::Look() {
-  using Found = OpenFile::Found;
+  using Found = records::OpenFile::Found;
   std::erase_if(days_, [&](const auto& day) {
-    const OpenFile::Look look = day.second->LookAt();
+    const records::OpenFile::Look look = day.second->LookAt();
     if (look.found == Found::damaged) damaged_days_[day.first] = look.why;
     lost_ = lost_ || look.found == Found::gone || look.found == Found::lost;
     return NoteLook(look, day.second->path());
   });
-  const OpenFile::Look look = trends_ ? trends_->LookAt() : OpenFile::Look();
+  const records::OpenFile::Look look = trends_ ? trends_->LookAt() : records::OpenFile::Look();
   if (look.found == Found::damaged) damaged_trends_ = look.why;
   if (trends_ && NoteLook(look, trends_->path())) trends_.reset();
 }

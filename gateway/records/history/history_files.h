@@ -58,14 +58,14 @@ class TrendFile final : public PointFile {
   bool MendHours();
   bool MendHours(std::int64_t point, const Run& run);
   bool Insert(const TrendRow& row, std::optional<Millis> sure);
-  static bool InsertSpan(Statement& insert, std::int64_t point, std::int64_t run,
+  static bool InsertSpan(records::Statement& insert, std::int64_t point, std::int64_t run,
                          const Trend& trend);
   std::int64_t IdOf(PointNumber point);
 
-  Statement minute_;
-  Statement hour_;
-  Statement drop_minutes_;
-  Statement drop_hours_;
+  records::Statement minute_;
+  records::Statement hour_;
+  records::Statement drop_minutes_;
+  records::Statement drop_hours_;
 };
 
 /// One line for the log.
@@ -109,7 +109,7 @@ class HistoryFiles {
 
  private:
   void NoteOpened(const std::string& put_aside, const std::optional<std::string>& lost);
-  bool NoteLook(const OpenFile::Look& look, const std::filesystem::path& path);
+  bool NoteLook(const records::OpenFile::Look& look, const std::filesystem::path& path);
 
   const std::filesystem::path folder_;
   const std::vector<PointName> names_;

@@ -174,14 +174,14 @@ HistoryLog::HistoryLog(Options options)
                }),
       recording_("history", [this](bool last) { return Record(last); }) {
   const MutexLock lock(mutex_);
-  const DiskCondition opening = disk_;
+  const records::DiskCondition opening = disk_;
   view_->Update([&](HistoryState& state) {
     state.folder = options_.folder.string();
     state.points = options_.config->history.points.size();
     state.limit = options_.config->history.limit;
     opening.Fill(state);
   });
-  if (options_.folder.empty()) SetDisk(Disk::failing, options_.why_no_folder);
+  if (options_.folder.empty()) SetDisk(records::Disk::failing, options_.why_no_folder);
   recording_.Start();
   writing_.Start();
 }
@@ -215,7 +215,7 @@ Instant HistoryLog::Record(bool last) {
   HandOver(std::move(batch));
   // Opening takes as long as reading the file.
   if (!disk_.is_opening() && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
-    SetDisk(Disk::stalled, kTooSlow);
+    SetDisk(records::Disk::stalled, kTooSlow);
   }
   return now.instant + kLook;
 }
@@ -235,7 +235,7 @@ bool HistoryLog::AreTaken(Instant now) {
   if (!waits_since_) waits_since_ = now;
   if (now - *waits_since_ <= kLongestWrite) return true;
   const MutexLock lock(mutex_);
-  SetDisk(Disk::stalled, kTooSlow);
+  SetDisk(records::Disk::stalled, kTooSlow);
   return true;
 }
 
@@ -274,7 +274,8 @@ void HistoryLog::WriteOnce(bool last) {
   ShowFiles();
   writing_since_.reset();
   if (files_.TakeLost()) begin_anew_ = true;
-  SetDisk(status ? Disk::fine : Disk::failing, status ? std::string() : status.error());
+  SetDisk(status ? records::Disk::fine : records::Disk::failing,
+          status ? std::string() : status.error());
 }
 
 void HistoryLog::ShowFiles() {
@@ -290,8 +291,8 @@ void HistoryLog::ShowFiles() {
 }
 
 /// The log hears of the first trouble and of its end.
-void HistoryLog::SetDisk(Disk disk, const std::string& trouble) {
-  const DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
+void HistoryLog::SetDisk(records::Disk disk, const std::string& trouble) {
+  const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   view_->Update([its = disk_](HistoryState& state) { its.Fill(state); });
   if (news.begun) {
     options_.warn(fmt::format(

@@ -90,8 +90,8 @@ class HistoryLog {
 
   struct Options {
     const config::Config* config = nullptr;
-    PointStore* store = nullptr;   ///< before the lines start
-    std::filesystem::path folder;  ///< empty: there is no place for it
+    bus::PointStore* store = nullptr;  ///< before the lines start
+    std::filesystem::path folder;      ///< empty: there is no place for it
     std::string why_no_folder{};
     /// The folder is there, and ours; asked before its files are opened. Empty: it is.
     std::function<Status()> ready{};
@@ -116,7 +116,7 @@ class HistoryLog {
   void WriteOnce(bool last);
   bool AreTaken(Instant now);
   void ShowFiles() BAUDGATE_REQUIRES(mutex_);
-  void SetDisk(Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
+  void SetDisk(records::Disk disk, const std::string& trouble) BAUDGATE_REQUIRES(mutex_);
 
   const Options options_;
   const std::shared_ptr<HistoryView> view_;
@@ -127,7 +127,7 @@ class HistoryLog {
   std::optional<Instant> waits_since_;  // for another log
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
-  DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
+  records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;

@@ -32,16 +32,16 @@ RunBegin RunBeginNamed(std::string_view name) {
 class DayReader {
  public:
   DayReader(const fs::path& folder, Millis day, const std::string& point)
-      : day_(day), database_((folder / DayFileName(day)).string(), Database::Mode::read) {
+      : day_(day), database_((folder / DayFileName(day)).string(), records::Database::Mode::read) {
     if (!database_.is_open()) return;
-    Statement tables(database_, "SELECT count(*) FROM sqlite_master");
-    is_new_ = tables.Next() == Statement::Step::row && tables.Number(0) == 0;
+    records::Statement tables(database_, "SELECT count(*) FROM sqlite_master");
+    is_new_ = tables.Next() == records::Statement::Step::row && tables.Number(0) == 0;
     if (is_new_) return;
-    Statement row(database_, "SELECT point, type FROM points WHERE name=?");
+    records::Statement row(database_, "SELECT point, type FROM points WHERE name=?");
     row.Bind(1, point);
-    const Statement::Step step = row.Next();
-    ok_ = step != Statement::Step::failed;
-    if (step != Statement::Step::row) return;
+    const records::Statement::Step step = row.Next();
+    ok_ = step != records::Statement::Step::failed;
+    if (step != records::Statement::Step::row) return;
     point_ = row.Number(0);
     type_ = row.Text(1) == Name(config::Type::boolean)  ? config::Type::boolean
             : row.Text(1) == Name(config::Type::uint64) ? config::Type::uint64
@@ -58,14 +58,14 @@ class DayReader {
   Millis day() const { return day_; }
 
   bool ReadRuns(std::map<std::int64_t, Run>& runs) {
-    Statement rows(database_, "SELECT run, began, until, why FROM runs");
-    Statement::Step step = rows.Next();
-    for (; step == Statement::Step::row; step = rows.Next()) {
+    records::Statement rows(database_, "SELECT run, began, until, why FROM runs");
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
       const Run run{rows.Number(0), rows.Number(1), rows.Number(2), RunBeginNamed(rows.Text(3))};
       const auto [found, is_new] = runs.try_emplace(run.number, run);
       found->second.until = std::max(found->second.until, run.until);
     }
-    return step == Statement::Step::done;
+    return step == records::Statement::Step::done;
   }
 
   /// Rows of one run after this time, oldest first; about `most`.
@@ -78,12 +78,13 @@ class DayReader {
     };
     // One read: what becomes a chunk meanwhile is seen once.
     if (!database_.Execute("BEGIN")) return false;
-    Statement chunks(database_,
-                     "SELECT bytes FROM chunks WHERE point=? AND run=? AND last>? AND first<? "
-                     "ORDER BY first");
+    records::Statement chunks(
+        database_,
+        "SELECT bytes FROM chunks WHERE point=? AND run=? AND last>? AND first<? "
+        "ORDER BY first");
     Bind(chunks, run, after, until);
-    Statement::Step step = chunks.Next();
-    for (; step == Statement::Step::row && out.size() < most; step = chunks.Next()) {
+    records::Statement::Step step = chunks.Next();
+    for (; step == records::Statement::Step::row && out.size() < most; step = chunks.Next()) {
       auto entries = DecodeChunk(chunks.Blob(0));
       if (!entries) {  // the others are as good as they were
         damaged_chunk_ = true;
@@ -91,30 +92,31 @@ class DayReader {
       }
       for (Entry& entry : *entries) take(std::move(entry));
     }
-    if (step == Statement::Step::failed) return false;
+    if (step == records::Statement::Step::failed) return false;
     if (out.size() < most) {
-      Statement rows(database_,
-                     "SELECT time, value, quality FROM rows WHERE point=? AND run=? AND time>? AND "
-                     "time<? ORDER BY time");
+      records::Statement rows(
+          database_,
+          "SELECT time, value, quality FROM rows WHERE point=? AND run=? AND time>? AND "
+          "time<? ORDER BY time");
       Bind(rows, run, after, until);
       step = rows.Next();
-      for (; step == Statement::Step::row && out.size() < most; step = rows.Next()) {
+      for (; step == records::Statement::Step::row && out.size() < most; step = rows.Next()) {
         take({rows.Number(0), AsType(rows.At(1), type_),
               Quality::OfWord(static_cast<std::uint16_t>(rows.Number(2)))});
       }
     }
-    return step != Statement::Step::failed;
+    return step != records::Statement::Step::failed;
   }
 
   void End() { database_.Rollback(); }
 
  private:
-  void Bind(Statement& statement, std::int64_t run, Millis after, Millis until) const {
+  void Bind(records::Statement& statement, std::int64_t run, Millis after, Millis until) const {
     statement.BindAll(*point_, run, after, until);
   }
 
   Millis day_;
-  Database database_;
+  records::Database database_;
   bool ok_ = false;
   bool is_new_ = false;
   bool damaged_chunk_ = false;
@@ -231,7 +233,7 @@ constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
 /// Empty: it is no span of a point.
-std::optional<Part> PartOf(const Statement& row) {
+std::optional<Part> PartOf(const records::Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
              row.Number(7), row.Number(8)}};
@@ -245,15 +247,16 @@ std::optional<Part> PartOf(const Statement& row) {
 
 class TrendReader {
  public:
-  TrendReader(Database& database, const TrendQuery& query) : database_(database), query_(query) {}
+  TrendReader(records::Database& database, const TrendQuery& query)
+      : database_(database), query_(query) {}
 
   Result<TrendPage> Read() {
     page_.next = query_.since;
-    Statement row(database_, "SELECT point FROM points WHERE name=?");
+    records::Statement row(database_, "SELECT point FROM points WHERE name=?");
     row.Bind(1, query_.point);
-    const Statement::Step step = row.Next();
-    if (step == Statement::Step::failed) return Error{database_.error()};
-    if (step == Statement::Step::done) return std::move(page_);
+    const records::Statement::Step step = row.Next();
+    if (step == records::Statement::Step::failed) return Error{database_.error()};
+    if (step == records::Statement::Step::done) return std::move(page_);
     page_.known = true;
     point_ = row.Number(0);
     bool ok = true;
@@ -270,29 +273,30 @@ class TrendReader {
  private:
   /// The current run has minutes of an hour that is not over.
   bool AddOpenHour() {
-    Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
-    const Statement::Step step = run.Next();
-    if (step != Statement::Step::row) return step == Statement::Step::done;
+    records::Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
+    const records::Statement::Step step = run.Next();
+    if (step != records::Statement::Step::row) return step == records::Statement::Step::done;
     const std::int64_t number = run.Number(0);
-    Statement last(database_,
-                   "SELECT begin FROM hours WHERE point=? AND begin>=? AND run=? ORDER BY begin "
-                   "DESC LIMIT 1");
+    records::Statement last(
+        database_,
+        "SELECT begin FROM hours WHERE point=? AND begin>=? AND run=? ORDER BY begin "
+        "DESC LIMIT 1");
     last.BindAll(point_, FloorTo(run.Number(1), kHour), number);
     Millis from = FloorTo(run.Number(1), kMinute);
-    if (last.Next() == Statement::Step::row) from = last.Number(0) + kHour;
+    if (last.Next() == records::Statement::Step::row) from = last.Number(0) + kHour;
     return Add("minutes", std::max(from, query_.since), " AND run=" + std::to_string(number));
   }
 
   bool Add(const char* table, Millis since, const std::string& where) {
-    Statement rows(database_, std::string(kColumns) + table +
-                                  " WHERE point=? AND begin>=? AND begin<?" + where +
-                                  " ORDER BY begin, run");
+    records::Statement rows(database_, std::string(kColumns) + table +
+                                           " WHERE point=? AND begin>=? AND begin<?" + where +
+                                           " ORDER BY begin, run");
     rows.BindAll(point_, since, query_.until);
     // A page has so many spans. A client that asks for years by minutes asks again for the rest.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();
-    Statement::Step step = rows.Next();
-    for (; step == Statement::Step::row; step = rows.Next()) {
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
       const auto part = PartOf(rows);
       if (!part) continue;
       const Millis begin = FloorTo(part->trend.begin, query_.every);
@@ -303,7 +307,7 @@ class TrendReader {
       span = begin;
       parts_.push_back(*part);
     }
-    return step == Statement::Step::done;
+    return step == records::Statement::Step::done;
   }
 
   void Merge() {
@@ -327,7 +331,7 @@ class TrendReader {
     if (page_.more) page_.next = end_;
   }
 
-  Database& database_;
+  records::Database& database_;
   const TrendQuery& query_;
   std::int64_t point_ = 0;
   std::vector<Part> parts_;
@@ -342,8 +346,9 @@ Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQue
   TrendQuery whole = query;  // a span is whole or not there
   whole.since = FloorTo(query.since, query.every);
   // An hour that ends meanwhile is counted once.
-  return ReadOnce(folder / kTrendsFile, damaged,
-                  [&](Database& database) { return TrendReader(database, whole).Read(); });
+  return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
+    return TrendReader(database, whole).Read();
+  });
 }
 
 bool UnreadFiles::Note(const UnreadFile& file, const PageQuery& query) {
@@ -374,7 +379,7 @@ HistoryState HistoryView::state() const {
 
 Result<Page> HistoryView::Read(const PageQuery& query) const {
   if (options_.folder.empty()) return Error{options_.why_no_folder};
-  if (state().disk == Disk::opening) return Page{.next = query.after, .known = true};
+  if (state().disk == records::Disk::opening) return Page{.next = query.after, .known = true};
   auto page = ReadPage(options_.folder, query);
   if (!page) return page;
   for (const UnreadFile& file : page->unread) Note(file, query);
@@ -393,7 +398,7 @@ void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
 
 Result<TrendPage> HistoryView::ReadTrends(const TrendQuery& query) const {
   if (options_.folder.empty()) return Error{options_.why_no_folder};
-  if (state().disk == Disk::opening) return TrendPage{.next = query.since, .known = true};
+  if (state().disk == records::Disk::opening) return TrendPage{.next = query.since, .known = true};
   bool damaged = false;
   auto page = history::ReadTrends(options_.folder, query, &damaged);
   if (damaged) {

@@ -117,7 +117,7 @@ class UnreadFiles {
 // What others may ask of the history: gateway/outputs/status and gateway/outputs/control. From any
 // thread.
 struct HistoryState {
-  Disk disk = Disk::opening;
+  records::Disk disk = records::Disk::opening;
   std::string trouble;               ///< why it fails; empty: it does not
   WallTime since{};                  ///< of `disk`
   std::size_t points = 0;            ///< whose values are kept

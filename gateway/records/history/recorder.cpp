@@ -70,7 +70,7 @@ void Batch::Append(Batch&& later) {
   later.runs.clear();
 }
 
-Recorder::Recorder(const config::History& history, const PointStore& store, Now now)
+Recorder::Recorder(const config::History& history, const bus::PointStore& store, Now now)
     : store_(store), last_(now) {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     numbers_.emplace_back(store.device(device).points.size(), kNone);
@@ -83,7 +83,7 @@ Recorder::Recorder(const config::History& history, const PointStore& store, Now 
   run_ = {1, time, time, RunBegin::started};
 }
 
-void Recorder::Take(const Changes& changes, Now now, std::size_t room, Batch& out) {
+void Recorder::Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out) {
   Look(now, room, out);
   const Millis time = ToMillis(now.wall);
   for (std::size_t i = 0; i < changes.points.size();) {
@@ -95,12 +95,12 @@ void Recorder::Take(const Changes& changes, Now now, std::size_t room, Batch& ou
       i = end;
       continue;
     }
-    store_.Read(device, [&](const DeviceRecord& record) {
+    store_.Read(device, [&](const bus::DeviceRecord& record) {
       for (; i < end; ++i) {
         const std::uint32_t point = changes.points[i].point;
         const PointNumber number = numbers_[device][point];
         if (number == kNone) continue;
-        const PointRecord& held = record.points[point];
+        const bus::PointRecord& held = record.points[point];
         seen_.push_back({number, held.value, QualityAt(record, point, now.instant), held.seq,
                          held.source_time});
       }
@@ -205,11 +205,11 @@ void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
 void Recorder::TakeAll(Now now, Batch& out) {
   for (std::uint32_t device = 0; device < numbers_.size(); ++device) {
     seen_.clear();
-    store_.Read(device, [&](const DeviceRecord& record) {
+    store_.Read(device, [&](const bus::DeviceRecord& record) {
       for (std::uint32_t point = 0; point < numbers_[device].size(); ++point) {
         const PointNumber number = numbers_[device][point];
         if (number == kNone) continue;
-        const PointRecord& held = record.points[point];
+        const bus::PointRecord& held = record.points[point];
         seen_.push_back({number, held.value, QualityAt(record, point, now.instant), held.seq,
                          held.source_time});
       }
@@ -268,7 +268,7 @@ void Recorder::Emit(PointNumber number, Millis width, Batch& out) {
   ended_.clear();
 }
 
-ChangeRecorder::ChangeRecorder(const config::History& history, PointStore& store, Now now)
+ChangeRecorder::ChangeRecorder(const config::History& history, bus::PointStore& store, Now now)
     : store_(store), feed_(store.Subscribe()), recorder_(history, store, now) {}
 
 Batch ChangeRecorder::Take(Now now, std::size_t room, bool anew, bool last) {

@@ -48,11 +48,11 @@ class Recorder {
   static constexpr Millis kSettle = 2 * kSecond;
 
   /// `store` outlives it.
-  Recorder(const config::History& history, const PointStore& store, Now now);
+  Recorder(const config::History& history, const bus::PointStore& store, Now now);
 
   /// `room`: so many entries fit into the queue. Once they do not, nothing is kept until there is
   /// room for all points and more, and a new run begins.
-  void Take(const Changes& changes, Now now, std::size_t room, Batch& out);
+  void Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out);
   /// Now and then, at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
   /// What was kept of this run is lost: another one begins.
@@ -95,7 +95,7 @@ class Recorder {
   template <typename Each>
   void Roll(Each each, Batch& out);
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   std::vector<std::vector<PointNumber>> numbers_;  // by device and point
   std::vector<Point> points_;
   Run run_;
@@ -112,7 +112,7 @@ class Recorder {
 class ChangeRecorder {
  public:
   /// `store` outlives it.
-  ChangeRecorder(const config::History& history, PointStore& store, Now now);
+  ChangeRecorder(const config::History& history, bus::PointStore& store, Now now);
   ~ChangeRecorder() { store_.Unsubscribe(feed_); }
   ChangeRecorder(const ChangeRecorder&) = delete;
   ChangeRecorder& operator=(const ChangeRecorder&) = delete;
@@ -129,10 +129,10 @@ class ChangeRecorder {
  private:
   static constexpr Duration kTick = 1s;
 
-  PointStore& store_;
-  const std::shared_ptr<ChangeFeed> feed_;
+  bus::PointStore& store_;
+  const std::shared_ptr<bus::ChangeFeed> feed_;
   Recorder recorder_;
-  Changes changes_;
+  bus::Changes changes_;
   Instant tick_{};
 };
 

@@ -14,7 +14,7 @@
 #include "gateway/base/system_trouble.h"
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 constexpr std::size_t kMostText = 256;  // of a reason or note
@@ -25,7 +25,7 @@ char Shown(std::uint8_t byte) {
 }
 
 /// Which bytes of the request are secret.
-std::vector<bool> MaskOf(const Request& request) {
+std::vector<bool> MaskOf(const protocols::Request& request) {
   std::vector<bool> mask(request.bytes.size());
   for (const auto& [at, count] : request.expect.secrets) {
     for (std::size_t i = at; i - at < count && i < mask.size(); ++i) mask[i] = true;
@@ -60,7 +60,7 @@ void LineRecorder::Exchange::Keep(Item item, View content) {
 
 // ---------------------------------------------------------------- from the line
 
-void LineRecorder::OnSent(std::uint32_t device, const Request& request, Now now) {
+void LineRecorder::OnSent(std::uint32_t device, const protocols::Request& request, Now now) {
   const MutexLock lock(mutex_);
   Begin();
   asked_ = device;
@@ -77,7 +77,7 @@ void LineRecorder::OnReceived(View bytes, Now now) {
            std::vector<bool>(masks_received_ ? bytes.size() : 0, true));
 }
 
-void LineRecorder::OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) {
+void LineRecorder::OnExchangeEnd(std::uint32_t device, const bus::ExchangeEnd& end, Now now) {
   std::optional<Recording> recording;
   {
     const MutexLock lock(mutex_);
@@ -92,15 +92,15 @@ void LineRecorder::OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, N
   if (recording) sink_(std::move(*recording));
 }
 
-void LineRecorder::OnDeviceState(std::uint32_t device, DeviceState to, const std::string& reason,
-                                 Now now) {
+void LineRecorder::OnDeviceState(std::uint32_t device, bus::DeviceState to,
+                                 const std::string& reason, Now now) {
   std::optional<Recording> recording;
   {
     const MutexLock lock(mutex_);
     const bool quotable = !reason.empty() && IsQuotable(now);
     Add({.device = device, .at = now.wall},
         std::string(Name(to)) + (quotable ? ": " + reason : std::string()));
-    if (to == DeviceState::offline) recording = Save(device, "offline", now);
+    if (to == bus::DeviceState::offline) recording = Save(device, "offline", now);
   }
   if (recording) sink_(std::move(*recording));
 }
@@ -204,12 +204,13 @@ std::optional<Recording> LineRecorder::Save(std::uint32_t device, const char* re
   if (!sink_ || (saved_ && now.instant - *saved_ < kBetweenRecordings)) return std::nullopt;
   saved_ = now.instant;
   const config::Device* known =
-      device >= kFirstSlave ? nullptr : &line_.devices[device - first_device_];
+      device >= bus::kFirstSlave ? nullptr : &line_.devices[device - first_device_];
   return Recording{&line_, known, NameOf(device), reason, now.wall, Copy()};
 }
 
 std::string LineRecorder::NameOf(std::uint32_t device) const {
-  return device >= kFirstSlave ? SlaveName(device) : line_.devices[device - first_device_].name;
+  return device >= bus::kFirstSlave ? bus::SlaveName(device)
+                                    : line_.devices[device - first_device_].name;
 }
 
 // ---------------------------------------------------------------- readers
@@ -363,4 +364,4 @@ void Recordings::DropOldest(const std::string& line) const {
   for (const std::string& name : names) fs::remove(folder_ / name, error);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

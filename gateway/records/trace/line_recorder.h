@@ -21,7 +21,7 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/records/trace/trace_text.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 /// A copy of the recorder at the moment when something went wrong.
 struct Recording {
@@ -33,7 +33,7 @@ struct Recording {
   std::vector<TraceRecord> records;  ///< oldest first
 };
 
-class LineRecorder final : public Tap {
+class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
   /// Bytes kept of one exchange and what follows it; the rest is counted only.
@@ -58,10 +58,10 @@ class LineRecorder final : public Tap {
   // The line's thread.
   /// The secret bytes of `request` are masked, and with them everything received until the next
   /// request: an echo may bring them back, whole, damaged, late or in pieces.
-  void OnSent(std::uint32_t device, const Request& request, Now now) override;
+  void OnSent(std::uint32_t device, const protocols::Request& request, Now now) override;
   void OnReceived(View bytes, Now now) override;
-  void OnExchangeEnd(std::uint32_t device, const ExchangeEnd& end, Now now) override;
-  void OnDeviceState(std::uint32_t device, DeviceState to, const std::string& reason,
+  void OnExchangeEnd(std::uint32_t device, const bus::ExchangeEnd& end, Now now) override;
+  void OnDeviceState(std::uint32_t device, bus::DeviceState to, const std::string& reason,
                      Now now) override;
   /// A change of the port, in a few words; an exchange under way is over.
   void OnPort(const std::string& text, Now now);
@@ -169,4 +169,4 @@ class Recordings {
   Worker worker_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 /// "04:05:06.123456", UTC.
@@ -130,4 +130,4 @@ std::optional<TracedDevice> ReadTracedDevice(std::string_view line) {
   return device;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -18,7 +18,7 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::records {
 
 struct TraceRecord {
   enum class Kind : std::uint8_t {
@@ -80,4 +80,4 @@ std::vector<std::string> TraceHead(const config::Line& line);
 /// Nothing where the line is no such comment.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
-}  // namespace baudgate
+}  // namespace baudgate::records

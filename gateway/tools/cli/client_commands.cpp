@@ -20,7 +20,7 @@
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// `target` lives as long as the command.
@@ -342,4 +342,4 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddSupportBundle(app, action);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

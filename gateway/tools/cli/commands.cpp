@@ -21,7 +21,7 @@
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 bool IsNumber(std::string_view word) {
@@ -71,7 +71,7 @@ std::string MeantBy(const std::string& word, const Command& command) {
   }
   const std::vector<std::string> names = is_option ? options : CommandsOf(*command.app);
   const std::vector<std::string_view> known(names.begin(), names.end());
-  const std::string_view meant = config::Nearest(word.substr(0, word.find('=')), known);
+  const std::string_view meant = Nearest(word.substr(0, word.find('=')), known);
   return meant.empty() ? std::string()
                        : command.name + ": did you mean " + std::string(meant) + "?";
 }
@@ -98,9 +98,9 @@ void TellMeant(const CLI::App& app, std::ostream& err) {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 void AddConfig(CLI::App& command, std::string& file) {
@@ -284,9 +284,9 @@ bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (std::find(names.begin(), names.end(), word) != names.end()) return false;
   const std::vector<std::string_view> known(names.begin(), names.end());
-  std::cerr << config::Quoted(word) << " is no subcommand;" << config::DidYouMean(word, known)
-            << " there are: " << config::Join(known) << '\n';
+  std::cerr << Quoted(word) << " is no subcommand;" << DidYouMean(word, known)
+            << " there are: " << Join(known) << '\n';
   return true;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

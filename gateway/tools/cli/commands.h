@@ -14,7 +14,7 @@
 
 #include "config/catalog/catalog.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // What people mean by words that the command line does not take.
 
@@ -41,4 +41,4 @@ void AddDeviceCommands(CLI::App& app, Action& action);
 /// CLI11 itself only says that a subcommand is required.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

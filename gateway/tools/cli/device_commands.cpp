@@ -17,7 +17,7 @@
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/terminal/words.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 void AddScan(CLI::App& app, Action& action) {
@@ -293,4 +293,4 @@ void AddDeviceCommands(CLI::App& app, Action& action) {
   AddBridge(app, action);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

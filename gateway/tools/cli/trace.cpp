@@ -10,7 +10,7 @@
 #include "gateway/tools/cli/offline/decode.h"
 #include "gateway/tools/terminal/command_end.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = ControlClient::Json;
@@ -26,7 +26,7 @@ class TracePrinter {
     for (const Json& line : answer.value("head", Json::array())) {
       if (!line.is_string()) continue;
       head.push_back(Harmless(line.get<std::string>()));
-      const auto device = ReadTracedDevice(head.back());
+      const auto device = records::ReadTracedDevice(head.back());
       if (device && !options.device.empty() && device->name != options.device) continue;
       out_ << head.back() << '\n';
     }
@@ -52,7 +52,7 @@ class TracePrinter {
   }
 
   std::ostream& out_;
-  std::optional<FrameLines> frames_;
+  std::optional<diagnosis::FrameLines> frames_;
 };
 
 int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter& printer,
@@ -69,7 +69,7 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
 /// When to look again: at the end, or when nothing has followed bytes that wait.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
-  const Instant soon = ReadClocks().instant + 2 * kApart;
+  const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;
   return until ? std::min(*until, soon) : soon;
 }
 
@@ -105,4 +105,4 @@ int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::o
   return kNoDaemon;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -9,7 +9,7 @@
 #include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct TraceOptions {
   std::string line{};
@@ -25,4 +25,4 @@ struct TraceOptions {
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -17,7 +17,7 @@ constexpr std::uint8_t kParityBit = 0x80;
 
 /// Whole frames among the bytes.
 std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, View bytes) {
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(tongue.protocol->reply_rule,
                   tongue.protocol->expect(request, tongue.options[mode]));
   assembler.Feed(bytes);
@@ -33,9 +33,9 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   std::optional<Verdict> verdict;
   std::size_t devices = 0;
   for (const Bytes& frame : Frames(tongue, mode, request, bytes)) {
-    Sighting sighting = tongue.rule().judge(request, frame, mode);
-    if (sighting.what == Sighting::What::nothing) continue;
-    const bool device = sighting.what == Sighting::What::device;
+    protocols::Sighting sighting = tongue.rule().judge(request, frame, mode);
+    if (sighting.what == protocols::Sighting::What::nothing) continue;
+    const bool device = sighting.what == protocols::Sighting::What::device;
     if (device) ++devices;
     if (verdict && (verdict->what == Verdict::What::device || !device)) continue;
     verdict.emplace();
@@ -78,8 +78,9 @@ std::optional<Verdict> FromOthers(const Tongue& tongue, std::size_t mode, View r
   const auto found = tongue.protocol->recognise(request, bytes, tongue.options[mode]);
   if (!found) return std::nullopt;
   Verdict verdict;
-  if (found->what == Recognised::What::other_master) verdict.what = Verdict::What::foreign;
-  if (found->what == Recognised::What::other_device) verdict.what = Verdict::What::other;
+  if (found->what == protocols::Recognised::What::other_master)
+    verdict.what = Verdict::What::foreign;
+  if (found->what == protocols::Recognised::What::other_device) verdict.what = Verdict::What::other;
   if (verdict.what == Verdict::What::silence) return std::nullopt;
   verdict.text = found->cause;
   return verdict;
@@ -139,7 +140,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
       // Any request of ours will do: it has not been sent.
       const Bytes own = tongue.rule().ask(tongue.rule().last_address, 0, 0);
       const auto found = tongue.protocol->recognise(own, bytes, tongue.options[0]);
-      if (!found || found->what != Recognised::What::other_master) continue;
+      if (!found || found->what != protocols::Recognised::What::other_master) continue;
       return {true, found->cause + " (" + std::string(tongue.protocol->name) + ", " +
                         format.ToString() + ")"};
     }

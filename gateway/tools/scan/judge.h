@@ -47,7 +47,7 @@ struct Verdict {
     garbled,
   };
   What what = What::silence;
-  Sighting sighting{};
+  protocols::Sighting sighting{};
   bool echoed = false;   ///< the request came back
   bool doubled = false;  ///< more than one device has answered
   /// The eighth bit of the reply is this parity: it came in seven bits.
@@ -72,7 +72,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::Seri
 struct Found {
   std::string protocol{};
   config::SerialSettings serial{};
-  ScanMode mode{};  ///< the option that it needs
+  protocols::ScanMode mode{};  ///< the option that it needs
   unsigned address = 0;
   std::string identity{};  ///< what it calls itself; empty: it does not say
   std::string profile{};   ///< empty: there is none for it

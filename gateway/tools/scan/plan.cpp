@@ -17,7 +17,7 @@ constexpr Duration kNetwork = 150ms;
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 
-unsigned First(const ScanRule& rule) { return std::max(rule.first_address, 1U); }
+unsigned First(const protocols::ScanRule& rule) { return std::max(rule.first_address, 1U); }
 
 std::optional<Addresses> Within(const Addresses& wanted, unsigned first, unsigned last) {
   const Addresses both{std::max(wanted.first, first), std::min(wanted.last, last)};
@@ -26,12 +26,12 @@ std::optional<Addresses> Within(const Addresses& wanted, unsigned first, unsigne
 }
 
 /// All that the rule or the wish has.
-std::optional<Addresses> AllOf(const ScanRule& rule, const Wish& wish) {
+std::optional<Addresses> AllOf(const protocols::ScanRule& rule, const Wish& wish) {
   if (wish.addresses) return Within(*wish.addresses, rule.first_address, rule.last_address);
   return Addresses{rule.first_address, rule.last_address};
 }
 
-std::optional<Addresses> LikelyOf(const ScanRule& rule, const Wish& wish) {
+std::optional<Addresses> LikelyOf(const protocols::ScanRule& rule, const Wish& wish) {
   if (wish.addresses) return AllOf(rule, wish);
   return Within({First(rule), kLastLikely}, rule.first_address, rule.last_address);
 }
@@ -41,7 +41,7 @@ std::size_t SettingsOf(const Tongue& tongue, const Wish& wish) {
 }
 
 Sweep Quick(const Wish& wish, std::size_t tongue, std::size_t setting, const Addresses& range) {
-  const ScanRule& rule = wish.tongues[tongue].rule();
+  const protocols::ScanRule& rule = wish.tongues[tongue].rule();
   return {.tongue = tongue,
           .serial = rule.serials[setting],
           .addresses = range,
@@ -76,7 +76,7 @@ std::vector<Sweep> CutAll(const std::vector<Sweep>& sweeps, Duration limit, cons
 void AddRest(const Wish& wish, std::vector<Sweep>& sweeps) {
   if (wish.addresses) return;
   for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
-    const ScanRule& rule = wish.tongues[i].rule();
+    const protocols::ScanRule& rule = wish.tongues[i].rule();
     if (rule.last_address <= kLastLikely) continue;
     sweeps.push_back(Quick(wish, i, 0, {kLastLikely + 1, rule.last_address}));
   }
@@ -84,11 +84,11 @@ void AddRest(const Wish& wish, std::vector<Sweep>& sweeps) {
 
 }  // namespace
 
-Tongue TongueOf(const Protocol& protocol) {
+Tongue TongueOf(const protocols::Protocol& protocol) {
   Tongue tongue{&protocol, {}};
-  for (const ScanMode& mode : protocol.scan->modes) {
+  for (const protocols::ScanMode& mode : protocol.scan->modes) {
     config::Options options = config::DefaultOptions(protocol);
-    for (const OptionSpec& spec : protocol.options) {
+    for (const protocols::OptionSpec& spec : protocol.options) {
       if (spec.name != mode.key) continue;
       if (auto value = config::ParseOption(spec, mode.value)) {
         options.Set(std::string(mode.key), std::move(*value));
@@ -111,7 +111,7 @@ Result<Addresses> ParseAddresses(std::string_view text) {
 }
 
 Duration TimeOf(const Sweep& sweep, const Wish& wish) {
-  const ScanRule& rule = wish.tongues[sweep.tongue].rule();
+  const protocols::ScanRule& rule = wish.tongues[sweep.tongue].rule();
   Duration each{};
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if ((sweep.finds >> question & 1U) == 0) continue;
@@ -159,7 +159,7 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   // Where something has answered, first.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
-      const ScanRule& rule = wish.tongues[i].rule();
+      const protocols::ScanRule& rule = wish.tongues[i].rule();
       const auto range = AllOf(rule, wish);
       for (std::size_t k = 0; range && k < SettingsOf(wish.tongues[i], wish); ++k) {
         const bool here = has_answered(rule.serials[k]);
@@ -195,7 +195,7 @@ bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b) 
 }
 
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
-                                                 const Protocol& protocol) {
+                                                 const protocols::Protocol& protocol) {
   const auto is_listed = [&](const config::SerialSettings& other) {
     return std::ranges::any_of(protocol.scan->serials, [&](const auto& listed) {
       return listed.data_bits == other.data_bits && listed.parity == other.parity;

@@ -20,13 +20,13 @@ namespace baudgate::scan {
 
 /// A protocol that is looked for.
 struct Tongue {
-  const Protocol* protocol = nullptr;
-  std::vector<ParsedOptions> options{};  ///< by mode of its rule
+  const protocols::Protocol* protocol = nullptr;
+  std::vector<protocols::ParsedOptions> options{};  ///< by mode of its rule
 
-  const ScanRule& rule() const { return *protocol->scan; }
+  const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
 /// `protocol` has a ScanRule.
-Tongue TongueOf(const Protocol& protocol);
+Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
   unsigned first = 0;
@@ -79,6 +79,6 @@ bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
 /// The other formats of the same bit rate that the protocol's characters fit into, those first that
 /// its devices usually have. `protocol` has a ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
-                                                 const Protocol& protocol);
+                                                 const protocols::Protocol& protocol);
 
 }  // namespace baudgate::scan

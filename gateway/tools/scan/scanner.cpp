@@ -113,7 +113,7 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
 
 /// A device is found once, and never asked in a protocol whose questions might be its writes.
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
-  const Protocol& protocol = *wish_.tongues[tongue].protocol;
+  const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
          known_.contains({std::string(protocol.scan->never_at), address});
 }
@@ -275,7 +275,8 @@ void Scanner::OnGarbled(const Asked& asked) {
 
 // ---------------------------------------------------------------- what was found
 
-void Scanner::Take(const Asked& asked, Sighting sighting, std::vector<std::string> remarks) {
+void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
+                   std::vector<std::string> remarks) {
   const Tongue& tongue = TongueAt(asked);
   if (!known_.emplace(std::string(tongue.protocol->name), asked.address).second) return;
   const bool known_as_two = std::ranges::find(remarks, kTwo) != remarks.end();
@@ -305,7 +306,7 @@ void Scanner::Take(const Asked& asked, Sighting sighting, std::vector<std::strin
 }
 
 /// Asked again and again, one device says the same.
-bool Scanner::IsShared(const Asked& asked, const Sighting& sighting) {
+bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);
     if (is_over()) return false;
@@ -320,9 +321,9 @@ bool Scanner::IsShared(const Asked& asked, const Sighting& sighting) {
   return false;
 }
 
-void Scanner::AskName(const Asked& asked, Sighting& sighting) {
+void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
-  const ScanRule& rule = TongueAt(asked).rule();
+  const protocols::ScanRule& rule = TongueAt(asked).rule();
   // What it does not answer it mostly does not know.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;

@@ -80,9 +80,9 @@ class Scanner {
   void TakeInOwnFormat(Asked asked, Verdict verdict);
   bool TryFormats(const Asked& asked, const std::string& why);
   void OnGarbled(const Asked& asked);
-  void Take(const Asked& asked, Sighting sighting, std::vector<std::string> remarks);
-  bool IsShared(const Asked& asked, const Sighting& sighting);
-  void AskName(const Asked& asked, Sighting& sighting);
+  void Take(const Asked& asked, protocols::Sighting sighting, std::vector<std::string> remarks);
+  bool IsShared(const Asked& asked, const protocols::Sighting& sighting);
+  void AskName(const Asked& asked, protocols::Sighting& sighting);
   void Keep(Found found);
   void TellForeign(const std::string& who);
   void Finish();

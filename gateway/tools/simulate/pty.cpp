@@ -19,7 +19,7 @@
 #include "gateway/base/text.h"
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // /proc/PID/fdinfo/FD of the master has "tty-index: 7" for /dev/pts/7.
 
@@ -128,7 +128,7 @@ Status Pty::OpenPair() {
   slave_path_ = name;
   slave_ = open(name, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (slave_ < 0) return Error{"cannot open " + slave_path_ + ": " + LastError()};
-  return MakeRaw(slave_);
+  return transports::MakeRaw(slave_);
 }
 
 Status Pty::MakeLink(const std::string& link) {
@@ -169,4 +169,4 @@ void Pty::Unplug() {
   CloseAndForget(master_);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -9,7 +9,7 @@
 
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // Which program serves the pty that a symbolic link leads to, so that no other takes the link of a
 // running twin.
@@ -58,4 +58,4 @@ class Pty {
   std::string link_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -8,7 +8,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr double kWaveSeconds = 60;
@@ -72,8 +72,8 @@ Result<EventSchedule> ParseEventSchedule(std::string_view text) {
   return schedule;
 }
 
-DeviceEvent TwinEvents::Next(const config::Device& device) const {
-  DeviceEvent event{0, 1, {}, {}};
+protocols::DeviceEvent TwinEvents::Next(const config::Device& device) const {
+  protocols::DeviceEvent event{0, 1, {}, {}};
   std::vector<const config::EventText*> known;
   for (const config::EventText& one : device.event_texts) {
     if (one.state != config::EventState::message) known.push_back(&one);
@@ -87,7 +87,7 @@ DeviceEvent TwinEvents::Next(const config::Device& device) const {
   return event;
 }
 
-void TwinEvents::CatchUp(Twin& twin, const config::Device& device, Now now) {
+void TwinEvents::CatchUp(protocols::Twin& twin, const config::Device& device, Now now) {
   for (;;) {
     const Duration due = static_cast<std::int64_t>(rounds_ + 1) * schedule_.every;
     if (start_.instant + due > now.instant) return;
@@ -106,7 +106,7 @@ constexpr Duration kOwnEvents = 2s;
 
 }  // namespace
 
-std::optional<std::string> FreeAddress(const Protocol& protocol,
+std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices) {
   std::set<std::string> taken;
   for (const config::Device& device : devices) {
@@ -119,7 +119,7 @@ std::optional<std::string> FreeAddress(const Protocol& protocol,
   return std::nullopt;
 }
 
-Residents::Residents(const Protocol& protocol, std::vector<config::Device> devices,
+Residents::Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
                      const TwinWire& wire, const std::optional<EventSchedule>& events)
     : protocol_(protocol),
       wire_(wire),
@@ -133,13 +133,14 @@ Residents::Residents(const Protocol& protocol, std::vector<config::Device> devic
 }
 
 bool Residents::speaks_unasked() const {
-  return std::ranges::any_of(
-      twins_, [this](const auto& one) { return SpeaksUnasked(protocol_, one->device.options); });
+  return std::ranges::any_of(twins_, [this](const auto& one) {
+    return protocols::SpeaksUnasked(protocol_, one->device.options);
+  });
 }
 
 /// `seed`: of the first; each of the others has the next one.
-Residents::Twins Residents::MakeTwins(const Protocol& protocol, std::vector<config::Device> devices,
-                                      std::uint32_t seed) {
+Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
+                                      std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
   for (config::Device& device : devices) {
     auto resident = std::make_unique<Resident>();
@@ -251,4 +252,4 @@ std::pair<std::uint64_t, std::uint64_t> Residents::event_counts() const {
   return counts;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -21,12 +21,12 @@
 #include "protocols/protocol.h"
 #include "protocols/twin.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // What the twins of simulated devices measure.
 
 /// What a twin measures: each point follows its `simulate:` entry, a slow wave or a fixed value.
-class SimulatedValues final : public TwinValues {
+class SimulatedValues final : public protocols::TwinValues {
  public:
   /// `points` outlives the values; `seed` shifts the waves of one twin against those of another.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
@@ -57,13 +57,13 @@ class TwinEvents {
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
   /// Raises what has become due: before each request that the twin answers. `device`: the twin's.
-  void CatchUp(Twin& twin, const config::Device& device, Now now);
+  void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
   std::uint64_t refused() const { return refused_; }  ///< there was no room in its register
 
  private:
-  DeviceEvent Next(const config::Device& device) const;
+  protocols::DeviceEvent Next(const config::Device& device) const;
 
   const EventSchedule schedule_;
   const Now start_;
@@ -74,7 +74,7 @@ class TwinEvents {
 
 /// The lowest number that is an address of this protocol and none of `devices`'. Devices 1 and
 /// 2: 3. Nothing where addresses are no numbers.
-std::optional<std::string> FreeAddress(const Protocol& protocol,
+std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
 class Residents {
@@ -90,15 +90,15 @@ class Residents {
 
   /// At least one device, which are copied. `wire` is that of devices without settings of their
   /// own.
-  Residents(const Protocol& protocol, std::vector<config::Device> devices, const TwinWire& wire,
-            const std::optional<EventSchedule>& events);
+  Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
+            const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
   Residents& operator=(const Residents&) = delete;
 
-  const Protocol& protocol() const { return protocol_; }
+  const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
   /// The rule for requests gets these, the options of the first device.
-  const ParsedOptions& options() const { return options_; }
+  const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
   /// `end`: of the request.
@@ -116,7 +116,7 @@ class Residents {
   struct Resident {
     config::Device device;
     std::unique_ptr<SimulatedValues> values;
-    std::unique_ptr<Twin> twin;
+    std::unique_ptr<protocols::Twin> twin;
     std::optional<TwinEvents> events{};
   };
   using Twins = std::vector<std::unique_ptr<Resident>>;
@@ -125,7 +125,7 @@ class Residents {
     const Resident* speaker = nullptr;
   };
 
-  static Twins MakeTwins(const Protocol& protocol, std::vector<config::Device> devices,
+  static Twins MakeTwins(const protocols::Protocol& protocol, std::vector<config::Device> devices,
                          std::uint32_t seed);
   static Reply ReplyOf(const Twins& twins, View request, Instant now);
   const config::SerialSettings& SerialOf(const Resident& resident) const;
@@ -133,13 +133,13 @@ class Residents {
   bool IsDead(Instant now);
   void RaiseEvents(Now now);
 
-  const Protocol& protocol_;
+  const protocols::Protocol& protocol_;
   const TwinWire wire_;
-  const ParsedOptions options_;
+  const protocols::ParsedOptions options_;
   Twins twins_;
   Twins strangers_;  // who answer in place of the twins, for the fault wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

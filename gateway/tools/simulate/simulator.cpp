@@ -8,7 +8,7 @@
 #include "gateway/tools/simulate/twin_port.h"
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// The one that has connected first makes room.
@@ -56,7 +56,7 @@ Status Simulator::Impl::OpenPty(const SimulatorOptions& options) {
   pty.emplace(std::move(*made));
   path = pty->path();
   if (bus->strict) {
-    const Status set = SetPtyFormat(pty->master(), bus->wire.serial);
+    const Status set = transports::SetPtyFormat(pty->master(), bus->wire.serial);
     if (!set) return Error{"cannot set " + path + ": " + set.error()};
   }
   AddPort(pty->TakeMaster());
@@ -117,7 +117,8 @@ Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io,
   return simulator;
 }
 
-Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io, const Protocol& protocol,
+Result<std::unique_ptr<Simulator>> Simulator::Create(asio::io_context& io,
+                                                     const protocols::Protocol& protocol,
                                                      std::vector<config::Device> devices,
                                                      const SimulatorOptions& options) {
   std::vector<TwinGroup> groups;
@@ -160,7 +161,8 @@ namespace {
 /// True if one frame rule finds the requests to devices with options `a` and to devices with
 /// options `b`. Example: false for two DCON modules of which one has its checksum on. Descriptions
 /// of telegrams are compared by their options, because each parse makes frame forms of its own.
-bool AreCutAlike(const Protocol& protocol, const config::Options& a, const config::Options& b) {
+bool AreCutAlike(const protocols::Protocol& protocol, const config::Options& a,
+                 const config::Options& b) {
   return a == b || protocol.expect({}, ParseOptions(protocol, a)) ==
                        protocol.expect({}, ParseOptions(protocol, b));
 }
@@ -172,7 +174,7 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
                                                 SimulatorOptions options) {
   std::vector<TwinGroup> groups;
   for (const config::Device& device : line.devices) {
-    const Protocol* protocol = catalog.FindProtocol(device.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
     // A group hears only the requests that its first device's options find.
     const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
@@ -187,4 +189,4 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   return Simulator::Create(io, std::move(groups), options);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

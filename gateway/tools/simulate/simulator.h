@@ -21,12 +21,12 @@
 #include "gateway/tools/simulate/twin_faults.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Devices of one bus that speak one protocol, with requests that one frame rule finds: the options
 /// of the first device count for all.
 struct TwinGroup {
-  const Protocol* protocol = nullptr;
+  const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
 };
 
@@ -53,7 +53,8 @@ class Simulator {
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
                                                    const SimulatorOptions& options);
-  static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io, const Protocol& protocol,
+  static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
+                                                   const protocols::Protocol& protocol,
                                                    std::vector<config::Device> devices,
                                                    const SimulatorOptions& options);
   ~Simulator();
@@ -87,4 +88,4 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -12,7 +12,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
@@ -332,8 +332,8 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   const std::string_view key = setting.substr(0, equals);
   const auto allowed = KeysOf(keys);
   if (std::find(allowed.begin(), allowed.end(), key) == allowed.end()) {
-    return Error{"there is no key " + config::Quoted(key) + ";" + config::DidYouMean(key, allowed) +
-                 " there are: " + config::Join(allowed)};
+    return Error{"there is no key " + Quoted(key) + ";" + DidYouMean(key, allowed) +
+                 " there are: " + Join(allowed)};
   }
   if (equals == std::string_view::npos) {
     return Error{"key " + std::string(key) + " has no value; write " + std::string(key) + "=…"};
@@ -369,8 +369,8 @@ Result<Fault> ParseFault(std::string_view text) {
   const auto keys = std::find_if(kKinds.begin(), kKinds.end(),
                                  [&](const KindKeys& one) { return Name(one.kind) == name; });
   if (keys == kKinds.end()) {
-    return Error{"there is no fault " + config::Quoted(name) + ";" +
-                 config::DidYouMean(name, known) + " there are: " + config::Join(known)};
+    return Error{"there is no fault " + Quoted(name) + ";" + DidYouMean(name, known) +
+                 " there are: " + Join(known)};
   }
   Fault fault;
   fault.kind = keys->kind;
@@ -393,4 +393,4 @@ Result<Fault> ParseFault(std::string_view text) {
   return fault;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -16,7 +16,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Bytes that reach the master together.
 struct TimedPiece {
@@ -145,4 +145,4 @@ class TwinFaults {
 /// An error names the fault and the key, and says what may stand there.
 Result<Fault> ParseFault(std::string_view text);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -9,7 +9,7 @@
 
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using config::Parity;
@@ -127,7 +127,7 @@ TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus
   asio::error_code ignored;
   descriptor_.non_blocking(true, ignored);  // nobody need be reading
   for (const auto& residents : bus_->residents) {
-    const Protocol& protocol = residents->protocol();
+    const protocols::Protocol& protocol = residents->protocol();
     assemblers_.emplace_back().Begin(protocol.request_rule,
                                      protocol.expect({}, residents->options()));
   }
@@ -162,7 +162,7 @@ void TwinPort::Read() {
 
 std::size_t TwinPort::Held() const {
   std::size_t held = 0;
-  for (const Assembler& assembler : assemblers_) held = std::max(held, assembler.held());
+  for (const protocols::Assembler& assembler : assemblers_) held = std::max(held, assembler.held());
   return held;
 }
 
@@ -172,7 +172,7 @@ Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
   const config::SerialSettings& own = residents.serial();
-  const auto user = ReadPtyFormat(fd_, own);
+  const auto user = transports::ReadPtyFormat(fd_, own);
   if (Understand(own, user)) return as_they_are;
   Received received = ReceiveAs(own, bytes, user);
   return received.damaged == 0 && user.baud == own.baud ? std::move(received.bytes) : as_they_are;
@@ -191,9 +191,9 @@ void TwinPort::OnRequestBytes(View bytes) {
 
 /// A request that only silence ends is taken at once if all that is held is one. If not, more may
 /// be under way: nothing is given up yet.
-std::optional<Bytes> TwinPort::NextRequest(Assembler& assembler) {
+std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
-  Assembler after_silence = assembler;
+  protocols::Assembler after_silence = assembler;
   auto frame = after_silence.Next(true);
   if (!frame || after_silence.counters().discarded != assembler.counters().discarded) return {};
   assembler = std::move(after_silence);
@@ -244,7 +244,7 @@ void TwinPort::OnRequest(Residents& residents, View frame) {
 
 Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) const {
   if (bus_->strict) {
-    const config::SerialSettings user = ReadPtyFormat(fd_, speaker);
+    const config::SerialSettings user = transports::ReadPtyFormat(fd_, speaker);
     if (!Understand(speaker, user)) return ReceiveAs(user, bytes, speaker).bytes;
   }
   return {bytes.begin(), bytes.end()};
@@ -311,4 +311,4 @@ void TwinPort::Speak() {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -20,7 +20,7 @@
 #include "gateway/tools/simulate/residents.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // What a UART makes of characters that another one has sent with other settings: the bits of the
 // wire, sampled at the receiver's own rate and read in its own format. Pure.
@@ -62,7 +62,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
  private:
   void Read();
   void OnRequestBytes(View bytes);
-  std::optional<Bytes> NextRequest(Assembler& assembler);
+  std::optional<Bytes> NextRequest(protocols::Assembler& assembler);
   std::size_t Held() const;
   void AwaitSilence();
   void OnSilence();
@@ -77,9 +77,9 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   const int fd_;  // the descriptor's, which is asked for the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
-  asio::steady_timer silence_;         // while part of a request is held
-  asio::steady_timer speech_;          // of twins that speak unasked
-  std::vector<Assembler> assemblers_;  // of each of the bus's residents
+  asio::steady_timer silence_;                    // while part of a request is held
+  asio::steady_timer speech_;                     // of twins that speak unasked
+  std::vector<protocols::Assembler> assemblers_;  // of each of the bus's residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;
   Instant request_began_{};
@@ -89,4 +89,4 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   std::uint64_t waits_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -5,7 +5,7 @@
 
 #include "gateway/base/exit_code.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 int AfterOutput(int code) {
   if (std::cout.flush() || code != 0) return code;
@@ -15,4 +15,4 @@ int AfterOutput(int code) {
   return kExitCanNot;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

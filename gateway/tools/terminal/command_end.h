@@ -14,7 +14,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Blocks the signals while it lives; one that came meanwhile has done its work and is forgotten.
 class StopSignals {
@@ -71,4 +71,4 @@ class StopSignals {
 /// not look like success (4); a reader that has left has seen what it wanted.
 int AfterOutput(int code);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

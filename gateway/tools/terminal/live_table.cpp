@@ -12,7 +12,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::string_view kEnter = "\x1b[?1049h\x1b[?25l\x1b[2J";  // alternate screen, no cursor
@@ -223,4 +223,4 @@ std::size_t TerminalWidth(int descriptor) {
   return TerminalView(descriptor).value_or(TableView{}).width;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "gateway/base/time.h"
 #include "gateway/base/value.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The whole screen of a terminal for something that is drawn again and again, and as it was before
 // when that ends. For `demo`, `watch` and `status --watch`; works over ssh, without a mouse.
@@ -88,4 +88,4 @@ std::optional<TableView> TerminalView(int descriptor);
 /// Characters a line of it; 0: there is none, and no limit.
 std::size_t TerminalWidth(int descriptor);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

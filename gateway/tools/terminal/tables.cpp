@@ -7,7 +7,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kLeastWidth = 20;  // where an indent would leave nothing
@@ -115,9 +115,9 @@ std::string ColumnLayout::Row(const std::vector<std::string>& cells) const {
   return text;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
-namespace baudgate::config {
+namespace baudgate::tools {
 namespace {
 
 std::string MarkdownCell(const std::string& text) {
@@ -176,9 +176,9 @@ void TextTable::PrintCsv(std::ostream& out) const {
   for (const auto& row : rows_) out << CsvLine(row);
 }
 
-}  // namespace baudgate::config
+}  // namespace baudgate::tools
 
-namespace baudgate {
+namespace baudgate::tools {
 
 StreamTable::StreamTable(std::vector<Column> columns, std::size_t limit)
     : columns_(std::move(columns)), limit_(limit) {
@@ -217,4 +217,4 @@ void StreamTable::Print(const std::vector<Row>& rows, std::ostream& out) {
   for (const Row& row : rows) out << layout.Row(row);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

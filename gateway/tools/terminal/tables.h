@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Whether it is a byte of a UTF-8 character, and not its first.
 inline bool ContinuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
@@ -62,9 +62,9 @@ class ColumnLayout {
   std::vector<CellPosition> places_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
-namespace baudgate::config {
+namespace baudgate::tools {
 
 // Aligned columns for people, Markdown tables for docs, CSV for spreadsheets: one table, three
 // forms. Cells come from gateway/tools/cli; text goes to its streams.
@@ -88,9 +88,9 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
-}  // namespace baudgate::config
+}  // namespace baudgate::tools
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // An aligned table whose rows come by and by. Columns only grow; when one does behind the header,
 // the header is printed again above the rows that need it:
@@ -124,4 +124,4 @@ class StreamTable {
   bool headed_ = false;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -8,7 +8,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// The configuration of the service.
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
@@ -45,4 +45,4 @@ inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
       "End after this time");
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

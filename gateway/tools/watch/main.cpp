@@ -81,7 +81,7 @@ class SlowWhile {
   const bool watched_;
 };
 
-Result<ServeEnd> ServeOne(const Descriptor& link, const StopSignals& stop) {
+Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop) {
   const LivesNoMore last;
   const WakeUp wake;
   std::optional<InterfaceWatch> interfaces;
@@ -119,7 +119,7 @@ Status Confine(std::uint64_t memory) {
 }
 
 /// As a child of the daemon: one link, and what is wrong ends the process.
-int ServeParent(const Options& options, const StopSignals& stop) {
+int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
     Say(status.error());
@@ -132,7 +132,7 @@ int ServeParent(const Options& options, const StopSignals& stop) {
 }
 
 /// As a service of its own: whoever listens at the socket, one after the other.
-int ServeSocket(const Options& options, const StopSignals& stop) {
+int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;
   for (;;) {
@@ -154,9 +154,10 @@ int ServeSocket(const Options& options, const StopSignals& stop) {
 }
 
 /// A datagram that ends the library does not end the watching. At a full disk the child knows.
-int Watch(WatchOptions& options) {
+int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
-  if (LiveScreen::Possible(STDOUT_FILENO)) options.terminal = TerminalView(STDOUT_FILENO);
+  if (tools::LiveScreen::Possible(STDOUT_FILENO))
+    options.terminal = tools::TerminalView(STDOUT_FILENO);
   const Instant begun = ReadClocks().instant;
   const auto run = [&options, begun] {
     if (options.seconds) {
@@ -166,9 +167,9 @@ int Watch(WatchOptions& options) {
       Say(status.error());
       return kExitCanNot;
     }
-    return AfterOutput(RunWatch(options, std::cout, std::cerr));
+    return tools::AfterOutput(RunWatch(options, std::cout, std::cerr));
   };
-  return RunGuarded(run, kLadder, std::cerr);
+  return tools::RunGuarded(run, kLadder, std::cerr);
 }
 
 }  // namespace
@@ -186,16 +187,16 @@ int main(int argc, char** argv) {
   app.add_option("--socket", options.socket, "Path of the daemon's socket")->excludes(link);
   bool types = false;
   app.add_flag("--types-xml", types, "Print the published types as DDS-XML");
-  WatchOptions watch;
+  tools::WatchOptions watch;
   const auto* watches = AddWatch(app, watch);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? AfterOutput(kExitDone) : kExitUsage;
+    return app.exit(error) == 0 ? tools::AfterOutput(kExitDone) : kExitUsage;
   }
   if (types) {
     std::cout << TypesXml();
-    return AfterOutput(kExitDone);
+    return tools::AfterOutput(kExitDone);
   }
   ::mallopt(M_ARENA_MAX, kMostArenas);
   if (watches->parsed()) return Watch(watch);
@@ -205,6 +206,6 @@ int main(int argc, char** argv) {
   }
   signal(SIGPIPE, SIG_IGN);
   signal(SIGHUP, SIG_IGN);
-  const StopSignals stop;  // before any other thread, which inherits the mask
+  const tools::StopSignals stop;  // before any other thread, which inherits the mask
   return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
 }

@@ -12,7 +12,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/base/shown.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr Duration kLookInterval = 1s;
@@ -233,4 +233,4 @@ int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream&
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -29,7 +29,7 @@
 #include "gateway/tools/watch/watch.h"
 #include "gateway/tools/watch/watch_lines.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // What comes on the DDS library's threads, for the one that prints. While that one is stuck (a
 // pager) Put waits, and the library keeps only the latest of each instance: memory stays bounded.
@@ -174,4 +174,4 @@ std::string PlainLine(const dds::AlarmSample& alarm);
 /// As RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -290,4 +290,4 @@ bool Publishers::StartedLater(const Gateway& gateway, const dds::PublisherId& se
   return known != 0 && StartOf(gateway.starts, second) > known;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

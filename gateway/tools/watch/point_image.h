@@ -19,7 +19,7 @@
 #include "gateway/tools/terminal/live_table.h"
 #include "gateway/tools/watch/watch_lines.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The order in which the points of a device are shown: that of its profile. A sample does not name
 // the profile: it is the one that has the most of the device's points. Read from a file that
@@ -142,4 +142,4 @@ class Publishers {
   std::vector<Remark> remarks_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 
 #include "gateway/base/exit_code.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr int kEndedBySignal = 128;
@@ -104,4 +104,4 @@ int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -10,7 +10,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Returns the exit code of `run`, which is called in a child process that dies with us. When the
 /// child is ended by a signal, a line on `err` says so and another one is started, after the waits
@@ -19,4 +19,4 @@ namespace baudgate {
 int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder,
                std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

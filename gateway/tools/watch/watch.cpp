@@ -16,14 +16,13 @@
 #include "gateway/tools/watch/point_image.h"
 #include "gateway/tools/watch/watch_lines.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// What is wrong with it, or nothing.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
-  return config::Quoted(address) +
-         " is not the IPv4 address of a machine; write for example 10.0.0.7";
+  return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
 }
 
 }  // namespace
@@ -328,4 +327,4 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) 
   return Watch(options, out, err).Run();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

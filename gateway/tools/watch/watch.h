@@ -14,11 +14,11 @@
 #include "gateway/base/time.h"
 #include "gateway/tools/terminal/live_table.h"
 
-namespace baudgate {
-
-namespace dds {
+namespace baudgate::dds {
 struct ParticipantOptions;
-}
+}  // namespace baudgate::dds
+
+namespace baudgate::tools {
 
 struct WatchOptions {
   int domain = 0;
@@ -52,4 +52,4 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 /// Adds the subcommand; `options` outlive the parsing.
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -3,7 +3,7 @@
 
 #include "gateway/base/shown.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 std::string_view GoneText(dds::Gone gone) {
@@ -68,4 +68,4 @@ std::string PlainLine(const PointEvent& event) {
   return Harmless(line + "  " + Name(QualityOf(sample)));
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -16,7 +16,7 @@
 #include "gateway/outputs/dds/fast/subscriber.h"
 #include "gateway/outputs/dds/published_types.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // A sample as JSON: the fields of the contract (gateway/outputs/dds/published_types.h) under their
 // names, in their order. Used by the modes of `watch` that know the types.
@@ -90,4 +90,4 @@ bool LooksAlike(const PointEvent& before, const PointEvent& now);
 std::string JsonLine(const PointEvent& event);
 std::string PlainLine(const PointEvent& event);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -52,11 +52,11 @@ config::Config MakeConfig() {
 }
 
 /// Every device once a second, one after the other.
-void ChangeAll(PointStore& store, const std::atomic<bool>& stop) {
+void ChangeAll(bus::PointStore& store, const std::atomic<bool>& stop) {
   Instant next = ReadClocks().instant;
   for (std::uint64_t round = 0; !stop; ++round) {
     for (std::uint32_t device = 0; device < kDevices && !stop; ++device) {
-      std::vector<Sample> samples;
+      std::vector<bus::Sample> samples;
       for (std::uint32_t point = 0; point < kPointsEach; ++point) {
         samples.push_back({point, static_cast<double>(round), Quality::good});
       }
@@ -109,7 +109,7 @@ void RunImage() {
              kPoints, kRounds);
   std::fflush(stdout);
   const config::Config config = MakeConfig();
-  PointStore store(config);
+  bus::PointStore store(config);
   auto writer = dds::CreateFastWriter(config, store);
   if (!writer) std::exit(4);
   const auto publisher = dds::DdsPublisher::Create(config, store, std::move(*writer));

@@ -35,7 +35,7 @@ TEST(Checks, AKeyGivesItsPlaceAndAnAbsentOneThatOfItsMap) {
 }
 
 TEST(Checks, APointIsJudgedWhereItsKeysStand) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   Point point = Named("p", "X1");
   point.scale = 0;
   Problems problems;
@@ -55,7 +55,7 @@ TEST(Checks, WithoutAProtocolItsOwnChecksAreLeftOut) {
 }
 
 TEST(Checks, ADeviceIsJudgedByItsProtocol) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   Device device;
   device.name = "d";
   device.mark = {"f", 1, 1};
@@ -68,7 +68,7 @@ TEST(Checks, ADeviceIsJudgedByItsProtocol) {
 }
 
 TEST(Checks, TwoSpellingsOfOneAddressAreOneDevice) {
-  const Protocol protocol = MakeFakeProtocol("fake");
+  const protocols::Protocol protocol = MakeFakeProtocol("fake");
   config::LineAddresses addresses;
   Problems problems;
   Device first;

@@ -114,11 +114,11 @@ TEST(Yaml, ControlCharactersDoNotReachTheTerminal) {
 
 TEST(Spelling, NearestIsWithinAThirdOfTheWord) {
   const std::vector<std::string_view> words = {"address", "enabled", "unit"};
-  EXPECT_EQ(config::Nearest("adress", words), "address");
-  EXPECT_EQ(config::Nearest("untit", words), "unit");
-  EXPECT_EQ(config::Nearest("uint", words), "unit");
-  EXPECT_EQ(config::Nearest("x", words), "");
-  EXPECT_EQ(config::Nearest("dress code", words), "");
+  EXPECT_EQ(Nearest("adress", words), "address");
+  EXPECT_EQ(Nearest("untit", words), "unit");
+  EXPECT_EQ(Nearest("uint", words), "unit");
+  EXPECT_EQ(Nearest("x", words), "");
+  EXPECT_EQ(Nearest("dress code", words), "");
 }
 
 }  // namespace

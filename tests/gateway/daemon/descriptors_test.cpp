@@ -7,12 +7,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 using testing::HasSubstr;
 
-DescriptorNeeds Needs(const config::Config& config) {
+outputs::DescriptorNeeds Needs(const config::Config& config) {
   return DescriptorNeedsOf(config, AllOutputs());
 }
 
@@ -38,7 +38,7 @@ TEST(DescriptorsTest, EveryClientPortAndServerNeedsSome) {
 }
 
 TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
-  const DescriptorNeeds needs{1280, 100, 0};
+  const outputs::DescriptorNeeds needs{1280, 100, 0};
   EXPECT_EQ(ClientShare(needs, 1380), 1);
   EXPECT_EQ(ClientShare(needs, 100'000), 1);
   EXPECT_DOUBLE_EQ(ClientShare(needs, 420), 0.25);
@@ -57,7 +57,7 @@ TEST(DescriptorsTest, ViewersOfThePageTakeNoPlaceOfAClient) {
   config.web.on = true;
   const std::size_t page = Needs(config).viewers;
   EXPECT_GT(page, 256U);
-  const DescriptorNeeds needs{256, 100, page};
+  const outputs::DescriptorNeeds needs{256, 100, page};
   EXPECT_EQ(ViewerShare(needs, needs.all()), page);
   EXPECT_EQ(ViewerShare(needs, 160), 20U);
   EXPECT_DOUBLE_EQ(ClientShare(needs, 160), 40.0 / 256);
@@ -97,4 +97,4 @@ TEST(OpenFiles, AreCountedAlsoWhereNoneCanBeOpened) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

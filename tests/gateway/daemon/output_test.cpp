@@ -19,7 +19,7 @@
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 using testing::ElementsAre;
@@ -46,9 +46,9 @@ struct Seen {
   std::vector<std::string> calls;
 };
 
-class RememberingOutput final : public Output {
+class RememberingOutput final : public outputs::Output {
  public:
-  RememberingOutput(PointStore& store, Seen& seen)
+  RememberingOutput(bus::PointStore& store, Seen& seen)
       : store_(store), seen_(seen), feed_(store.Subscribe()) {}
   ~RememberingOutput() override { RememberingOutput::Stop(); }
 
@@ -92,15 +92,15 @@ class RememberingOutput final : public Output {
   /// All points as they are; then each as it changes.
   void Run(const std::stop_token& stop) {
     std::uint32_t known = 0;
-    Changes changes;
+    bus::Changes changes;
     while (!stop.stop_requested()) {
       for (; known < store_.device_count(); ++known) Take(known);
       feed_->Drain(ReadClocks().instant + 1s, changes);
-      for (const PointRef& at : changes.points) Take(at.device);
+      for (const bus::PointRef& at : changes.points) Take(at.device);
     }
   }
   void Take(std::uint32_t device) {
-    store_.Read(device, [&](const DeviceRecord& record) {
+    store_.Read(device, [&](const bus::DeviceRecord& record) {
       for (std::size_t point = 0; point < record.points.size(); ++point) {
         const Quality quality = QualityAt(record, point, ReadClocks().instant);
         std::string sample = record.device->name + " " + record.device->points[point].name + " " +
@@ -110,9 +110,9 @@ class RememberingOutput final : public Output {
     });
   }
 
-  PointStore& store_;
+  bus::PointStore& store_;
   Seen& seen_;
-  const std::shared_ptr<ChangeFeed> feed_;
+  const std::shared_ptr<bus::ChangeFeed> feed_;
   std::jthread thread_;
 };
 
@@ -163,7 +163,7 @@ TEST(Output, IsOneRowInTheListOfTheDaemon) {
   EXPECT_TRUE(seen.Wait([&] { return has("a"); }));
   nlohmann::ordered_json status;
   std::ostringstream err;
-  EXPECT_EQ(Ask(daemon.config_at_start().socket, {{"command", "status"}}, status, err), 0)
+  EXPECT_EQ(tools::Ask(daemon.config_at_start().socket, {{"command", "status"}}, status, err), 0)
       << err.str();
   EXPECT_GT(status["test"]["samples"], 0) << status;
   daemon.Reload("a test");
@@ -173,4 +173,4 @@ TEST(Output, IsOneRowInTheListOfTheDaemon) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

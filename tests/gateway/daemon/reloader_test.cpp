@@ -10,7 +10,7 @@
 #include <fstream>
 #include <future>
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 namespace fs = std::filesystem;
@@ -219,4 +219,4 @@ TEST_F(ReloaderTest, SaysWhatIsNotThereYet) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

@@ -6,7 +6,7 @@
 
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 config::Config OnePoint() {
@@ -20,13 +20,13 @@ config::Config OnePoint() {
 
 TEST(Ticker, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
   const config::Config config = OnePoint();
-  PointStore store(config);
+  bus::PointStore store(config);
   const auto feed = store.Subscribe();
-  const std::vector<Sample> samples = {{0, Value(1.0), Quality::good}};
+  const std::vector<bus::Sample> samples = {{0, Value(1.0), Quality::good}};
   Now long_ago = ReadClocks();
   long_ago.instant -= 1h;
   store.Update(0, samples, long_ago, 1ms);
-  Changes changes;
+  bus::Changes changes;
   feed->Drain(Instant{}, changes);
   ASSERT_EQ(changes.points.size(), 1U);
 
@@ -45,4 +45,4 @@ TEST(Ticker, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

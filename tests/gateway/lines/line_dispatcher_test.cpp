@@ -21,7 +21,7 @@
 #include "tests/transports/far_end.h"
 #include "transports/loop_thread.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 class LineDispatcherTest : public ::testing::Test {
@@ -32,7 +32,7 @@ class LineDispatcherTest : public ::testing::Test {
     line.protocol = "toy";
     line.port = "tcp://127.0.0.1:1";
     config_.lines = {line};
-    store_ = std::make_unique<PointStore>(config_);
+    store_ = std::make_unique<bus::PointStore>(config_);
     lines_ = std::make_unique<Lines>(*store_, catalog_, 1);
     lines_->Add({std::shared_ptr<void>(), config_.lines.data()});
     dispatcher_ = std::make_unique<LineDispatcher>(*store_, catalog_, *lines_);
@@ -40,16 +40,16 @@ class LineDispatcherTest : public ::testing::Test {
 
   /// False: busy.
   bool Write(std::uint32_t device = 0) {
-    WriteCommand command;
+    bus::WriteCommand command;
     command.device = device;
     command.client = "user:anna";
-    command.kind = Writes{{0, 1.0}};
+    command.kind = bus::Writes{{0, 1.0}};
     command.done = [this](const WriteResult& result) { result_ = result; };
     return dispatcher_->Submit(std::move(command));
   }
   std::uint64_t Counted(WriteEnd end, std::uint32_t device = 0) const {
     std::uint64_t count = 0;
-    store_->Read(device, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const bus::DeviceRecord& record) {
       count = record.status.writes.ends[static_cast<std::size_t>(end)];
     });
     return count;
@@ -57,7 +57,7 @@ class LineDispatcherTest : public ::testing::Test {
 
   config::Catalog catalog_;
   config::Config config_;
-  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<bus::PointStore> store_;
   std::unique_ptr<Lines> lines_;
   std::unique_ptr<LineDispatcher> dispatcher_;
   std::optional<WriteResult> result_;
@@ -83,10 +83,10 @@ TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
 /// A reload waits for the end of a line before it tells the routes.
 TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
   const auto ended = lines_->at(0).Take();
-  std::optional<RoutedReply> reply;
-  RoutedRequest request;
+  std::optional<bus::RoutedReply> reply;
+  bus::RoutedRequest request;
   request.pdu = {3, 0, 0, 0, 1};
-  request.done = [&](RoutedReply said) { reply = std::move(said); };
+  request.done = [&](bus::RoutedReply said) { reply = std::move(said); };
   EXPECT_TRUE(lines_->at(0).Submit(std::move(request)));
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->outcome, Outcome::line_down);
@@ -137,11 +137,11 @@ class SharedLoop : public testing::Test {
  protected:
   SharedLoop() {
     config_.lines = {LineOn(0), LineOn(1)};
-    store_ = std::make_unique<PointStore>(config_);
+    store_ = std::make_unique<bus::PointStore>(config_);
     for (std::uint32_t i = 0; i < 2; ++i) {
       runners_.push_back(std::make_unique<LineRunner>(
           loop_.io(), config_.lines[i], i,
-          [](const std::string&) -> const Protocol& { return ToyProtocol(); }, *store_));
+          [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, *store_));
       Accept(i);
     }
     loop_.Start();
@@ -176,8 +176,8 @@ class SharedLoop : public testing::Test {
   int accepted_[2] = {};
   std::unique_ptr<Far> ends_[2];
   config::Config config_;
-  std::unique_ptr<PointStore> store_;
-  LoopThread loop_{"lines"};
+  std::unique_ptr<bus::PointStore> store_;
+  transports::LoopThread loop_{"lines"};
   std::vector<std::unique_ptr<LineRunner>> runners_;
 
  private:
@@ -223,10 +223,10 @@ TEST_F(SharedLoop, ManyStopsAtOnceEnd) {
 
 // ---------------- Lines that a reload ends while their drivers hang.
 
-struct CountedNews final : EventSink {
-  void OnReported(ReportedEvents) override {}
+struct CountedNews final : bus::EventSink {
+  void OnReported(bus::ReportedEvents) override {}
   void OnDrained(std::uint32_t, Instant) override {}
-  void OnNews(const config::Line&, const News& news, Now) override {
+  void OnNews(const config::Line&, const bus::News& news, Now) override {
     if (news.text == "too late") ++late;
   }
   void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
@@ -239,7 +239,7 @@ TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
   config::Config config;
   config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};
   config.lines[0].port = "/dev/not-there";
-  PointStore store(config);
+  bus::PointStore store(config);
   config::Catalog catalog;
   catalog.protocols["toy"] = &ToyProtocol();
   CountedNews news;
@@ -253,7 +253,7 @@ TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
   std::promise<void> returns;
   asio::post((*loop)->io(), [hangs = returns.get_future().share()] { hangs.wait(); });
   lines.at(0).Post([](LineParts& its, Now now) {
-    its.reporter.OnNews({News::What::port_down, false, {}, "too late"}, now);
+    its.reporter.OnNews({bus::News::What::port_down, false, {}, "too late"}, now);
   });
   const std::uint32_t number = 0;
   lines.Remove(std::span(&number, 1));
@@ -284,7 +284,7 @@ TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
   add("served", "tcp://127.0.0.1:1").serial_server = taken;
   add("unplugged", "/dev/not-there");
   add("well", "tcp://127.0.0.1:1").lend = server_at(0);
-  PointStore store(config);
+  bus::PointStore store(config);
   config::Catalog catalog;
   catalog.protocols["toy"] = &ToyProtocol();
   Lines lines(store, catalog, 1);
@@ -343,4 +343,4 @@ TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::lines

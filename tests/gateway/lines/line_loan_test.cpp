@@ -4,7 +4,7 @@
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 using testing::ElementsAre;
@@ -28,7 +28,7 @@ TEST_F(LocalPort, ThatIsLentComesBackByItself) {
   Pass(2s);
   Handle([&] { line_->port.Release(10s, now_); });
   EXPECT_FALSE(port_.open);
-  EXPECT_EQ(status().port, LineStatus::Port::released);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::released);
   EXPECT_EQ(status().released_until, now_.wall + 10s);
   Pass(9900ms);
   EXPECT_EQ(port_.opens, 1);
@@ -67,7 +67,7 @@ TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
   Pass(5s);
   EXPECT_TRUE(port_.open);
   EXPECT_EQ(port_.opens, 1);
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   const int sends = port_.sends;
   Pass(2s);
   EXPECT_GT(port_.sends, sends) << "polls go on";
@@ -124,7 +124,9 @@ TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
 
 /// A client that wants the port, as gateway/lines/serial_server/server.h does.
 struct FakeUser final : serial_server::PortUser {
-  void Grant(Transport& port, const config::SerialSettings&, Now) override { has = &port; }
+  void Grant(transports::Transport& port, const config::SerialSettings&, Now) override {
+    has = &port;
+  }
   void TakeBack(Now) override {
     has = nullptr;
     ++taken_back;
@@ -134,7 +136,7 @@ struct FakeUser final : serial_server::PortUser {
   serial_server::Visit visit() const override { return its; }
 
   serial_server::Visit its{.client = "10.0.0.7:40000", .place = "127.0.0.1:4001"};
-  Transport* has = nullptr;
+  transports::Transport* has = nullptr;
   int taken_back = 0;
   Bytes heard;
 };
@@ -160,7 +162,7 @@ struct NetworkLoan : LinePortTest {
   }
   bool OutOfService() {
     bool out = false;
-    store_->Read(0, [&](const DeviceRecord& record) {
+    store_->Read(0, [&](const bus::DeviceRecord& record) {
       out = record.override_quality == Quality::bad_out_of_service;
     });
     return out;
@@ -182,7 +184,7 @@ TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
   EXPECT_EQ(user_.has, &port_);
   EXPECT_EQ(Polls(), before + 1) << "it has ended in order";
   EXPECT_TRUE(OutOfService());
-  EXPECT_EQ(status().port, LineStatus::Port::released);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::released);
   EXPECT_THAT(status().port_text, HasSubstr("lent to 10.0.0.7:40000 at 127.0.0.1:4001, raw"));
   Pass(1min);
   EXPECT_EQ(Polls(), before + 1) << "nobody is asked meanwhile";
@@ -265,8 +267,8 @@ TEST_F(NetworkLoan, ATelegramByHandIsRefusedWithTheNameOfTheClient) {
   Want(user_);
   Pass(100ms);
   std::string reason;
-  WriteCommand command;
-  command.kind = std::make_shared<Telegram>();
+  bus::WriteCommand command;
+  command.kind = std::make_shared<bus::Telegram>();
   command.telegram()->bytes = ToBytes(":A");
   command.done = [&](const WriteResult& result) { reason = result.reason; };
   Handle([&] { line_->Submit(std::move(command), now_); });
@@ -289,12 +291,12 @@ TEST_F(NetworkLoan, ItsBytesAreTheClients) {
   Pass(2s);
   Want(user_);
   Pass(100ms);
-  const LineStatus before = status();
+  const bus::LineStatus before = status();
   Say("secret");
   EXPECT_EQ(user_.heard, Bytes({'s', 'e', 'c', 'r', 'e', 't'}));
   EXPECT_EQ(status().bytes_in, before.bytes_in);
   EXPECT_EQ(status().stray_bytes, before.stray_bytes);
-  for (const TraceRecord& record : line_->recorder.Recorded()) {
+  for (const records::TraceRecord& record : line_->recorder.Recorded()) {
     EXPECT_THAT(ToText(record), testing::Not(HasSubstr("73 65 63")));
   }
 }
@@ -330,7 +332,7 @@ TEST_F(NetworkLoan, EndsWithItsTime) {
   EXPECT_EQ(user_.taken_back, 1);
   Pass(5s);
   EXPECT_FALSE(OutOfService());
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
 }
 
 TEST_F(NetworkLoan, OneClientHasThePort) {
@@ -412,7 +414,7 @@ TEST_F(NetworkLoan, AClientThatLeavesBeforeItHasThePortChangesNothing) {
 }
 
 TEST_F(NetworkLoan, IsToldOnceWhenItBeginsAndOnceWhenItEnds) {
-  using What = News::What;
+  using What = bus::News::What;
   Open();
   Pass(2s);
   Want(user_);
@@ -439,7 +441,7 @@ TEST_F(LoanOfAServer, EndsWhereTheServerEndsTheConnection) {
     retries_.downs.clear();
     End();
     EXPECT_EQ(user_.taken_back, 1);
-    EXPECT_EQ(status().port, LineStatus::Port::closed);
+    EXPECT_EQ(status().port, bus::LineStatus::Port::closed);
     EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed"))) << "it is opened again";
   }
 }
@@ -465,4 +467,4 @@ TEST_F(LoanOfAServer, IsNotOfAConnectionThatEndedWhileTheClientWaited) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -18,9 +18,9 @@
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 
-class LoosePort final : public Transport {
+class LoosePort final : public transports::Transport {
  public:
   void Open() override {
     ++opens;
@@ -59,7 +59,7 @@ class LoosePort final : public Transport {
   std::optional<std::string> changed;  // by another program
 };
 
-class FakeRetries final : public PortRetries {
+class FakeRetries final : public transports::PortRetries {
  public:
   void OnOpened() override {}
   void OnWorked() override { ++worked; }
@@ -74,18 +74,18 @@ class FakeRetries final : public PortRetries {
   std::vector<std::string> downs;
 };
 
-class NewsSink final : public EventSink {
+class NewsSink final : public bus::EventSink {
  public:
-  void OnReported(ReportedEvents) override {}
+  void OnReported(bus::ReportedEvents) override {}
   void OnDrained(std::uint32_t, Instant) override {}
-  void OnNews(const config::Line&, const News& one, Now) override {
+  void OnNews(const config::Line&, const bus::News& one, Now) override {
     if (!one.first) news.emplace_back(one.what, one.over);
   }
   void OnRead(std::uint32_t, std::span<const std::uint32_t> points, Now) override {
     read.insert(points.begin(), points.end());
   }
 
-  std::vector<std::pair<News::What, bool>> news;
+  std::vector<std::pair<bus::News::What, bool>> news;
   std::set<std::uint32_t> read;
 };
 
@@ -95,11 +95,12 @@ class LinePortTest : public testing::Test {
                         std::vector<config::Device> devices = {ToyDevice("a", "A", {"1"})}) {
     config_.lines.push_back(ToyLine(std::move(devices)));
     config_.lines[0].port = port;
-    store_ = std::make_unique<PointStore>(config_);
+    store_ = std::make_unique<bus::PointStore>(config_);
     twin_ = ToyProtocol().make_twin(config_.lines[0].devices.back(), values_);
     line_ = std::make_unique<LineParts>(
-        config_.lines[0], 0U, [](const std::string&) -> const Protocol& { return ToyProtocol(); },
-        *store_, port_, retries_, LineParts::Links{.events = &sink_});
+        config_.lines[0], 0U,
+        [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, *store_,
+        port_, retries_, LineParts::Links{.events = &sink_});
     line_->Start(now_);
   }
 
@@ -156,10 +157,10 @@ class LinePortTest : public testing::Test {
   }
   /// The program is stopped for so long.
   void Stop(Duration time) { GoTo(now_.instant + time); }
-  LineStatus status() { return store_->ReadLine(0); }
+  bus::LineStatus status() { return store_->ReadLine(0); }
   void Write(Duration patience = 1h) {
-    WriteCommand command;
-    command.kind = Writes{{0, 5.0, {}, 5.0}};
+    bus::WriteCommand command;
+    command.kind = bus::Writes{{0, 5.0, {}, 5.0}};
     command.deadline = now_.instant + patience;
     command.abandoned = left_;
     command.done = [this](const WriteResult& result) { ends_.push_back(result.end); };
@@ -167,10 +168,10 @@ class LinePortTest : public testing::Test {
   }
 
   /// By hand.
-  std::shared_ptr<Telegram> Ask(std::string_view text, Duration patience = 5s) {
-    auto telegram = std::make_shared<Telegram>();
+  std::shared_ptr<bus::Telegram> Ask(std::string_view text, Duration patience = 5s) {
+    auto telegram = std::make_shared<bus::Telegram>();
     telegram->bytes = ToBytes(text);
-    WriteCommand command;
+    bus::WriteCommand command;
     command.kind = telegram;
     command.deadline = now_.instant + patience;
     command.abandoned = left_;
@@ -180,9 +181,9 @@ class LinePortTest : public testing::Test {
   }
 
   config::Config config_;
-  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<bus::PointStore> store_;
   FixedValues values_ = ToyValues();
-  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
   bool closes_ = false;                // behind each answer
   std::set<std::uint8_t> closes_for_;  // in place of an answer of these devices
@@ -205,4 +206,4 @@ struct LocalPort : LinePortTest {
   LocalPort() : LinePortTest("/dev/ttyUSB0") {}
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -3,7 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/lines/line_port_fixture.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 using testing::Contains;
@@ -15,7 +15,7 @@ using testing::Pair;
 TEST_F(LocalPort, HasWorkedOnceItOpens) {
   EXPECT_EQ(port_.opens, 1);
   Open();
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   EXPECT_TRUE(line_->port.is_open());
   Lose("gone");
   EXPECT_THAT(retries_.downs, ElementsAre("gone"));
@@ -62,7 +62,7 @@ TEST_F(OtherSettings, AreTriedAgainWhereThePortRefusesThem) {
 }
 
 TEST_F(LocalPort, TellsWhatIsToBeKept) {
-  using What = News::What;
+  using What = bus::News::What;
   Open();
   Pass(3s);
   EXPECT_THAT(sink_.read, Contains(0U));
@@ -70,7 +70,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
   answers_ = false;
   Pass(30s);
   Lose("gone");
-  Handle([&] { line_->port.OnOpenFailed("no such file", NoConnection::other, now_); });
+  Handle([&] { line_->port.OnOpenFailed("no such file", transports::NoConnection::other, now_); });
   answers_ = true;
   Open();
   Pass(10s);
@@ -84,13 +84,13 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
 
 /// The loan is over, whatever has become of the port meanwhile: its own alarm counts now.
 TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
-  using What = News::What;
+  using What = bus::News::What;
   Open();
   Pass(2s);
   Handle([&] { line_->port.Release(3s, now_); });
   port_.open = false;
   Pass(4s);
-  Handle([&] { line_->port.OnOpenFailed("no such file", NoConnection::other, now_); });
+  Handle([&] { line_->port.OnOpenFailed("no such file", transports::NoConnection::other, now_); });
   EXPECT_THAT(sink_.news, ElementsAre(Pair(What::port_lent, false), Pair(What::port_lent, true),
                                       Pair(What::port_down, false)));
 }
@@ -202,7 +202,7 @@ TEST_F(LocalPort, ATelegramOnALineThatGoesAwayIsAnswered) {
   answers_ = true;
   Open();
   Pass(2s);
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
 }
 
 TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
@@ -227,9 +227,9 @@ TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
 }
 
 TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
-  Handle([&] { line_->port.OnOpenFailed("busy", NoConnection::other, now_); });
+  Handle([&] { line_->port.OnOpenFailed("busy", transports::NoConnection::other, now_); });
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));
-  EXPECT_EQ(status().port, LineStatus::Port::closed);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::closed);
 }
 
 TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
@@ -238,7 +238,7 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   Pass(1500ms);
   const int opens = port_.opens;
   End();
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   EXPECT_TRUE(line_->port.is_open());
   EXPECT_EQ(status().times_lost, 0U);
   EXPECT_EQ(port_.opens, opens) << "on demand, and not before";
@@ -296,7 +296,8 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
 TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
-      {"no connection", [this] { line_->port.OnOpenFailed("refused", NoConnection::other, now_); }},
+      {"no connection",
+       [this] { line_->port.OnOpenFailed("refused", transports::NoConnection::other, now_); }},
       {"lent", [this] { line_->port.Release(1min, now_); }},
       {"taken back", [this] { line_->port.EndRelease(now_); }},
   };
@@ -337,8 +338,8 @@ TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
   closes_ = true;
   Open();
   Pass(1min);
-  store_->Read(0,
-               [](const DeviceRecord& record) { EXPECT_TRUE(IsGood(record.points[0].reported)); });
+  store_->Read(
+      0, [](const bus::DeviceRecord& record) { EXPECT_TRUE(IsGood(record.points[0].reported)); });
   EXPECT_LE(status().outcomes[static_cast<std::size_t>(Outcome::no_reply)], 1U);
   EXPECT_EQ(status().times_lost, 0U);
   EXPECT_THAT(retries_.downs, IsEmpty());
@@ -352,26 +353,26 @@ TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   Pass(1500ms);
   End();
   Pass(2s);
-  Handle([&] { line_->port.OnOpenFailed("refused", NoConnection::refused, now_); });
+  Handle([&] { line_->port.OnOpenFailed("refused", transports::NoConnection::refused, now_); });
   EXPECT_FALSE(line_->port.is_open());
-  EXPECT_EQ(status().port, LineStatus::Port::closed);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::closed);
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
 }
 
 /// What goes with the ends, and what follows them, each once.
 TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
-  const auto times = [this](RecentTimes ConnectionEnds::*what) {
+  const auto times = [this](bus::RecentTimes bus::ConnectionEnds::*what) {
     return (status().ends.*what).Since(Instant{});
   };
   Open();
   Pass(1500ms);
   End();
-  EXPECT_EQ(times(&ConnectionEnds::idle) + times(&ConnectionEnds::asked), 1U);
+  EXPECT_EQ(times(&bus::ConnectionEnds::idle) + times(&bus::ConnectionEnds::asked), 1U);
   Pass(2s);
   for (int tries = 0; tries < 3; ++tries) {
-    Handle([&] { line_->port.OnOpenFailed("refused", NoConnection::refused, now_); });
+    Handle([&] { line_->port.OnOpenFailed("refused", transports::NoConnection::refused, now_); });
   }
-  EXPECT_EQ(times(&ConnectionEnds::refused), 1U) << "once for each connection that had worked";
+  EXPECT_EQ(times(&bus::ConnectionEnds::refused), 1U) << "once for each connection that had worked";
   Open();
   Pass(1500ms);
   End();
@@ -382,9 +383,9 @@ TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
   Open();
   Pass(300ms);
   End();
-  EXPECT_EQ(times(&ConnectionEnds::shut), 1U);
+  EXPECT_EQ(times(&bus::ConnectionEnds::shut), 1U);
   EXPECT_EQ(status().ends.alike, 2U) << "both that worked ended at the same age";
-  EXPECT_EQ(times(&ConnectionEnds::unreachable), 0U);
+  EXPECT_EQ(times(&bus::ConnectionEnds::unreachable), 0U);
 }
 
 TEST_F(LinePortTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
@@ -407,10 +408,11 @@ TEST_F(SharedConnection, AServerThatClosesForOneDeviceLeavesTheOther) {
   closes_for_ = {'A'};
   Open();
   Pass(1min);
-  store_->Read(
-      0, [](const DeviceRecord& record) { EXPECT_EQ(record.status.state, DeviceState::offline); });
-  store_->Read(1, [](const DeviceRecord& record) {
-    EXPECT_EQ(record.status.state, DeviceState::online);
+  store_->Read(0, [](const bus::DeviceRecord& record) {
+    EXPECT_EQ(record.status.state, bus::DeviceState::offline);
+  });
+  store_->Read(1, [](const bus::DeviceRecord& record) {
+    EXPECT_EQ(record.status.state, bus::DeviceState::online);
     EXPECT_TRUE(IsGood(record.points[0].reported));
     EXPECT_LE(record.status.missed, 3U);
   });
@@ -427,7 +429,7 @@ TEST_F(SharedConnection, AServerThatClosesForAllIsAnOutage) {
 
 TEST_F(LinePortTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
   Open();
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   answers_ = false;
   Pass(100ms);
   Say("busy, come back later\r\n");
@@ -449,14 +451,14 @@ TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
   Lose("closed");
   Pass(1s);
   Open();
-  EXPECT_EQ(status().port, LineStatus::Port::closed) << "not shown yet";
+  EXPECT_EQ(status().port, bus::LineStatus::Port::closed) << "not shown yet";
   Pass(2s);
   EXPECT_EQ(retries_.worked, 1);
-  EXPECT_EQ(status().port, LineStatus::Port::open);
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   Lose("reset");
   EXPECT_EQ(retries_.downs.back(), "reset");
   Open();
-  EXPECT_EQ(status().port, LineStatus::Port::open) << "at once: the last one had worked";
+  EXPECT_EQ(status().port, bus::LineStatus::Port::open) << "at once: the last one had worked";
 }
 
 TEST_F(LinePortTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
@@ -484,4 +486,4 @@ TEST_F(LinePortTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -13,12 +13,12 @@
 #include "tests/support/toy_protocol.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-using What = News::What;
+using What = bus::News::What;
 
 config::Config ConfigOfFive() {
   config::Config config;
@@ -30,24 +30,24 @@ config::Config ConfigOfFive() {
   return config;
 }
 
-class LineReporterTest : public ::testing::Test, private EventSink {
+class LineReporterTest : public ::testing::Test, private bus::EventSink {
  protected:
-  void State(DeviceState from, DeviceState to, std::uint32_t device = 3) {
+  void State(bus::DeviceState from, bus::DeviceState to, std::uint32_t device = 3) {
     reporter_.OnDeviceState(device, from, to, "no reply", now_);
   }
   std::vector<std::string> TakeTold() { return std::exchange(told_, {}); }
 
   config::Config config_ = ConfigOfFive();
-  PointStore store_{config_};
-  LineRecorder recorder_{config_.lines[0], 0, {}};
+  bus::PointStore store_{config_};
+  records::LineRecorder recorder_{config_.lines[0], 0, {}};
   Now now_{};
   LineReporter reporter_{config_.lines[0], store_, recorder_, nullptr, this};
 
  private:
-  void OnReported(ReportedEvents) override {}
+  void OnReported(bus::ReportedEvents) override {}
   void OnDrained(std::uint32_t, Instant) override {}
   void OnRead(std::uint32_t, std::span<const std::uint32_t>, Now) override {}
-  void OnNews(const config::Line&, const News& news, Now) override {
+  void OnNews(const config::Line&, const bus::News& news, Now) override {
     told_.push_back(std::to_string(static_cast<int>(news.what)) + (news.first ? " first" : "") +
                     (news.over ? " over" : "") +
                     (news.device ? " of " + std::to_string(*news.device) : "") +
@@ -58,15 +58,15 @@ class LineReporterTest : public ::testing::Test, private EventSink {
 };
 
 TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
-  State(DeviceState::never_seen, DeviceState::online);
-  State(DeviceState::online, DeviceState::degraded);
+  State(bus::DeviceState::never_seen, bus::DeviceState::online);
+  State(bus::DeviceState::online, bus::DeviceState::degraded);
   EXPECT_THAT(TakeTold(), ElementsAre("0 first over of 3")) << "nothing has happened yet";
-  State(DeviceState::degraded, DeviceState::offline);
-  State(DeviceState::offline, DeviceState::online);
+  State(bus::DeviceState::degraded, bus::DeviceState::offline);
+  State(bus::DeviceState::offline, bus::DeviceState::online);
   EXPECT_THAT(TakeTold(), ElementsAre("0 of 3: no reply", "0 over of 3"));
-  State(DeviceState::never_seen, DeviceState::offline, 4);
+  State(bus::DeviceState::never_seen, bus::DeviceState::offline, 4);
   EXPECT_THAT(TakeTold(), ElementsAre("0 of 4: no reply")) << "it has never answered";
-  State(DeviceState::online, DeviceState::offline, kFirstSlave + 7);
+  State(bus::DeviceState::online, bus::DeviceState::offline, bus::kFirstSlave + 7);
   EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
 }
 
@@ -76,7 +76,7 @@ TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
   reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
-  State(DeviceState::offline, DeviceState::online);
+  State(bus::DeviceState::offline, bus::DeviceState::online);
   reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
   EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x", "0 first over of 3"));
 }
@@ -92,11 +92,11 @@ TEST_F(LineReporterTest, TellsEveryTroubleOfAWrongDevice) {
 }
 
 TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
-  State(DeviceState::online, DeviceState::disabled);
-  State(DeviceState::disabled, DeviceState::online);
+  State(bus::DeviceState::online, bus::DeviceState::disabled);
+  State(bus::DeviceState::disabled, bus::DeviceState::online);
   EXPECT_THAT(TakeTold(),
               ElementsAre("1 of 3: no reply", "1 over of 3: no reply", "0 first over of 3"));
-  State(DeviceState::disabled, DeviceState::never_seen, 4);
+  State(bus::DeviceState::disabled, bus::DeviceState::never_seen, 4);
   EXPECT_THAT(TakeTold(), ElementsAre("1 first over of 4: no reply")) << "by the configuration";
 }
 
@@ -105,7 +105,7 @@ TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
   EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged"));
   reporter_.Retire();
   reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
-  State(DeviceState::online, DeviceState::offline);
+  State(bus::DeviceState::online, bus::DeviceState::offline);
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
@@ -272,4 +272,4 @@ TEST_F(Watched, AnAnswerMayComeWhenNobodyWatchesAnyMore) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::lines

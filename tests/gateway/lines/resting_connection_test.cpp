@@ -8,7 +8,7 @@
 #include "gateway/lines/server_connection.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::lines {
 namespace {
 
 const Bytes kRequest = {1, 2, 3};
@@ -171,4 +171,4 @@ TEST(WriteGraceTest, WhatFollowsMayWaitAgain) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::lines

@@ -9,7 +9,7 @@
 
 #include "gateway/outputs/output.h"
 
-namespace baudgate {
+namespace baudgate::outputs {
 
 class FakeOutput final : public Output {
  public:
@@ -26,4 +26,4 @@ class FakeOutput final : public Output {
   const std::vector<Series> metrics_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::outputs

@@ -4,7 +4,7 @@
 
 #include "gateway/records/event_path.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 using Slave = RoutedEnd::Slave;
@@ -31,7 +31,7 @@ class AlarmServiceTest : public ::testing::Test {
  protected:
   void Routed(std::uint8_t unit, Slave slave, Outcome outcome, const std::string& reason = {},
               Bytes pdu = {}) {
-    RoutedReply reply;
+    bus::RoutedReply reply;
     reply.outcome = outcome;
     reply.reason = reason;
     reply.pdu = std::move(pdu);
@@ -150,10 +150,10 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
 }
 
 TEST_F(AlarmServiceTest, NewsOfLinesAndDevices) {
-  using What = News::What;
+  using What = bus::News::What;
   struct Row {
     const char* device;
-    News news;
+    bus::News news;
     std::vector<std::string> told;
   };
   const Row rows[] = {
@@ -201,4 +201,4 @@ TEST_F(AlarmServiceTest, DisksOfTheGateway) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

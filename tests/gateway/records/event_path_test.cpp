@@ -10,7 +10,7 @@
 #include "gateway/records/events/own_records.h"
 #include "tests/support/journald.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 using config::EventState;
@@ -56,11 +56,11 @@ class EventPathTest : public ::testing::Test {
     path_ = std::make_unique<EventPath>(config_, store_, place_, commands_,
                                         [](std::uint32_t, const std::string&, bool) {});
   }
-  void Tell(News news) { path_->OnNews(config_.lines[0], news, now_); }
+  void Tell(bus::News news) { path_->OnNews(config_.lines[0], news, now_); }
   void ReadAs(double value, Quality quality = Quality::good) {
     now_.instant += 1s;
     now_.wall += 1s;
-    const Sample sample{0, value, quality};
+    const bus::Sample sample{0, value, quality};
     store_.Update(device_, std::span(&sample, 1), now_, 1ms);
     const std::uint32_t point = 0;
     path_->OnRead(device_, std::span(&point, 1), now_);
@@ -70,15 +70,15 @@ class EventPathTest : public ::testing::Test {
     return path_->log().Read({})->records;
   }
 
-  struct Commands final : CommandSink {
-    bool Submit(WriteCommand) override { return false; }
+  struct Commands final : bus::CommandSink {
+    bool Submit(bus::WriteCommand) override { return false; }
   };
 
   Commands commands_;
   std::uint32_t device_ = 0;  // its number
   const config::Config config_ = RelayConfig();
   std::vector<std::shared_ptr<const config::Config>> reloaded_;
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   std::filesystem::path folder_;
   EventsPlace place_;
   std::unique_ptr<EventPath> path_;
@@ -86,9 +86,9 @@ class EventPathTest : public ::testing::Test {
 };
 
 TEST_F(EventPathTest, HasCodesAndWords) {
-  Tell({News::What::port_down, false, {}, "unplugged"});
-  Tell({News::What::no_answer, true, 0U});
-  Tell({News::What::replaced, false, 0U, "it is another"});
+  Tell({bus::News::What::port_down, false, {}, "unplugged"});
+  Tell({bus::News::What::no_answer, true, 0U});
+  Tell({bus::News::What::replaced, false, 0U, "it is another"});
   const auto records = Await(3);
   EXPECT_EQ(records[0].code, events::CodeOf(OwnCode::port_down));
   EXPECT_EQ(records[0].line, "bay-1");
@@ -118,7 +118,7 @@ TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
   EXPECT_EQ(path_->log().Alarms().size(), 1U);
   Start();
   ReadAs(7);
-  Tell({News::What::port_down, false, {}, "end"});
+  Tell({bus::News::What::port_down, false, {}, "end"});
   EXPECT_EQ(Await(2)[1].text, "port down: end") << "the alarm was there before";
   ReadAs(3);
   EXPECT_EQ(Await(3)[2].text, "current 3: above 5, over");
@@ -129,7 +129,7 @@ TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
 TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   const Journald journald;
   journald.TakeLog();
-  Tell({News::What::no_answer, false, 0U, "no reply"});
+  Tell({bus::News::What::no_answer, false, 0U, "no reply"});
   const auto look = [&] { path_->Look({}, now_); };
   now_.instant += 29s;
   look();
@@ -147,9 +147,9 @@ TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   path_->log().Acknowledge({.line = "bay-1", .device = "feeder-1", .by = "user:anna"},
                            [](const events::Acknowledged&) {});
   EXPECT_THAT(next(), HasSubstr("no reply (user:anna)\nPRIORITY=6\n"));
-  Tell({News::What::no_answer, true, 0U});
+  Tell({bus::News::What::no_answer, true, 0U});
   EXPECT_THAT(next(), HasSubstr("\nALARM=no answer\nPRIORITY_OF_ALARM=medium\nSTATE=normal\n"));
-  Tell({News::What::replaced, false, 0U, "it is another"});
+  Tell({bus::News::What::replaced, false, 0U, "it is another"});
   const std::string raised = next();
   EXPECT_THAT(raised, HasSubstr("alarm active, priority medium: another device: it is another\n"
                                 "PRIORITY=4\n"));
@@ -174,7 +174,7 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
   EventsPlace place;
   place.in_memory = true;
   EventPath path(bare, store_, place, commands_, [](std::uint32_t, const std::string&, bool) {});
-  path.OnNews(bare.lines[0], {News::What::port_down, false, {}, "unplugged"}, now_);
+  path.OnNews(bare.lines[0], {bus::News::What::port_down, false, {}, "unplugged"}, now_);
   path.Look({}, now_);
   now_.instant += 30s;
   path.Look({}, now_);
@@ -192,20 +192,20 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
   EXPECT_EQ(path.feed()->alarms().Take(0, 10).size(), 1U) << "outputs see it";
   EXPECT_TRUE(path.log().state().in_memory);
   EXPECT_FALSE(path.log().Read({})) << "there are no events to be read";
-  path.OnNews(bare.lines[0], {News::What::port_down, true, {}, ""}, now_);
+  path.OnNews(bare.lines[0], {bus::News::What::port_down, true, {}, ""}, now_);
   while (!path.log().Alarms().empty()) std::this_thread::yield();
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
 /// Over a restart: the end of what was kept is nobody's news but the alarm's.
 TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
-  Tell({News::What::no_answer, false, 0U, "no reply"});
+  Tell({bus::News::What::no_answer, false, 0U, "no reply"});
   path_->Look({}, now_);
   now_.instant += 30s;
   path_->Look({}, now_);
   Await(2);
   Start();
-  Tell({.what = News::What::no_answer, .over = true, .device = 0U, .first = true});
+  Tell({.what = bus::News::What::no_answer, .over = true, .device = 0U, .first = true});
   const auto records = Await(3);
   ASSERT_EQ(records.size(), 3U);
   EXPECT_EQ(records[1].code, events::CodeOf(OwnCode::own_alarm));
@@ -226,8 +226,8 @@ class EventReloadTest : public EventPathTest {
     path_->Renumber(next, std::span(&begun, 1));
     ++device_;
   }
-  void Begin(News::What what) { Told({what, false, DeviceOf(what), "why"}); }
-  void End(News::What what, bool first) {
+  void Begin(bus::News::What what) { Told({what, false, DeviceOf(what), "why"}); }
+  void End(bus::News::What what, bool first) {
     Told({.what = what, .over = true, .device = DeviceOf(what), .first = first});
   }
   /// "1000005 on port down: why"; what was told last is a reload.
@@ -248,10 +248,10 @@ class EventReloadTest : public EventPathTest {
   }
 
  private:
-  std::optional<std::uint32_t> DeviceOf(News::What what) const {
-    return what < News::What::port_down ? std::optional(device_) : std::nullopt;
+  std::optional<std::uint32_t> DeviceOf(bus::News::What what) const {
+    return what < bus::News::What::port_down ? std::optional(device_) : std::nullopt;
   }
-  void Told(const News& news) { path_->OnNews(running_->lines[0], news, now_); }
+  void Told(const bus::News& news) { path_->OnNews(running_->lines[0], news, now_); }
 
   std::shared_ptr<const config::Config> running_ = std::make_shared<config::Config>(config_);
   int asked_ = 0;
@@ -279,7 +279,7 @@ TEST_F(EventReloadTest, APointIsWatchedOn) {
 }
 
 TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
-  using What = News::What;
+  using What = bus::News::What;
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) Begin(what);
   Reload();
   Begin(What::port_down);  // still
@@ -294,7 +294,7 @@ TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
 
 /// Nobody tells the end of these: the new line tells only that they have begun.
 TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
-  using What = News::What;
+  using What = bus::News::What;
   for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
   Reload();
   Begin(What::wrong_device);
@@ -315,21 +315,21 @@ TEST_F(EventReloadTest, OutOfUseHasItsEnd) {
   const std::string on = "1000010 on taken out of use: why";
   const std::string by_reload = "1000010 off in use again: by a reload";
   const std::string by_hand = "1000010 off in use again";
-  Begin(News::What::not_in_use);
+  Begin(bus::News::What::not_in_use);
   Reload();
-  Begin(News::What::not_in_use);
+  Begin(bus::News::What::not_in_use);
   EXPECT_THAT(Records(), ElementsAre(on)) << "it still is";
   Reload(enable(false));
   Reload(enable(true));
-  End(News::What::not_in_use, true);
+  End(bus::News::What::not_in_use, true);
   EXPECT_THAT(Records(), ElementsAre(on, by_reload));
   Reload(enable(false));
-  End(News::What::not_in_use, true);
+  End(bus::News::What::not_in_use, true);
   EXPECT_THAT(Records(), ElementsAre(on, by_reload, by_hand));
   Reload();
-  End(News::What::not_in_use, true);
+  End(bus::News::What::not_in_use, true);
   EXPECT_THAT(Records(), ElementsAre(on, by_reload, by_hand)) << "it was in use before as well";
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

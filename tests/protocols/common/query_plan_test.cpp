@@ -12,7 +12,7 @@
 #include "protocols/common/identification.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using config::Group;
@@ -488,4 +488,4 @@ TEST(ProbeChoice, PrefersTheReadThatItIsTold) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

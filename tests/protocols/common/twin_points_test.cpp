@@ -9,7 +9,7 @@
 #include "protocols/common/clock.h"
 #include "protocols/common/frame_cuts.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 class Values : public TwinValues {
@@ -173,4 +173,4 @@ TEST(FrameCuts, AnIncompleteFrameWaitsUntilTheLineIsSilent) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -16,7 +16,7 @@
 #include "protocols/frame_rule.h"
 #include "protocols/protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 class Descriptor : public ::testing::TestWithParam<const Protocol*> {};
@@ -95,7 +95,7 @@ TEST(Descriptors, OneSpellingTellsDevicesApart) {
 }
 
 TEST(Descriptors, OneHasTheFramesOfMastersOfEachFraming) {
-  for (const auto framing : {modbus::Framing::rtu, modbus::Framing::ascii}) {
+  for (const auto framing : {baudgate::modbus::Framing::rtu, baudgate::modbus::Framing::ascii}) {
     const auto serves = [framing](const Protocol* protocol) {
       return protocol->carrier != nullptr && protocol->carrier->framing == framing;
     };
@@ -363,4 +363,4 @@ TEST(Telegram, TheLeadsOfEachProtocolAreItsOwn) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -4,7 +4,7 @@
 #include "protocols/dcon/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using protocols::dcon::BuildReply;
@@ -172,4 +172,4 @@ TEST(DconReplyRule, AnOverlongTextIsBlamedTheSameHoweverItIsCut) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

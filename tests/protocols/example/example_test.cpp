@@ -9,7 +9,7 @@
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/support/talk.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 config::Point Item(const char* read) {
@@ -129,4 +129,4 @@ INSTANTIATE_TEST_SUITE_P(Example, GarbageLaws, ValuesIn(FoundBehindGarbage(Subje
                          LawSubjectName);
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -333,7 +333,7 @@ TEST(ModbusRtuRequestRule, ALineWithoutSilenceExecutesNothingInItsFlood) {
 }  // namespace
 }  // namespace baudgate::protocols::modbus
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 // ---------------- The laws of frame rules for Modbus RTU, ASCII and TCP, requests and replies, and
@@ -581,4 +581,4 @@ TEST(ModbusAsciiReplyRule, NothingLongerThanAFrameIsHeld) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

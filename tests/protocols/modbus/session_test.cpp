@@ -84,7 +84,7 @@ TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
     EXPECT_TRUE(Becomes(0, 5s));
     EXPECT_TRUE(Becomes(1, 5s));
     line_->RunFor(1min);
-    const DeviceStatus status = line_->StatusOf(0);
+    const bus::DeviceStatus status = line_->StatusOf(0);
     EXPECT_EQ(status.Count(Outcome::ok), status.exchanges) << "and nothing is in vain";
   }
 }
@@ -99,13 +99,13 @@ TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
                  2};
   };
   line_->RunFor(10s);
-  const DeviceStatus before = line_->StatusOf(0);
+  const bus::DeviceStatus before = line_->StatusOf(0);
   line_->RunFor(1min);
-  const DeviceStatus status = line_->StatusOf(0);
+  const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_GE(status.exchanges - before.exchanges, 50U);
   EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
   EXPECT_EQ(line_->StatusOf(1).Count(Outcome::partial), 0U);
-  EXPECT_NE(line_->StatusOf(1).state, DeviceState::offline);
+  EXPECT_NE(line_->StatusOf(1).state, bus::DeviceState::offline);
 }
 
 TEST_F(ModbusSession, WithoutAnySilenceBetweenFrames) {
@@ -171,7 +171,7 @@ TEST_F(ModbusSession, ANumberTellsThatAReplyBehindItsRepeatIsLate) {
     return reply;
   };
   line_->RunFor(1min);
-  const Findings findings = line_->StatusOf(0).findings;
+  const bus::Findings findings = line_->StatusOf(0).findings;
   EXPECT_GT(findings.Last(Symptom::late).time, 1700ms);
   EXPECT_LT(findings.Last(Symptom::late).time, 1800ms);
   EXPECT_EQ(findings.Last(Symptom::noise_behind).symptom, Symptom::clean) << "never seen";
@@ -196,7 +196,7 @@ TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
   ASSERT_TRUE(Becomes(0, 5s));
   AnswerOneRequestLate();
   line_->RunFor(10min);  // `always` looks at every value
-  const DeviceStatus status = line_->StatusOf(0);
+  const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
   EXPECT_TRUE(AllGood(1));
   line_->twin(0).manner.distort = {};
@@ -342,7 +342,7 @@ TEST_F(ModbusSession, ASlaveThatRefusesAHoleIsReadAroundIt) {
   EXPECT_TRUE(Becomes(0, 10s)) << "0 and 100 in one block are refused, and read in two";
   line_->sent.clear();
   line_->RunFor(1min);
-  const DeviceStatus status = line_->StatusOf(0);
+  const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_EQ(status.last_outcome, Outcome::ok);
   EXPECT_TRUE(AllGood(0));
   const auto long_reads = std::ranges::count_if(line_->sent, [](const Sent& sent) {

@@ -4,7 +4,7 @@
 #include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using namespace protocols::modbus;  // NOLINT
@@ -238,4 +238,4 @@ TEST(ModbusTcpTwin, AnswersUnderTheNumberOfTheRequest) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -216,7 +216,7 @@ TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
   for (const Case& one : cases) {
     config::Point point = WritePoint("p", one.place, {}, one.type);
     point.scale = one.scale;
-    const auto write = Convert(point, 0, one.value);
+    const auto write = bus::Convert(point, 0, one.value);
     ASSERT_TRUE(write) << one.place;
     EXPECT_EQ(WhyInexact(point, one.value, *write), std::nullopt) << one.place;
     Talk talk(ModbusRtuProtocol(), MakeDevice({point}));
@@ -249,8 +249,8 @@ class WritingLine : public testing::Test {
     }
     return pdus;
   }
-  void Submit(std::vector<PointWrite> writes) {
-    WriteCommand command;
+  void Submit(std::vector<bus::PointWrite> writes) {
+    bus::WriteCommand command;
     command.kind = std::move(writes);
     command.deadline = line_->now().instant + 10s;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };

@@ -8,7 +8,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 PrintedPart PartOf(std::string_view text) {
@@ -67,4 +67,4 @@ std::vector<PrintedPart> ReadPrintedScript(const std::string& path) {
   return parts;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -18,7 +18,7 @@
 
 #include "gateway/base/outcome.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 struct PrintedExchange {
   int line = 0;  ///< of the request
@@ -36,4 +36,4 @@ struct PrintedPart {
 /// Every line that cannot be read is a failure of the test.
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path);
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

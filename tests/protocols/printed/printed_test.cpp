@@ -15,7 +15,7 @@
 #include "tests/protocols/printed/printed_script.h"
 #include "tests/support/talk.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr std::string_view kFolder = "tests/protocols/printed/";  // tests run at the root
@@ -100,4 +100,4 @@ INSTANTIATE_TEST_SUITE_P(Protocols, Printed,
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

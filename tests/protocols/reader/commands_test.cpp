@@ -9,7 +9,7 @@
 #include "tests/protocols/reader/support.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using protocols::reader::Command;
@@ -65,7 +65,7 @@ class ReaderCommandsTest : public ::testing::Test {
   }
   std::string Events() const {
     std::string texts;
-    for (const ReportedEvents& reported : line_.events) {
+    for (const bus::ReportedEvents& reported : line_.events) {
       for (const DeviceEvent& event : reported.batch.events) texts += event.text + " ";
     }
     return texts;
@@ -93,7 +93,7 @@ TEST_F(ReaderCommandsTest, IsAskedOnceWhatItIsAndForTheTagAtEveryPoll) {
   EXPECT_EQ(Shown(kMessage), kNoTag);
   EXPECT_EQ(Shown(kPresent), "false");
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::bad_waiting) << "no tag is no tag";
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::online);
   EXPECT_TRUE(line_.events.empty());
   line_.Close();
   line_.RunFor(1min);
@@ -175,7 +175,7 @@ TEST_F(ReaderCommandsTest, SilenceIsAnOutageWhereItIsAskedAndTagsComeAllTheSame)
   EXPECT_EQ(Events(), kA + " ");
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::good);
   line_.RunFor(5min);
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::offline);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::offline);
   line_.Inject(TagFrame(kB));
   line_.RunFor(1s);
   EXPECT_EQ(Events(), kA + " " + kB + " ");
@@ -281,9 +281,9 @@ TEST_F(ReaderCommandsTest, WhoWantsItReadNowHasIt) {
   line_.RunFor(2s);
   WriteResult result;
   const auto read = [&](std::uint32_t point) {
-    WriteCommand command;
+    bus::WriteCommand command;
     command.device = 0;
-    command.kind = baudgate::Reads{{point}};
+    command.kind = bus::Reads{{point}};
     command.deadline = line_.now().instant + 10s;
     command.done = [&](const WriteResult& its) { result = its; };
     line_.Submit(std::move(command));
@@ -306,13 +306,13 @@ class ReaderOnAFastPort : public ReaderCommandsTest {
 
 TEST_F(ReaderOnAFastPort, AnAnswerThatIsThereAtOnceIsOne) {
   line_.twin(0).manner.deliver = [](View, Bytes reply, Instant) {
-    return std::vector<TimedPiece>{{-1ms, std::move(reply)}};
+    return std::vector<tools::TimedPiece>{{-1ms, std::move(reply)}};
   };
   line_.Open();
   line_.RunFor(1min);
   EXPECT_EQ(line_.StatusOf(0).Count(Outcome::no_reply), 0U);
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::online);
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

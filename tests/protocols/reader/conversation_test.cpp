@@ -11,7 +11,7 @@
 #include "protocols/reader/rules.h"
 #include "tests/protocols/reader/support.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using protocols::reader::ReaderConversation;
@@ -206,7 +206,7 @@ TEST_F(ReaderConversationTest, IsNeverAsked) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols
 
 namespace baudgate::protocols::reader {
 namespace {

@@ -5,7 +5,7 @@
 #include "protocols/reader/rules.h"
 #include "tests/laws/frame_rule_laws.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 namespace reader = protocols::reader;
@@ -185,10 +185,10 @@ TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
   const std::string whole = "\r\nMOD-RFID125-BOX\r\n>";
   EXPECT_EQ(cut(whole + "\r\n-", false).size, whole.size());
   for (std::size_t size = 1; size < whole.size(); ++size) {
-    EXPECT_EQ(cut(whole.substr(0, size), false).kind, baudgate::Cut::Kind::need_more) << size;
+    EXPECT_EQ(cut(whole.substr(0, size), false).kind, protocols::Cut::Kind::need_more) << size;
     const auto silent = cut(whole.substr(0, size), true);
     const bool line = size > 17;
-    EXPECT_EQ(silent.kind, line ? baudgate::Cut::Kind::frame : baudgate::Cut::Kind::discard)
+    EXPECT_EQ(silent.kind, line ? protocols::Cut::Kind::frame : protocols::Cut::Kind::discard)
         << size;
     EXPECT_EQ(silent.blame, size > 2 && !line ? Outcome::partial : Outcome::none) << size;
   }
@@ -221,4 +221,4 @@ TEST(ReaderRequests, AreNoLongerThanAnyFrame) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -7,7 +7,7 @@
 #include "tests/protocols/reader/support.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 std::string Digits(int tag) {
@@ -22,7 +22,7 @@ class ReaderLineTest : public ::testing::Test {
 
   std::string Events() const {
     std::string texts;
-    for (const ReportedEvents& reported : line_.events) {
+    for (const bus::ReportedEvents& reported : line_.events) {
       for (const DeviceEvent& event : reported.batch.events) texts += event.text + " ";
     }
     return texts;
@@ -35,7 +35,7 @@ TEST_F(ReaderLineTest, ATagBecomesValuesAndAnEvent) {
   line_.Open();
   line_.RunFor(3h);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::bad_waiting) << "never read, and nothing like a 0";
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::never_seen);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::never_seen);
   EXPECT_TRUE(line_.StatusOf(0).unasked);
   line_.Inject(TagFrame("06001259E3"), 10ms);
   line_.RunFor(1s);
@@ -44,7 +44,7 @@ TEST_F(ReaderLineTest, ATagBecomesValuesAndAnEvent) {
   EXPECT_EQ(line_.AgeOf(0, kTag), 990ms);
   EXPECT_EQ(ToText(line_.ValueOf(0, kPresent)), "true");
   EXPECT_EQ(Events(), "06001259E3 ");
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::online);
   EXPECT_TRUE(line_.sent.empty()) << "nothing is ever sent";
 }
 
@@ -79,7 +79,7 @@ TEST_F(ReaderLineTest, SilenceIsNormal) {
   line_.Open();
   line_.Inject(TagFrame("06001259E3"));
   line_.RunFor(std::chrono::hours(24 * 30));
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::online);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::good);
   EXPECT_EQ(ToText(line_.ValueOf(0, kPresent)), "false") << "after 2 s";
   EXPECT_EQ(line_.StatusOf(0).Count(Outcome::no_reply), 0U);
@@ -143,11 +143,11 @@ TEST_F(ReaderLineTest, APortThatIsLostTakesHalfATagWithIt) {
   line_.Close();
   line_.RunFor(1min);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::bad_not_connected);
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::offline);
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::offline);
   line_.Open();
   line_.RunFor(1min);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::uncertain) << "tags may have passed meanwhile";
-  EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online) << "its silence is no outage";
+  EXPECT_EQ(line_.StatusOf(0).state, bus::DeviceState::online) << "its silence is no outage";
   EXPECT_EQ(ToText(line_.ValueOf(0, kPresent)), "false");
   const Bytes rest = TagFrame("0000000002");
   line_.Inject(Bytes(rest.begin() + 8, rest.end()));
@@ -173,9 +173,9 @@ TEST_F(ReaderLineTest, OutOfUseIsNotHeard) {
 TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
   line_.Open();
   WriteResult result;
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = 0;
-  command.kind = Reads{{kTag}};
+  command.kind = bus::Reads{{kTag}};
   command.deadline = line_.now().instant + 1s;
   command.done = [&](const WriteResult& its) { result = its; };
   line_.Submit(std::move(command));
@@ -200,7 +200,7 @@ TEST_F(ReaderLineTest, WhatWaitsForTheDiskIsBoundedAndWhatIsLostIsTold) {
   bool works = false;
   std::size_t kept = 0;
   std::string told;
-  line_.keep = [&](const ReportedEvents& reported) {
+  line_.keep = [&](const bus::ReportedEvents& reported) {
     if (!works) return false;
     ++kept;
     for (const DeviceEvent& event : reported.batch.events) {
@@ -213,15 +213,15 @@ TEST_F(ReaderLineTest, WhatWaitsForTheDiskIsBoundedAndWhatIsLostIsTold) {
   constexpr int kTags = 1200;
   for (int tag = 1; tag <= kTags; ++tag) line_.Inject(TagFrame(Digits(tag)), tag * 17ms);
   line_.RunFor(kTags * 17ms + 1s);
-  EXPECT_EQ(line_.StatusOf(0).lost_events, kTags - EventBacklog::kMost);
+  EXPECT_EQ(line_.StatusOf(0).lost_events, kTags - bus::EventBacklog::kMost);
   EXPECT_EQ(line_.warnings.size(), 1U);
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), std::to_string(kTags)) << "values are those of now";
   works = true;
   line_.RunFor(10s);
-  EXPECT_EQ(kept, EventBacklog::kMost);
+  EXPECT_EQ(kept, bus::EventBacklog::kMost);
   line_.Inject(TagFrame(Digits(5000)));
   line_.RunFor(1s);
-  EXPECT_EQ(kept, EventBacklog::kMost + 1);
+  EXPECT_EQ(kept, bus::EventBacklog::kMost + 1);
   EXPECT_EQ(told, "200 events before this one lost: the disk failed");
 }
 
@@ -263,4 +263,4 @@ TEST_F(WeighingTest, WhatBeganBeforeThePortOpenedIsNoWeight) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

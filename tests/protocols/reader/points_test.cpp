@@ -13,7 +13,7 @@
 #include "tests/support/fixed_values.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 namespace reader = protocols::reader;
@@ -257,8 +257,8 @@ TEST(ReaderConfig, TagsAreEventsAndWeightsAreNot) {
 TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
   const auto limits = [](const std::string& more) {
     const auto loaded = Load("{ name: g, address: 1, profile: weighing" + more + " }");
-    return LimitsOf(loaded.config.lines[0].devices[0],
-                    {})[static_cast<std::size_t>(config::Group::fast)];
+    return bus::LimitsOf(loaded.config.lines[0].devices[0],
+                         {})[static_cast<std::size_t>(config::Group::fast)];
   };
   EXPECT_FALSE(limits("").ages());
   EXPECT_EQ(limits(", max_age: 5s").uncertain_after, 5s);
@@ -311,4 +311,4 @@ TEST(ReaderConfig, WrongOptionsAreNamedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

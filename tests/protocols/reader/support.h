@@ -10,7 +10,7 @@
 #include "config/model/line.h"
 #include "protocols/reader/protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 inline config::Point ReaderPoint(const std::string& read,
                                  config::Type type = config::Type::uint32) {
@@ -64,4 +64,4 @@ inline config::Line GateLine(config::Device device) {
   return line;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -5,7 +5,7 @@
 #include <bit>
 #include <optional>
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 BadWire::BadWire(Rig& rig, unsigned seed, WireFaults faults)
     : rig_(rig), faults_(faults), random_(seed), latest_(rig.devices(), std::deque<Latest>(1)) {
@@ -124,4 +124,4 @@ std::vector<Setup> DamagedLines() {
   return lines;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -11,7 +11,7 @@
 
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// Out of so many replies one is damaged, one lost; 0: none.
 struct WireFaults {
@@ -70,4 +70,4 @@ Bytes Spoiled(Bytes reply, std::mt19937& random);
 /// exclusive-or alone with the damage.
 std::vector<Setup> DamagedLines();
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

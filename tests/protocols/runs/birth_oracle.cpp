@@ -8,7 +8,7 @@
 
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr Duration kSampling = 100ms;
@@ -26,7 +26,7 @@ Duration PeriodOf(const config::Device& device, std::size_t point) {
 
 }  // namespace
 
-BirthOracle::BirthOracle(const PointStore& store, std::function<Instant()> clock,
+BirthOracle::BirthOracle(const bus::PointStore& store, std::function<Instant()> clock,
                          const BirthCode& code,
                          const std::vector<std::unique_ptr<BirthValues>>& values)
     : store_(store), clock_(std::move(clock)), code_(code), values_(values) {
@@ -41,11 +41,11 @@ BirthOracle::BirthOracle(const PointStore& store, std::function<Instant()> clock
 void BirthOracle::Look() {
   Sample();
   for (std::uint32_t device = 0; device < states_.size(); ++device) {
-    store_.Read(device, [&](const DeviceRecord& record) { LookAt(device, record); });
+    store_.Read(device, [&](const bus::DeviceRecord& record) { LookAt(device, record); });
   }
 }
 
-void BirthOracle::LookAt(std::uint32_t device, const DeviceRecord& record) {
+void BirthOracle::LookAt(std::uint32_t device, const bus::DeviceRecord& record) {
   DeviceState& state = states_[device];
   if (grace > Duration::zero()) Settle(device, record);
   if (std::exchange(state.version, record.version) == record.version) return;
@@ -58,10 +58,10 @@ void BirthOracle::LookAt(std::uint32_t device, const DeviceRecord& record) {
   if (state.no_mixture) JudgeMixture(device, record);
 }
 
-void BirthOracle::Judge(std::uint32_t device, std::size_t i, const DeviceRecord& record) {
+void BirthOracle::Judge(std::uint32_t device, std::size_t i, const bus::DeviceRecord& record) {
   DeviceState& state = states_[device];
   PointState& point = state.points[i];
-  const PointRecord& held = record.points[i];
+  const bus::PointRecord& held = record.points[i];
   const config::Point& config = record.device->points[i];
   const double value = ToDouble(held.value);
   if (point.judged == held.seq && point.must_be_newer == Instant()) return;
@@ -98,7 +98,7 @@ void BirthOracle::Judge(std::uint32_t device, std::size_t i, const DeviceRecord&
 
 /// Whose a value is that the point never had.
 std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& origin, double value,
-                               std::size_t i, const DeviceRecord& record) const {
+                               std::size_t i, const bus::DeviceRecord& record) const {
   const Instant stamp = *record.points[i].read_at;
   const config::Point& config = record.device->points[i];
   const auto birth = values_[origin.twin]->Find(origin.point, config, value, clock_());
@@ -111,7 +111,7 @@ std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& or
          " before its stamp";
 }
 
-void BirthOracle::JudgeMixture(std::uint32_t device, const DeviceRecord& record) {
+void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& record) {
   DeviceState& state = states_[device];
   const auto is_new = [&](const PointState& point) { return point.twin == state.twins.back(); };
   const bool replaced = std::ranges::any_of(
@@ -145,7 +145,7 @@ void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t readi
 }
 
 /// Wrong readings that were good for longer than their grace.
-void BirthOracle::Settle(std::uint32_t device, const DeviceRecord& record) {
+void BirthOracle::Settle(std::uint32_t device, const bus::DeviceRecord& record) {
   const Instant now = clock_();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     PointState& point = states_[device].points[i];
@@ -163,8 +163,8 @@ void BirthOracle::Settle(std::uint32_t device, const DeviceRecord& record) {
 }
 
 std::string BirthOracle::Shown(std::uint32_t device, std::size_t i,
-                               const DeviceRecord& record) const {
-  const PointRecord& held = record.points[i];
+                               const bus::DeviceRecord& record) const {
+  const bus::PointRecord& held = record.points[i];
   return "after " + Seconds(clock_() - begin_) + " " + record.device->name + " " +
          record.device->points[i].name + " shows " + ToText(held.value) + " (good, aged " +
          Seconds(clock_() - *held.read_at) + ", device " + std::to_string(device) + ")";
@@ -191,7 +191,7 @@ void BirthOracle::Sample() {
   const Instant now = clock_();
   for (; next_sample_ <= now; next_sample_ += kSampling) {
     for (std::uint32_t device = 0; device < states_.size(); ++device) {
-      store_.Read(device, [&](const DeviceRecord& record) {
+      store_.Read(device, [&](const bus::DeviceRecord& record) {
         for (std::size_t i = 0; i < record.points.size(); ++i) {
           ++samples_;
           if (IsGood(QualityAt(record, i, next_sample_))) ++good_samples_;
@@ -210,4 +210,4 @@ void BirthOracle::RestartAvailability() {
   samples_ = good_samples_ = 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

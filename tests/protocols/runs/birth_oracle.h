@@ -13,12 +13,12 @@
 #include "gateway/bus/points/point_store.h"
 #include "tests/protocols/runs/birth_values.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class BirthOracle {
  public:
   /// `values`: of every twin of the line; device n of the line is twin n at first.
-  BirthOracle(const PointStore& store, std::function<Instant()> clock, const BirthCode& code,
+  BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
   /// After every event, or as often as can be.
@@ -66,17 +66,17 @@ class BirthOracle {
     std::vector<PointState> points;
   };
 
-  void LookAt(std::uint32_t device, const DeviceRecord& record);
-  void Judge(std::uint32_t device, std::size_t point, const DeviceRecord& record);
+  void LookAt(std::uint32_t device, const bus::DeviceRecord& record);
+  void Judge(std::uint32_t device, std::size_t point, const bus::DeviceRecord& record);
   std::string Whose(std::uint32_t device, const BirthCode::Origin& origin, double value,
-                    std::size_t point, const DeviceRecord& record) const;
-  void JudgeMixture(std::uint32_t device, const DeviceRecord& record);
+                    std::size_t point, const bus::DeviceRecord& record) const;
+  void JudgeMixture(std::uint32_t device, const bus::DeviceRecord& record);
   void Blame(std::uint32_t device, std::size_t point, std::uint64_t reading, std::string what);
-  void Settle(std::uint32_t device, const DeviceRecord& record);
-  std::string Shown(std::uint32_t device, std::size_t point, const DeviceRecord& record) const;
+  void Settle(std::uint32_t device, const bus::DeviceRecord& record);
+  std::string Shown(std::uint32_t device, std::size_t point, const bus::DeviceRecord& record) const;
   void Sample();
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   std::function<Instant()> clock_;
   const BirthCode& code_;
   const std::vector<std::unique_ptr<BirthValues>>& values_;
@@ -91,4 +91,4 @@ class BirthOracle {
   std::size_t good_samples_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

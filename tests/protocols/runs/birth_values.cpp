@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr double kHalfTolerance = 0.25;  // of a step: what formatting may change
@@ -104,4 +104,4 @@ std::optional<Birth> BirthValues::Find(std::size_t point, const config::Point& s
   return birth;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -16,7 +16,7 @@
 #include "config/model/device.h"
 #include "protocols/twin.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// Where a value comes from: the point of this twin had it from `from` up to `to`, or was measured
 /// then.
@@ -99,4 +99,4 @@ class BirthValues final : public TwinValues {
   std::size_t writes_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -21,14 +21,14 @@
 #include "tests/support/transcript.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 class CleanRun : public ::testing::TestWithParam<Setup> {};
 
 /// Time that all bytes so far took on the wire, both ways.
 Duration WireTime(Rig& rig) {
-  const LineCounters& counters = rig->poller().accounts().line.counters();
+  const bus::LineCounters& counters = rig->poller().accounts().line.counters();
   return static_cast<std::int64_t>(counters.bytes_in + counters.bytes_out) *
          rig.setup().serial.CharacterTime();
 }
@@ -37,9 +37,9 @@ TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
   Rig rig(GetParam());
   rig.LearnTruth();
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
-    const DeviceStatus status = rig->StatusOf(device);
+    const bus::DeviceStatus status = rig->StatusOf(device);
     EXPECT_EQ(status.retries, 0U);
-    EXPECT_EQ(status.state, DeviceState::online);
+    EXPECT_EQ(status.state, bus::DeviceState::online);
     EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
   }
   EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
@@ -108,7 +108,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
   const Duration character = GetParam().serial.CharacterTime();
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
     rig->twin(device).manner.deliver = [&, character](View, const Bytes& reply, Instant end) {
-      std::vector<TimedPiece> pieces;
+      std::vector<tools::TimedPiece> pieces;
       Duration at = 5ms;
       for (const std::uint8_t byte : reply) {
         at += character;
@@ -124,7 +124,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
   const std::uint64_t stray = rig->poller().accounts().line.counters().stray_bytes;
   rig->RunFor(2min);
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
-    const DeviceStatus status = rig->StatusOf(device);
+    const bus::DeviceStatus status = rig->StatusOf(device);
     EXPECT_EQ(status.Count(Outcome::ok), status.exchanges);
     EXPECT_LE(status.round_trips.mean(),
               clean->StatusOf(device).round_trips.mean() + kLatency + 1ms);
@@ -288,7 +288,7 @@ class Judged {
   /// What the judge says when point 0 of device 0 shows this value, read `age` ago.
   std::string Shows(double value, Duration age = {}) { return ShowsAt(0, value, age); }
   std::string ShowsAt(std::uint32_t point, double value, Duration age = {}) {
-    const Sample sample{point, value, Quality::good};
+    const bus::Sample sample{point, value, Quality::good};
     rig->store().SetOverride(0, std::nullopt);
     rig->store().Update(0, std::span(&sample, 1), {now_.instant - age, now_.wall - age}, 10ms);
     rig.oracle().Look();
@@ -371,4 +371,4 @@ TEST(BirthOracle, MeasuresTheShareOfGoodReadings) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

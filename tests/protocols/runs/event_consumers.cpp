@@ -5,12 +5,13 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 void EventConsumers::Begin(EventKeeper& keeper) {
   feed_ = std::make_shared<events::EventFeed>();
-  cursors_ = std::make_shared<events::CursorBook>(std::set<std::string>{EventSamples::kConsumer});
-  samples_ = std::make_unique<EventSamples>("plant", feed_, cursors_);
+  cursors_ =
+      std::make_shared<events::CursorBook>(std::set<std::string>{dds::EventSamples::kConsumer});
+  samples_ = std::make_unique<dds::EventSamples>("plant", feed_, cursors_);
   sender_.emplace(samples_.get());
   keeper.SetFeed(feed_, cursors_);
 }
@@ -64,7 +65,7 @@ void EventConsumers::End() {
   } while (sender_->Next() != nullptr);
   ReadRing();
   sender_->Confirm();
-  const auto kept = cursors_->Of(EventSamples::kConsumer);
+  const auto kept = cursors_->Of(dds::EventSamples::kConsumer);
   may_repeat_ = !kept || !kept->sure;
 }
 
@@ -73,4 +74,4 @@ void EventConsumers::Kill() {
   may_repeat_ = true;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

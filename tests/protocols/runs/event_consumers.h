@@ -15,7 +15,7 @@
 #include "gateway/records/events/event_feed.h"
 #include "tests/protocols/runs/event_keeper.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class EventConsumers {
  public:
@@ -42,7 +42,7 @@ class EventConsumers {
 
   std::shared_ptr<events::EventFeed> feed_;
   std::shared_ptr<events::CursorBook> cursors_;
-  std::unique_ptr<EventSamples> samples_;
+  std::unique_ptr<dds::EventSamples> samples_;
   std::optional<dds::EventSender> sender_;
   std::deque<std::int64_t> on_the_way_;
   std::int64_t subscriber_ = 0;
@@ -50,4 +50,4 @@ class EventConsumers {
   bool may_repeat_ = false;  ///< the gateway has not ended in order before
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 EventKeeper::EventKeeper(const std::vector<std::string>& devices) {
   for (const std::string& device : devices) names_.emplace_back("line", device);
@@ -41,7 +41,7 @@ std::string EventKeeper::Said(std::uint32_t device) const {
   return found == said_.end() ? std::string() : found->second;
 }
 
-bool EventKeeper::Keep(const ReportedEvents& reported, const config::Device& device) {
+bool EventKeeper::Keep(const bus::ReportedEvents& reported, const config::Device& device) {
   if (waiting_.insert(reported.device).second) {
     asked_again += reported.batch.again ? 1 : 0;
     events::Batch batch{
@@ -118,7 +118,7 @@ bool EventKeeper::Keep(const events::KeptRecord& record) {
 }
 
 std::vector<events::KeptRecord> EventKeeper::ReadRecords() {
-  Database database(audit::kEventsFile, Database::Mode::write, disk_.vfs());
+  records::Database database(audit::kEventsFile, records::Database::Mode::write, disk_.vfs());
   auto records = events::ReadRecordsOf(database, 1, std::numeric_limits<std::int64_t>::max());
   EXPECT_TRUE(records) << records.error();
   if (!records) return {};
@@ -126,7 +126,7 @@ std::vector<events::KeptRecord> EventKeeper::ReadRecords() {
 }
 
 std::vector<events::EventRecord> EventKeeper::ReadAll() {
-  Database database(audit::kEventsFile, Database::Mode::write, disk_.vfs());
+  records::Database database(audit::kEventsFile, records::Database::Mode::write, disk_.vfs());
   std::vector<events::EventRecord> all;
   events::PageQuery query;
   for (bool more = true; more;) {
@@ -142,4 +142,4 @@ std::vector<events::EventRecord> EventKeeper::ReadAll() {
   return all;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

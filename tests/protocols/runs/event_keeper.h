@@ -17,7 +17,7 @@
 #include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/faulty_disk.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class EventKeeper {
  public:
@@ -30,7 +30,7 @@ class EventKeeper {
   void End(std::mt19937& random);
 
   /// False: not yet.
-  bool Keep(const ReportedEvents& reported, const config::Device& device);
+  bool Keep(const bus::ReportedEvents& reported, const config::Device& device);
   /// What the file owes at Begin, or since this was called last.
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
@@ -66,4 +66,4 @@ class EventKeeper {
   std::set<std::uint32_t> waiting_;  // devices whose batch is in the book
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -15,7 +15,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr unsigned kSpoiledOneIn = 100;
@@ -109,8 +109,8 @@ class SoakStation {
   void Connect(Rig& rig, std::uint32_t first) {
     rig->keep_sent = false;
     rig->said = [this, first](std::uint32_t device) { return keeper_.Said(first + device); };
-    rig->keep = [this, &rig, first](const ReportedEvents& reported) {
-      ReportedEvents numbered = reported;
+    rig->keep = [this, &rig, first](const bus::ReportedEvents& reported) {
+      bus::ReportedEvents numbered = reported;
       numbered.device += first;
       config::Device device = rig.device(reported.device);
       device.name = Name(numbered.device);
@@ -232,4 +232,4 @@ TEST(EventSoak, ReachEachConsumerOnceAndInOrder) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

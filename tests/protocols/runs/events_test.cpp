@@ -14,7 +14,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using events::EventRecord;
@@ -35,7 +35,7 @@ class RelayStation {
         keeper_({NameOf(0), NameOf(1)}),
         raised_(rig_.devices()) {
     rig_->keep_sent = false;
-    rig_->keep = [this](const ReportedEvents& reported) {
+    rig_->keep = [this](const bus::ReportedEvents& reported) {
       return keeper_.Keep(reported, rig_.device(reported.device));
     };
     for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
@@ -356,7 +356,7 @@ class Meters {
         raised_(rig_.devices()) {
     rig_->keep_sent = false;
     rig_->said = [this](std::uint32_t device) { return keeper_.Said(device); };
-    rig_->keep = [this](const ReportedEvents& reported) {
+    rig_->keep = [this](const bus::ReportedEvents& reported) {
       return keeper_.Keep(reported, rig_.device(reported.device));
     };
     for (std::uint32_t i = 0; i < rig_.devices(); ++i) SpoilWire(rig_->twin(i).manner);
@@ -502,4 +502,4 @@ TEST(MeterJournals, AJournalThatWentRoundMeanwhileSaysSo) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -9,7 +9,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/file_cases.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using enum Symptom;
@@ -36,22 +36,22 @@ Finding Look(const Row& row) {
   const Expectation expect = setup.protocol->expect(request, options);
   const std::vector<ForeignRule> foreign = testing::Shipped().ForeignRules();
   Bytes heard;
-  std::vector<Arrival> arrivals;
+  std::vector<diagnosis::Arrival> arrivals;
   for (const Came& came : row.came) {
     arrivals.push_back({heard.size(), came.after});
     Append(heard, FromHex(came.hex));
   }
-  return Examine({.protocol = setup.protocol,
-                  .options = &options,
-                  .request = request,
-                  .expect = &expect,
-                  .outcome = row.outcome,
-                  .heard = heard,
-                  .arrivals = arrivals,
-                  .reply = 100ms,
-                  .gap = 50ms,
-                  .connection = setup.protocol->tcp,
-                  .foreign = foreign});
+  return diagnosis::Examine({.protocol = setup.protocol,
+                             .options = &options,
+                             .request = request,
+                             .expect = &expect,
+                             .outcome = row.outcome,
+                             .heard = heard,
+                             .arrivals = arrivals,
+                             .reply = 100ms,
+                             .gap = 50ms,
+                             .connection = setup.protocol->tcp,
+                             .foreign = foreign});
 }
 
 const std::string kRtu = "010300000001840A";
@@ -82,7 +82,7 @@ Bytes BytesOf(std::string_view written) {
 
 Outcome OutcomeOf(const std::string& name) {
   std::uint8_t number = 0;
-  while (Name(static_cast<Outcome>(number)) != name) ++number;
+  while (baudgate::Name(static_cast<Outcome>(number)) != name) ++number;
   return static_cast<Outcome>(number);
 }
 
@@ -143,16 +143,16 @@ TEST(Examine, WhatComesBehindAPasswordIsNotQuoted) {
   const Expectation expect = setup.protocol->expect(request, options);
   ASSERT_FALSE(expect.secrets.empty());
   const Bytes heard = ToBytes("password is wrong: 234\r\n");
-  const Arrival arrivals[] = {{0, 20ms}};
-  const Finding finding = Examine({.protocol = setup.protocol,
-                                   .options = &options,
-                                   .request = request,
-                                   .expect = &expect,
-                                   .outcome = Outcome::corrupt,
-                                   .heard = heard,
-                                   .arrivals = arrivals,
-                                   .reply = 100ms,
-                                   .gap = 50ms});
+  const diagnosis::Arrival arrivals[] = {{0, 20ms}};
+  const Finding finding = diagnosis::Examine({.protocol = setup.protocol,
+                                              .options = &options,
+                                              .request = request,
+                                              .expect = &expect,
+                                              .outcome = Outcome::corrupt,
+                                              .heard = heard,
+                                              .arrivals = arrivals,
+                                              .reply = 100ms,
+                                              .gap = 50ms});
   EXPECT_EQ(finding.symptom, text);
   EXPECT_EQ(finding.cause.find("234"), std::string::npos) << finding.cause;
 }
@@ -219,4 +219,4 @@ TEST(Recognise, AChecksumThatIsNotConfigured) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -13,7 +13,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 class FaultyRun : public ::testing::TestWithParam<Setup> {
@@ -37,7 +37,7 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
         2min, [&] { return rig_.AllGood(); }, "all points good");
     for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
       Comes(
-          2min, [&] { return rig_->StatusOf(device).state == DeviceState::online; }, "online");
+          2min, [&] { return rig_->StatusOf(device).state == bus::DeviceState::online; }, "online");
     }
     EXPECT_EQ(rig_.wrong(), 0U);
   }
@@ -53,7 +53,7 @@ TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
   rig_->twin(1).manner.dead = true;
   Holds(
       20s, [&] { return rig_.FastUsable(0); }, "the neighbour is usable");
-  EXPECT_EQ(rig_->StatusOf(1).state, DeviceState::offline);
+  EXPECT_EQ(rig_->StatusOf(1).state, bus::DeviceState::offline);
   EXPECT_FALSE(rig_.AnyUsable(1));
   EXPECT_EQ(rig_->QualityOf(1, 0), Quality::bad_communication);
   Holds(
@@ -102,10 +102,10 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
   unsigned missed = 0;
   unsigned retries = 0;
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    const DeviceStatus status = rig_->StatusOf(device);
+    const bus::DeviceStatus status = rig_->StatusOf(device);
     missed += status.Count(Outcome::no_reply);
     retries += status.retries;
-    EXPECT_NE(status.state, DeviceState::offline);
+    EXPECT_NE(status.state, bus::DeviceState::offline);
     EXPECT_GE(usable[device], kLooks * 3 / 4);
   }
   EXPECT_GT(lost, 20U);
@@ -133,12 +133,12 @@ TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
 TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
   rig_->twin(0).manner.babble = 20s;
   Comes(
-      10min, [&] { return rig_->StatusOf(0).state == DeviceState::offline; }, "offline");
+      10min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::offline; }, "offline");
   EXPECT_FALSE(rig_.AnyUsable(0));
   rig_->twin(0).manner.babble = {};
   // Its probes cost the neighbour a ceiling and a drain each; 2 % of the time is theirs.
   Comes(
-      5min, [&] { return rig_->StatusOf(0).state == DeviceState::online; }, "online");
+      5min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::online; }, "online");
   EverythingComesBack();
 }
 
@@ -165,7 +165,7 @@ TEST_P(FaultyRun, SwitchedOffAndOnAgain) {
     rig_->twin(device).manner.dead = true;
   rig_->RunFor(10min);
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-    EXPECT_EQ(rig_->StatusOf(device).state, DeviceState::offline);
+    EXPECT_EQ(rig_->StatusOf(device).state, bus::DeviceState::offline);
     EXPECT_FALSE(rig_.AnyUsable(device));
     rig_->twin(device).manner.dead = false;
   }
@@ -345,7 +345,7 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
     rig->RunFor(2min);
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 10s));
     EXPECT_EQ(rig.wrong(), wrong);
-    EXPECT_EQ(rig->StatusOf(0).state, DeviceState::online);
+    EXPECT_EQ(rig->StatusOf(0).state, bus::DeviceState::online);
   }
 
   std::size_t damaged_ = 0;
@@ -458,11 +458,11 @@ INSTANTIATE_TEST_SUITE_P(RealLines, APortThatReturns, ::testing::ValuesIn(RealLi
 INSTANTIATE_TEST_SUITE_P(Network, APortThatReturns, ::testing::Values(TcpLine()), SetupName);
 
 TEST(APortThatReturns, IsServedSoonWhereItHasOneDeviceOnly) {
-  baudgate::Setup alone = RealLine("Spa9600");
+  protocols::Setup alone = RealLine("Spa9600");
   alone.addresses.resize(1);
   Returning line(alone, "/dev/ttyTEST0");
   EXPECT_LE(Longest(line), kWanted);
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

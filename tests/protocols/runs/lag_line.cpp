@@ -12,7 +12,7 @@
 #include "protocols/modbus/points.h"
 #include "tests/protocols/runs/birth_values.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr std::size_t kMostFast = 12;
@@ -221,4 +221,4 @@ std::optional<std::uint32_t> WritablePoint(const config::Device& device) {
   return std::nullopt;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -10,7 +10,7 @@
 
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// How many requests read the fast points of a device.
 enum class Queries : std::uint8_t {
@@ -62,4 +62,4 @@ std::optional<Bytes> SayIdentification(const LagCase& which, const config::Devic
 /// The point of the device that can be written; nothing: none can.
 std::optional<std::uint32_t> WritablePoint(const config::Device& device);
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

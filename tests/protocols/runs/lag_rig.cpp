@@ -3,7 +3,7 @@
 
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 config::Line Changed(config::Line line, const std::function<void(config::Line&)>& change) {
@@ -52,4 +52,4 @@ void LagRig::RunFor(Duration time) {
   if (until > NowOnStage()) line_->RunFor(until - NowOnStage());
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -11,7 +11,7 @@
 #include "tests/protocols/runs/lag_stage.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class LagRig final : public LagStage {
  public:
@@ -28,9 +28,9 @@ class LagRig final : public LagStage {
 
  private:
   Instant NowOnStage() const override { return line_->now().instant; }
-  bool Submit(WriteCommand command) override { return line_->Submit(std::move(command)); }
+  bool Submit(bus::WriteCommand command) override { return line_->Submit(std::move(command)); }
 
   std::unique_ptr<VirtualLine> line_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

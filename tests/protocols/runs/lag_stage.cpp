@@ -7,7 +7,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "protocols/assembler.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr int kLongestReply = 150;  // characters
@@ -50,7 +50,7 @@ LagStage::LagStage(const LagCase& which, unsigned seed, config::Line line)
   for (std::uint32_t device = 0; device < devices(); ++device) answers_.push_back(device);
 }
 
-void LagStage::Judge(const PointStore& store) {
+void LagStage::Judge(const bus::PointStore& store) {
   store_ = &store;
   oracle_ = std::make_unique<BirthOracle>(
       store, [this] { return NowOnStage(); }, code_, values_);
@@ -60,7 +60,7 @@ void LagStage::Judge(const PointStore& store) {
 bool LagStage::AllGood() const {
   bool good = true;
   for (std::uint32_t device = 0; device < devices() && good; ++device) {
-    store_->Read(device, [&](const DeviceRecord& record) {
+    store_->Read(device, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size() && good; ++i)
         good = IsGood(QualityAt(record, i, NowOnStage()));
     });
@@ -137,10 +137,10 @@ bool LagStage::Write(std::uint32_t device) {
   const auto point = WritablePoint(line_.devices[device]);
   if (!point) return false;
   const Value value = values_[answers_[device]]->Fresh(*point);
-  WriteCommand command;
+  bus::WriteCommand command;
   command.device = device;
   const config::Point& written = line_.devices[device].points[*point];
-  command.kind = Writes{{*point, value, {}, ToSample(written, {*point, value}).value}};
+  command.kind = bus::Writes{{*point, value, {}, bus::ToSample(written, {*point, value}).value}};
   command.deadline = NowOnStage() + 10s;
   command.done = [this, device, point, value](const WriteResult& result) {
     if (result.end != WriteEnd::ok) return;
@@ -182,4 +182,4 @@ bool LagStage::IsBeyondDetection(std::uint32_t device) {
   return false;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

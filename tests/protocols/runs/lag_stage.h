@@ -16,7 +16,7 @@
 #include "tests/protocols/runs/lag_troubles.h"
 #include "tests/protocols/runs/lagging_server.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 class LagStage {
  public:
@@ -50,10 +50,10 @@ class LagStage {
 
  protected:
   virtual Instant NowOnStage() const = 0;
-  virtual bool Submit(WriteCommand command) = 0;
+  virtual bool Submit(bus::WriteCommand command) = 0;
 
   /// The oracle judges this store, from now on.
-  void Judge(const PointStore& store);
+  void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
   /// Devices that the line does not know of: twins behind those of its own.
   const std::vector<config::Device>& strangers() const { return strangers_; }
@@ -93,7 +93,7 @@ class LagStage {
   LaggingServer server_;
   BirthCode code_;
   std::vector<std::unique_ptr<BirthValues>> values_;
-  const PointStore* store_ = nullptr;
+  const bus::PointStore* store_ = nullptr;
   std::unique_ptr<BirthOracle> oracle_;
   std::vector<Replacement> replacements_;  ///< that are under way, by time
   std::vector<TwinState> twins_;
@@ -102,4 +102,4 @@ class LagStage {
   std::size_t replaced_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

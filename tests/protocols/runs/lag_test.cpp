@@ -23,7 +23,7 @@
 #include "tests/support/long_run.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
@@ -233,7 +233,7 @@ class Queue {
     Bytes reply;
     if (answered) reply = ToBytes(std::to_string(number));
     std::string text;
-    for (const TimedPiece& piece : server.OnRequest(ToBytes("?"), std::move(reply), at)) {
+    for (const tools::TimedPiece& piece : server.OnRequest(ToBytes("?"), std::move(reply), at)) {
       if (!text.empty()) text += ' ';
       text += std::string(AsText(piece.bytes)) + "+" + std::to_string(piece.after / 1ms);
     }
@@ -342,4 +342,4 @@ TEST(LaggingServer, DoesTheSameForTheSameSeed) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -8,7 +8,7 @@
 
 #include "tests/protocols/runs/lagging_server.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 enum class Trouble : std::uint8_t {
   lost,
@@ -83,4 +83,4 @@ inline ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
   return {};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

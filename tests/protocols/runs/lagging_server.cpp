@@ -5,7 +5,7 @@
 #include <bit>
 #include <utility>
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 /// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
@@ -26,11 +26,11 @@ Duration LaggingServer::UpTo(Duration most) {
   return most * static_cast<std::int64_t>(random_() % kParts) / kParts;
 }
 
-std::vector<TimedPiece> LaggingServer::OnRequest(View request, Bytes reply,
-                                                 Instant end_of_request) {
+std::vector<tools::TimedPiece> LaggingServer::OnRequest(View request, Bytes reply,
+                                                        Instant end_of_request) {
   ++counts_.requests;
   Keep(requests_, Bytes(request.begin(), request.end()));
-  std::vector<TimedPiece> pieces;
+  std::vector<tools::TimedPiece> pieces;
   for (Reply& copy : std::exchange(next_time_, {})) {
     Say(std::move(copy), end_of_request + wire_.think, end_of_request, pieces);
   }
@@ -130,11 +130,11 @@ LaggingServer::Reply LaggingServer::Spoil(Bytes reply) {
 }
 
 void LaggingServer::Say(Reply reply, Instant from, Instant end_of_request,
-                        std::vector<TimedPiece>& pieces) {
+                        std::vector<tools::TimedPiece>& pieces) {
   const Instant at = std::max(from, free_at_) + wire_.TimeOf(reply.bytes.size());
   free_at_ = at;
   Keep(arrivals_, Arrival{at, reply.bytes, reply.spoilt});
   pieces.push_back({at - end_of_request, std::move(reply.bytes)});
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -18,7 +18,7 @@
 
 #include "gateway/tools/simulate/twin_faults.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 /// What goes wrong, and how often: one reply in so many; 0: none.
 struct ServerFaults {
@@ -43,12 +43,12 @@ struct ServerFaults {
 class LaggingServer {
  public:
   /// `wire.paced`: replies take the time of their characters, one behind the other.
-  LaggingServer(const TwinWire& wire, unsigned seed) : wire_(wire), random_(seed) {}
+  LaggingServer(const tools::TwinWire& wire, unsigned seed) : wire_(wire), random_(seed) {}
 
   ServerFaults faults;  ///< may change at any time
 
   /// `reply`: of the device that was asked; empty: it is silent.
-  std::vector<TimedPiece> OnRequest(View request, Bytes reply, Instant end_of_request);
+  std::vector<tools::TimedPiece> OnRequest(View request, Bytes reply, Instant end_of_request);
 
   struct Counts {
     std::size_t requests = 0;
@@ -87,9 +87,10 @@ class LaggingServer {
   void Enqueue(Reply reply, Instant end_of_request, std::vector<Reply>& comes);
   void Release(std::vector<Reply>& comes);
   Duration NextDelay();
-  void Say(Reply reply, Instant from, Instant end_of_request, std::vector<TimedPiece>& pieces);
+  void Say(Reply reply, Instant from, Instant end_of_request,
+           std::vector<tools::TimedPiece>& pieces);
 
-  TwinWire wire_;
+  tools::TwinWire wire_;
   std::mt19937 random_;
   Counts counts_;
   std::deque<Reply> queue_;  // kept back: behind by so many
@@ -104,4 +105,4 @@ class LaggingServer {
   std::deque<Arrival> arrivals_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

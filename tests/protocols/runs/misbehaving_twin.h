@@ -18,7 +18,7 @@
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 inline constexpr std::uint32_t kTroubled = 0;
 inline constexpr std::uint32_t kNeighbour = 1;
@@ -27,7 +27,7 @@ inline constexpr std::uint32_t kNeighbour = 1;
 class Tally {
  public:
   Tally() = default;
-  Tally(const DeviceStatus& before, const DeviceStatus& after) {
+  Tally(const bus::DeviceStatus& before, const bus::DeviceStatus& after) {
     for (std::size_t i = 0; i < kOutcomeCount; ++i)
       counts_[i] = after.outcomes[i] - before.outcomes[i];
   }
@@ -65,9 +65,9 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   /// One device misbehaves for a minute as `text` says; own_ and neighbour_ are of that minute.
   void Misbehave(const std::string& text) {
     const std::string separator = text.find(':') == std::string::npos ? ":" : ",";
-    const auto fault = ParseFault(text + separator + "after=10s,for=1min");
+    const auto fault = tools::ParseFault(text + separator + "after=10s,for=1min");
     ASSERT_TRUE(fault) << fault.error();
-    const TwinWire wire{GetParam().serial, true, 5ms};
+    const tools::TwinWire wire{GetParam().serial, true, 5ms};
     faults_.emplace(std::vector{*fault}, wire, rig_->now().instant, MeetStranger());
     rig_->twin(kTroubled).manner.deliver = [this](View request, Bytes reply, Instant end) {
       if (faults_->IsDead(end)) PowerOff();
@@ -90,7 +90,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   void EverythingComesBack() {
     EXPECT_TRUE(rig_->RunUntil([&] { return rig_.AllGood(); }, 3min)) << "not all points are good";
     for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
-      const auto online = [&] { return rig_->StatusOf(device).state == DeviceState::online; };
+      const auto online = [&] { return rig_->StatusOf(device).state == bus::DeviceState::online; };
       EXPECT_TRUE(rig_->RunUntil(online, 3min)) << "device " << device << " is not online";
     }
     rig_->RunFor(2min);  // whatever was read wrong has been read again
@@ -119,11 +119,11 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   }
 
   Rig rig_;
-  std::optional<TwinFaults> faults_;
+  std::optional<tools::TwinFaults> faults_;
   std::unique_ptr<Twin> stranger_;
   Tally own_;
   Tally neighbour_;
-  DeviceState end_state_ = DeviceState::never_seen;
+  bus::DeviceState end_state_ = bus::DeviceState::never_seen;
   std::uint64_t struck_ = 0;
   // Requests whose replies …
   std::size_t untagged_ = 0;        // … do not say whose they are
@@ -140,11 +140,11 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   }
 
   /// Another device of the kind, which measures what the neighbour measures.
-  TwinFaults::Stranger MeetStranger() {
+  tools::TwinFaults::Stranger MeetStranger() {
     const Protocol& protocol = *GetParam().protocol;
     const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
     stranger_ = protocol.make_twin(rig_.device(kTroubled), rig_->twin(kNeighbour).values);
-    stranger_->ReplyAs(FreeAddress(protocol, devices).value());
+    stranger_->ReplyAs(tools::FreeAddress(protocol, devices).value());
     return [this](View request, Instant now) { return stranger_->Answer(request, now); };
   }
 
@@ -172,8 +172,8 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     if (zeros && Hear(protocol, options, request, zero).blame == Outcome::none) ++zeros_harmless_;
   }
 
-  DeviceStatus own_before_;
-  DeviceStatus neighbour_before_;
+  bus::DeviceStatus own_before_;
+  bus::DeviceStatus neighbour_before_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -7,7 +7,7 @@
 
 #include "tests/protocols/runs/bad_wire.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 struct Troubles {
   unsigned wire_one_in = 0;  ///< replies are damaged or lost
@@ -41,4 +41,4 @@ class Mishaps {
   Troubles troubles_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -16,7 +16,7 @@
 #include "gateway/diagnosis/causes/diagnose.h"
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 struct Stage {
@@ -61,14 +61,15 @@ Bytes Random(std::size_t size, std::uint32_t seed) {
 /// The reply, with its answer moved in time; `at` counts from the end of the request.
 void DeliverAt(Stage stage, Duration at) {
   stage.twin.manner.deliver = [stage, at](View, Bytes reply, Instant) {
-    if (reply.empty()) return std::vector<TimedPiece>{};
-    return std::vector<TimedPiece>{{stage.strikes() ? at : Duration(20ms), std::move(reply)}};
+    if (reply.empty()) return std::vector<tools::TimedPiece>{};
+    return std::vector<tools::TimedPiece>{
+        {stage.strikes() ? at : Duration(20ms), std::move(reply)}};
   };
 }
 
 void Pieces(Stage stage, std::size_t size, Duration pause) {
   stage.twin.manner.deliver = [stage, size, pause](View, Bytes reply, Instant) {
-    std::vector<TimedPiece> pieces;
+    std::vector<tools::TimedPiece> pieces;
     Duration at = 20ms;
     const bool struck = stage.strikes();
     for (std::size_t i = 0; i < reply.size(); i += struck ? size : reply.size()) {
@@ -127,10 +128,10 @@ const FaultRow kFaults[] = {
      [](Stage stage) {
        stage.twin.manner.deliver = [stage](View, Bytes reply, Instant) {
          if (reply.size() < 2 || !stage.strikes())
-           return std::vector<TimedPiece>{{20ms, std::move(reply)}};
+           return std::vector<tools::TimedPiece>{{20ms, std::move(reply)}};
          const auto half = reply.begin() + static_cast<std::ptrdiff_t>(reply.size() / 2);
-         return std::vector<TimedPiece>{{20ms, Bytes(reply.begin(), half)},
-                                        {420ms, Bytes(half, reply.end())}};
+         return std::vector<tools::TimedPiece>{{20ms, Bytes(reply.begin(), half)},
+                                               {420ms, Bytes(half, reply.end())}};
        };
      },
      "set timing: \\{ gap: ", "second master|power|bit rate|break off", false, IsSerial},
@@ -319,17 +320,17 @@ const FaultRow kFaults[] = {
 };
 
 std::vector<std::string> SentencesOf(Rig& rig, std::uint32_t device) {
-  std::vector<DeviceRecord> records(rig.devices());
+  std::vector<bus::DeviceRecord> records(rig.devices());
   for (std::uint32_t i = 0; i < records.size(); ++i) {
-    rig->store().Read(i, [&](const DeviceRecord& held) { records[i] = held; });
+    rig->store().Read(i, [&](const bus::DeviceRecord& held) { records[i] = held; });
   }
-  LineStatus status = rig->store().ReadLine(0);
-  status.port = LineStatus::Port::open;
+  bus::LineStatus status = rig->store().ReadLine(0);
+  status.port = bus::LineStatus::Port::open;
   const config::Line& line = rig->config().lines[0];
   const Now now = rig->now();
-  auto said = control::DiagnoseLine(line, status, records, now, now.instant - rig->elapsed());
-  const auto more =
-      control::DiagnoseDevice(status, records[device], records, now, now.instant - rig->elapsed());
+  auto said = diagnosis::DiagnoseLine(line, status, records, now, now.instant - rig->elapsed());
+  const auto more = diagnosis::DiagnoseDevice(status, records[device], records, now,
+                                              now.instant - rig->elapsed());
   said.insert(said.end(), more.begin(), more.end());
   return said;
 }
@@ -455,4 +456,4 @@ INSTANTIATE_TEST_SUITE_P(Lines, NamedFaults,
                          [](const auto& info) { return info.param; });
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -17,7 +17,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 /// What goes wrong depends on the moment: a tenth of these in ctest.
@@ -266,14 +266,14 @@ TEST_P(EarlyDamage, IsCorruptAndNoSilence) {
   bool damages = false;
   rig->server = [&, count = std::size_t{0}](View, Bytes reply, Instant) mutable {
     if (damages && !reply.empty()) reply[++count % reply.size()] ^= 0x01;
-    std::vector<TimedPiece> pieces;
+    std::vector<tools::TimedPiece> pieces;
     if (!reply.empty()) pieces.push_back({-1ms, std::move(reply)});
     return pieces;
   };
   rig.Open();
   damages = true;
   rig.RunFor(12s);
-  const DeviceStatus status = rig->StatusOf(0);
+  const bus::DeviceStatus status = rig->StatusOf(0);
   EXPECT_EQ(status.Count(Outcome::no_reply), 0U);
   EXPECT_GT(status.Count(Outcome::corrupt) + status.Count(Outcome::unexpected), 5U);
 }
@@ -478,4 +478,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& info) { return std::get<0>(info.param) + NameOf(std::get<1>(info.param)); });
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -12,7 +12,7 @@
 #include "tests/protocols/runs/rig.h"
 #include "tests/support/talk.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 struct Card {
@@ -90,7 +90,7 @@ class OutputsAlone : public ::testing::TestWithParam<Card> {
 TEST_P(OutputsAlone, AreWrittenToAtOnce) {
   line_->RunFor(10s);
   EXPECT_EQ(Write(), WriteEnd::ok);
-  EXPECT_NE(line_->StatusOf(0).state, DeviceState::offline);
+  EXPECT_NE(line_->StatusOf(0).state, bus::DeviceState::offline);
   line_->RunFor(1h);
   EXPECT_EQ(Write(), WriteEnd::ok);
 }
@@ -112,7 +112,7 @@ TEST_P(OutputsAlone, ComeBackWithTheNextWrite) {
     line_->twin(0).manner.dead = false;
     if (GetParam().read_once != nullptr) line_->RunFor(10s);
     EXPECT_EQ(Write(), WriteEnd::ok) << "behind " << lost << " lost ones";
-    EXPECT_NE(line_->StatusOf(0).state, DeviceState::offline);
+    EXPECT_NE(line_->StatusOf(0).state, bus::DeviceState::offline);
   }
 }
 
@@ -190,4 +190,4 @@ TEST(OutputsOfDcon, AModuleThatDoesNotTellItsModeIsNotWrittenToAndThatIsSaid) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

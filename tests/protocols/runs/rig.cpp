@@ -13,7 +13,7 @@
 #include "protocols/set4tm/protocol.h"
 #include "protocols/spabus/protocol.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 config::SerialSettings Serial(int baud, int data_bits, config::Parity parity) {
@@ -263,7 +263,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
   }
 }
 
-bool Rig::IsRight(const config::Point& point, const PointRecord& shown, const Value& truth) {
+bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
   // What a reading may differ by without a second one is damage that nobody can tell from change.
@@ -277,8 +277,8 @@ void Rig::LearnTruth() {
   EXPECT_TRUE(line_->RunUntil([this] { return AllGood(); }, 2min)) << "not every point became good";
   for (std::uint32_t device = 0; device < devices(); ++device) {
     truth_.emplace_back();
-    line_->store().Read(device, [&](const DeviceRecord& record) {
-      for (const PointRecord& point : record.points) truth_.back().push_back(point.value);
+    line_->store().Read(device, [&](const bus::DeviceRecord& record) {
+      for (const bus::PointRecord& point : record.points) truth_.back().push_back(point.value);
     });
     CompareWithTwin(device);
   }
@@ -297,11 +297,11 @@ void Rig::Check() {
   for (std::uint32_t device = 0; device < devices(); ++device) {
     std::vector<std::size_t> news;
     std::vector<Value> values;
-    line_->store().Read(device, [&](const DeviceRecord& record) {
+    line_->store().Read(device, [&](const bus::DeviceRecord& record) {
       if (std::exchange(exchanges_[device], record.status.exchanges) == record.status.exchanges)
         return;
       for (std::size_t i = 0; i < record.points.size(); ++i) {
-        const PointRecord& point = record.points[i];
+        const bus::PointRecord& point = record.points[i];
         if (std::exchange(seen_[device][i], point.seq) == point.seq) continue;
         if (IsRight(record.device->points[i], point, truth_[device][i])) continue;
         news.push_back(i);
@@ -322,7 +322,7 @@ void Rig::Check() {
 
 bool Rig::All(std::uint32_t device, const Pick& pick, const Demand& demand) {
   bool all = true;
-  line_->store().Read(device, [&](const DeviceRecord& record) {
+  line_->store().Read(device, [&](const bus::DeviceRecord& record) {
     for (std::size_t i = 0; i < record.points.size() && all; ++i) {
       if (!pick(record.device->points[i].group)) continue;
       all = demand(QualityAt(record, i, line_->now().instant));
@@ -348,4 +348,4 @@ bool Rig::FastUsable(std::uint32_t device) {
 
 bool Rig::AnyUsable(std::uint32_t device) { return !All(device, Any, IsBad); }
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -16,7 +16,7 @@
 #include "protocols/protocol.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 
 struct Setup {
   std::string name;  ///< letters and digits only
@@ -93,7 +93,8 @@ class Rig {
   void SetValues(std::uint32_t device);
   void CompareWithTwin(std::uint32_t device);
   void Check();
-  static bool IsRight(const config::Point& point, const PointRecord& shown, const Value& truth);
+  static bool IsRight(const config::Point& point, const bus::PointRecord& shown,
+                      const Value& truth);
 
   Setup setup_;
   std::unique_ptr<VirtualLine> line_;
@@ -104,4 +105,4 @@ class Rig {
   std::size_t wrong_ = 0;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -29,7 +29,7 @@
 #include "tests/support/long_run.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr Duration kSlow = 10s;
@@ -183,7 +183,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
 
   bool AllGood() {
     bool good = true;
-    line_->store().Read(0, [&](const DeviceRecord& record) {
+    line_->store().Read(0, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         good = good && IsGood(QualityAt(record, i, line_->now().instant));
       }
@@ -194,8 +194,8 @@ class RightValues : public ::testing::TestWithParam<Case> {
   void LearnTruth() {
     line_->Open();
     ASSERT_TRUE(line_->RunUntil([this] { return AllGood(); }, 5min));
-    line_->store().Read(0, [&](const DeviceRecord& record) {
-      for (const PointRecord& point : record.points) truth_.push_back(point.value);
+    line_->store().Read(0, [&](const bus::DeviceRecord& record) {
+      for (const bus::PointRecord& point : record.points) truth_.push_back(point.value);
     });
   }
 
@@ -216,7 +216,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   void Look() {
     const Instant due = since_ + shows_ + kPoll;
     if (line_->now().instant < due || line_->twin(there_).manner.dead) return;
-    line_->store().Read(0, [&](const DeviceRecord& record) {
+    line_->store().Read(0, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         const config::Point& point = device().points[i];
         const bool number = point.type != config::Type::string;
@@ -241,14 +241,14 @@ class RightValues : public ::testing::TestWithParam<Case> {
     EXPECT_EQ(!trouble.empty(), named) << Name() << ": '" << trouble << "'";
     if (!named) return;
     bool reason = false;
-    line_->store().Read(0, [&](const DeviceRecord& record) {
+    line_->store().Read(0, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         const Reason why = QualityAt(record, i, line_->now().instant).reason;
         reason = reason || why == Reason::other_module || why == Reason::swapped;
       }
     });
     // One that answers in the other checksum mode only may count as offline.
-    reason = reason || line_->StatusOf(0).state == DeviceState::offline;
+    reason = reason || line_->StatusOf(0).state == bus::DeviceState::offline;
     EXPECT_TRUE(reason) << Name() << ": '" << trouble << "', state "
                         << static_cast<int>(line_->StatusOf(0).state) << ", "
                         << baudgate::Name(line_->QualityOf(0, 0));
@@ -397,10 +397,10 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
 
   /// A converter gives what comes the number of the present request, and says so where nothing
   /// does.
-  void Stamp(View request, std::vector<TimedPiece>& pieces) const {
+  void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;
-    for (TimedPiece& piece : pieces) {
+    for (tools::TimedPiece& piece : pieces) {
       std::copy_n(request.begin(), 2, piece.bytes.begin());
       if (units) piece.bytes[kUnit] = request[kUnit];
     }
@@ -418,7 +418,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     says_nothing_ = kSilences[random() % 3];
     VirtualLine line(line_, {FindProtocol()});
     line.keeps_bit_rate = !GetParam().tcp() && random() % 2 == 0;
-    TwinWire wire;
+    tools::TwinWire wire;
     wire.think = std::chrono::microseconds(random() % 40'000);
     LaggingServer server(wire, 1);
     std::deque<Bytes> held;
@@ -504,4 +504,4 @@ std::vector<Constant> Constants() {
 INSTANTIATE_TEST_SUITE_P(Servers, ConstantValues, ::testing::ValuesIn(Constants()));
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -13,7 +13,7 @@
 #include "tests/protocols/runs/bad_wire.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 constexpr std::size_t kFlat = 256 * 1024;  // of the heap, between one hour and the next
@@ -112,7 +112,7 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
     rig_->twin(device).manner.dead = false;
   }
   EXPECT_TRUE(rig_->RunUntil([&] { return rig_.AllGood(); }, 10min)) << "some never came back";
-  const LineStatus status = rig_->store().ReadLine(0);
+  const bus::LineStatus status = rig_->store().ReadLine(0);
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
@@ -132,4 +132,4 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
 INSTANTIATE_TEST_SUITE_P(Real, Soak, ::testing::ValuesIn(DamagedLines()), SetupName);
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -12,7 +12,7 @@
 #include "protocols/modbus/protocol.h"
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 /// How `setup` says "I do not have it" to a request.
@@ -157,7 +157,7 @@ class SilentRefusal : public ::testing::Test {
     line_->server = [to = std::move(to)](View request, Bytes reply, Instant) {
       const bool reads = request.size() == 8 && request[1] == 3;
       if (reads && to(request[3], request[5])) reply.clear();
-      std::vector<TimedPiece> pieces;
+      std::vector<tools::TimedPiece> pieces;
       if (!reply.empty()) pieces.push_back({20ms, std::move(reply)});
       return pieces;
     };
@@ -307,4 +307,4 @@ INSTANTIATE_TEST_SUITE_P(Lines, OneRefusal, ::testing::Values("Spa9600", "Dcon96
                          [](const auto& info) { return info.param; });
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -21,7 +21,7 @@
 #include "tests/support/long_run.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using events::KeptRecord;
@@ -52,7 +52,7 @@ class TripStation {
         rig_(RealLine("Spa9600"), WithRecords),
         keeper_({rig_.device(0).name, rig_.device(1).name}) {
     rig_->keep_sent = false;
-    rig_->keep = [this](const ReportedEvents& reported) {
+    rig_->keep = [this](const bus::ReportedEvents& reported) {
       const bool kept = keeper_.Keep(reported, rig_.device(reported.device));
       if (kept) service_->Owe(keeper_.TakeOwed());
       return kept;
@@ -139,7 +139,7 @@ class TripStation {
 
   /// What the service wanted while the poller was at work.
   void Work() {
-    for (WriteCommand& command : std::exchange(asked_, {})) {
+    for (bus::WriteCommand& command : std::exchange(asked_, {})) {
       const std::uint32_t device = command.device;
       if (!rig_->Submit(std::move(command))) ADD_FAILURE() << "device " << device;
     }
@@ -151,19 +151,20 @@ class TripStation {
     asked_.clear();
     kept_.clear();
     const std::size_t generation = restarts;
-    services_.push_back(std::make_unique<RecordService>(
-        rig_->store(), RecordService::Ends{.clocks = [this] { return rig_->now(); },
-                                           .ask =
-                                               [this, generation](WriteCommand command) {
-                                                 if (generation != restarts) return false;
-                                                 asked_.push_back(std::move(command));
-                                                 return true;
-                                               },
-                                           .keep =
-                                               [this, generation](KeptRecord record) {
-                                                 if (generation == restarts)
-                                                   kept_.push_back(std::move(record));
-                                               }}));
+    services_.push_back(std::make_unique<events::RecordService>(
+        rig_->store(),
+        events::RecordService::Ends{.clocks = [this] { return rig_->now(); },
+                                    .ask =
+                                        [this, generation](bus::WriteCommand command) {
+                                          if (generation != restarts) return false;
+                                          asked_.push_back(std::move(command));
+                                          return true;
+                                        },
+                                    .keep =
+                                        [this, generation](KeptRecord record) {
+                                          if (generation == restarts)
+                                            kept_.push_back(std::move(record));
+                                        }}));
     service_ = services_.back().get();
     for (const config::Line& line : rig_->config().lines) service_->Add(line);
     service_->Start();
@@ -179,10 +180,10 @@ class TripStation {
   Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
-  std::vector<std::unique_ptr<RecordService>>
+  std::vector<std::unique_ptr<events::RecordService>>
       services_;  // of before, too: what they asked may end late
-  RecordService* service_ = nullptr;
-  std::vector<WriteCommand> asked_;
+  events::RecordService* service_ = nullptr;
+  std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
   std::uint32_t serial_ = 0;
 };
@@ -254,7 +255,7 @@ config::Line GateLine() {
 class Gate {
  public:
   explicit Gate(unsigned seed) : random_(seed), line_(GateLine(), {&ReaderProtocol()}) {
-    line_.keep = [this](const ReportedEvents& reported) {
+    line_.keep = [this](const bus::ReportedEvents& reported) {
       const bool kept = keeper_.Keep(reported, line_.config().lines[0].devices[0]);
       if (kept) service_->Owe(keeper_.TakeOwed());
       return kept;
@@ -314,7 +315,7 @@ class Gate {
  private:
   /// What the service wanted while the poller was at work.
   void Work() {
-    for (WriteCommand& command : std::exchange(asked_, {})) line_.Submit(std::move(command));
+    for (bus::WriteCommand& command : std::exchange(asked_, {})) line_.Submit(std::move(command));
     std::erase_if(kept_, [this](const KeptRecord& record) { return keeper_.Keep(record); });
   }
   void Begin() {
@@ -322,9 +323,9 @@ class Gate {
     asked_.clear();
     kept_.clear();
     const auto alive = [this, generation = restarts_] { return generation == restarts_; };
-    RecordService::Ends ends;
+    events::RecordService::Ends ends;
     ends.clocks = [this] { return line_.now(); };
-    ends.ask = [this, alive](WriteCommand command) {
+    ends.ask = [this, alive](bus::WriteCommand command) {
       if (!alive()) return false;
       asked_.push_back(std::move(command));
       return true;
@@ -332,7 +333,7 @@ class Gate {
     ends.keep = [this, alive](KeptRecord record) {
       if (alive()) kept_.push_back(std::move(record));
     };
-    services_.push_back(std::make_unique<RecordService>(line_.store(), std::move(ends)));
+    services_.push_back(std::make_unique<events::RecordService>(line_.store(), std::move(ends)));
     service_ = services_.back().get();
     service_->Add(line_.config().lines[0]);
     service_->Start();
@@ -341,10 +342,10 @@ class Gate {
 
   VirtualLine line_;
   EventKeeper keeper_{{"gate"}};
-  std::vector<std::unique_ptr<RecordService>>
+  std::vector<std::unique_ptr<events::RecordService>>
       services_;  // of before, too: what they asked may end late
-  RecordService* service_ = nullptr;
-  std::vector<WriteCommand> asked_;
+  events::RecordService* service_ = nullptr;
+  std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
   std::string there_ = kNoTag;
   int restarts_ = 0;
@@ -498,4 +499,4 @@ TEST_F(ClockRun, IsRightBehindSilenceAndLateReplies) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -18,14 +18,14 @@
 #include "tests/protocols/runs/misbehaving_twin.h"
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
   Misbehave("loss");
   OnlyThese({Outcome::ok, Outcome::no_reply});
   EXPECT_GT(own_[Outcome::no_reply], 5U);
-  EXPECT_EQ(end_state_, DeviceState::offline);
+  EXPECT_EQ(end_state_, bus::DeviceState::offline);
   TheNeighbourWasServed();
   EverythingComesBack();
 }
@@ -69,7 +69,7 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
   // Short replies come whole before the stall: who it is, it may tell.
-  EXPECT_NE(end_state_, DeviceState::online);
+  EXPECT_NE(end_state_, bus::DeviceState::online);
   // It has its turn before the retries, and may meet the rest of what had stalled.
   TheNeighbourWasServed(4);
   EverythingComesBack();
@@ -99,7 +99,7 @@ TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
     OnlyThese({Outcome::ok, Outcome::partial});
   }
   EXPECT_GE(own_[Outcome::partial], 3U) << "it is not repeated while the neighbour waits";
-  EXPECT_EQ(end_state_, DeviceState::offline);
+  EXPECT_EQ(end_state_, bus::DeviceState::offline);
   TheNeighbourWasServed(neighbour_.all() / 2);
   EverythingComesBack();
 }
@@ -163,7 +163,7 @@ TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedWhereTheReplyCarriesOne) {
   OnlyThese({Outcome::ok, Outcome::unexpected});
   if (untagged_ == 0) {
     EXPECT_GT(own_[Outcome::unexpected], 5U);
-    EXPECT_EQ(end_state_, DeviceState::offline);
+    EXPECT_EQ(end_state_, bus::DeviceState::offline);
   }
   TheNeighbourWasServed();
   EverythingComesBack();
@@ -172,7 +172,7 @@ TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedWhereTheReplyCarriesOne) {
 TEST_P(MisbehavingTwin, DeathAndReturn) {
   Misbehave("death");
   OnlyThese({Outcome::ok, Outcome::no_reply});
-  EXPECT_EQ(end_state_, DeviceState::offline);
+  EXPECT_EQ(end_state_, bus::DeviceState::offline);
   EXPECT_GT(own_[Outcome::no_reply], 5U);
   TheNeighbourWasServed();
   EverythingComesBack();
@@ -181,11 +181,11 @@ TEST_P(MisbehavingTwin, DeathAndReturn) {
 /// Its frames are valid ones of another device, and of the form that was asked for. With the same
 /// values they differ by the address alone, wherever the protocol says that they carry one.
 TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
-  const TwinFaults::Stranger stranger = MeetStranger();
+  const tools::TwinFaults::Stranger stranger = MeetStranger();
   const Protocol& protocol = *GetParam().protocol;
   const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
   const auto copy = protocol.make_twin(rig_.device(kTroubled), rig_->twin(kTroubled).values);
-  copy->ReplyAs(FreeAddress(protocol, devices).value());
+  copy->ReplyAs(tools::FreeAddress(protocol, devices).value());
   ASSERT_FALSE(rig_->sent.empty());
   std::size_t own = 0;
   bool any_same = false;
@@ -358,7 +358,7 @@ TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
       const std::uint32_t neighbour = rig->StatusOf(1).Count(Outcome::ok);
       rig->RunFor(10min);
       EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
-      const DeviceStatus status = rig->StatusOf(0);
+      const bus::DeviceStatus status = rig->StatusOf(0);
       EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
       EXPECT_GT(rig->StatusOf(1).Count(Outcome::ok), neighbour + 150) << "it is served";
     }
@@ -378,7 +378,7 @@ TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
       rig->RunFor(10min);
       EXPECT_EQ(rig.wrong(), 0U) << requests << " requests late";
       for (const std::uint32_t device : {0U, 1U}) {
-        const DeviceStatus status = rig->StatusOf(device);
+        const bus::DeviceStatus status = rig->StatusOf(device);
         EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
       }
     }
@@ -409,4 +409,4 @@ TEST(ReplacedDevice, IsBelievedAfterAWhile) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -6,7 +6,7 @@
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/set4tm/support.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 using protocols::set4tm::Hex;
@@ -155,4 +155,4 @@ TEST(Set4tmRequestRule, UnlistedCodesAreWholeBeforeSilence) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -77,7 +77,7 @@ TEST(Set4tmLine, SilenceToATrialCostsOneExchangeAndNoState) {
   EXPECT_EQ(Count(line, "08 23"), 1U);
   EXPECT_EQ(line.QualityOf(0, kPower), Quality::good);
   EXPECT_EQ(line.QualityOf(0, kCurrent), Quality::good);
-  EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
+  EXPECT_EQ(line.StatusOf(0).state, bus::DeviceState::online);
 }
 
 /// The answer to the trial comes when something else is asked already.
@@ -86,7 +86,7 @@ TEST(Set4tmLine, ALateAnswerToATrialIsNobodysValue) {
   Measure(line);
   line.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const bool trial = ToHex(request).starts_with("05 08 23");
-    return std::vector<TimedPiece>{{trial ? 350ms : 30ms, std::move(reply)}};
+    return std::vector<tools::TimedPiece>{{trial ? 350ms : 30ms, std::move(reply)}};
   };
   line.always = [&] {
     if (line.QualityOf(0, kPower) == Quality::good) {

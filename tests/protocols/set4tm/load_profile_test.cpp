@@ -164,7 +164,7 @@ class Station {
  public:
   explicit Station(bool load, Duration poll = 1s) : line(LineOf(load, poll), {&Set4tmProtocol()}) {
     line.said = [this](std::uint32_t device) { return said[device]; };
-    line.keep = [this](const ReportedEvents& reported) {
+    line.keep = [this](const bus::ReportedEvents& reported) {
       if (disk_fails && disk_fails()) return false;
       for (const PastRecord& record : reported.batch.past) told[reported.device].push_back(record);
       if (told[reported.device].size() < 100 * 48) read_at[reported.device] = line.now().instant;

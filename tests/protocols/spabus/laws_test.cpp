@@ -5,7 +5,7 @@
 #include "tests/laws/frame_rule_laws.h"
 #include "tests/protocols/spabus/support.h"
 
-namespace baudgate {
+namespace baudgate::protocols {
 namespace {
 
 namespace spa = protocols::spabus;
@@ -132,4 +132,4 @@ INSTANTIATE_TEST_SUITE_P(Spabus, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjec
                          LawSubjectName);
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::protocols

@@ -164,7 +164,7 @@ class SpaWriteLine : public ::testing::Test {
     replies_[start] = reply.empty() ? Bytes() : ReplyText(reply);
   }
   /// Requests that cannot be sent are written nowhere.
-  WriteResult Write(config::Line relay, std::vector<PointWrite> writes) {
+  WriteResult Write(config::Line relay, std::vector<bus::PointWrite> writes) {
     VirtualLine line(std::move(relay), {&SpabusProtocol()});
     for (std::size_t point = 0; point < 3; ++point) line.twin(0).values.Set(point, 1.0);
     line.Open();
@@ -177,7 +177,7 @@ class SpaWriteLine : public ::testing::Test {
       return std::nullopt;
     };
     std::optional<WriteResult> result;
-    WriteCommand command;
+    bus::WriteCommand command;
     command.kind = std::move(writes);
     command.deadline = line.now().instant + 20s;
     command.done = [&](const WriteResult& told) { result = told; };

@@ -33,7 +33,7 @@ std::string TextOf(const std::string& file) {
 std::string NameOf(const config::ProfileFile& file) { return file.protocol + "/" + file.name; }
 
 config::Profile LoadShipped(const config::ProfileFile& file) {
-  const Protocol& protocol = *Shipped().FindProtocol(file.protocol);
+  const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);
   return config::LoadProfile(file.path.string(), protocol, Shipped()).profile;
 }
 

@@ -150,12 +150,12 @@ points:
   const Bytes request = ToBytes("W\r");
   const Expectation expect = TelegramProtocol().expect(request, options);
   const Bytes heard = ToBytes("+1,25E+01\r");
-  const Finding finding = Examine({.protocol = &TelegramProtocol(),
-                                   .options = &options,
-                                   .request = request,
-                                   .expect = &expect,
-                                   .outcome = Outcome::corrupt,
-                                   .heard = heard});
+  const Finding finding = diagnosis::Examine({.protocol = &TelegramProtocol(),
+                                              .options = &options,
+                                              .request = request,
+                                              .expect = &expect,
+                                              .outcome = Outcome::corrupt,
+                                              .heard = heard});
   EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('+1,25E+01\\r')");
 }
 

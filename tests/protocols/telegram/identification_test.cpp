@@ -108,16 +108,16 @@ Finding LookAtTelegram(const std::string& profile, const std::string& request,
   const Expectation expect =
       asked.empty() ? conversation->Listens()->expect : protocol.expect(asked, options);
   const Bytes bytes = ToBytes(heard);
-  const Arrival arrivals[] = {{0, 20ms}};
-  return Examine({.protocol = &protocol,
-                  .options = &options,
-                  .request = asked,
-                  .expect = &expect,
-                  .outcome = Outcome::corrupt,
-                  .heard = bytes,
-                  .arrivals = arrivals,
-                  .reply = 100ms,
-                  .gap = 50ms});
+  const diagnosis::Arrival arrivals[] = {{0, 20ms}};
+  return diagnosis::Examine({.protocol = &protocol,
+                             .options = &options,
+                             .request = asked,
+                             .expect = &expect,
+                             .outcome = Outcome::corrupt,
+                             .heard = bytes,
+                             .arrivals = arrivals,
+                             .reply = 100ms,
+                             .gap = 50ms});
 }
 
 TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {

@@ -180,7 +180,7 @@ TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
       line.twin(0).values.values[1] = 20.0;
       int reads = 0;
       std::deque<Bytes> held;
-      line.server = [&](View request, Bytes reply, Instant) -> std::vector<TimedPiece> {
+      line.server = [&](View request, Bytes reply, Instant) -> std::vector<tools::TimedPiece> {
         if (reply.empty()) return {};
         reads += AsText(request) == "READ\r" ? 1 : 0;
         const std::string_view kind = fault;

@@ -54,7 +54,7 @@ class CycloneSubscriber {
 
 TEST(Cyclone, EveryPointArrivesAsWritten) {
   const config::Config config = MakeConfig(10, 100);
-  PointStore store(config);
+  bus::PointStore store(config);
   for (std::uint32_t device = 0; device < 10; ++device) {
     for (std::uint32_t point = 0; point < 100; ++point) {
       Set(store, device, point, device * 1000 + point + 0.25, Quality::uncertain_sub_normal);
@@ -92,7 +92,7 @@ TEST(Cyclone, EveryPointArrivesAsWritten) {
 
 TEST(Cyclone, TheExampleOfThePackageShowsEveryPoint) {
   const config::Config config = MakeConfig(1, 2);
-  PointStore store(config);
+  bus::PointStore store(config);
   Set(store, 0, 0, 1.5);
   Set(store, 0, 1, 2.5, Quality::bad_communication);
   auto publisher = Publish(config, store);
@@ -115,7 +115,7 @@ TEST(Cyclone, TheExampleOfThePackageShowsEveryPoint) {
 
 TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   const config::Config config = MakeConfig(2, 20);
-  PointStore store(config);
+  bus::PointStore store(config);
   auto publisher = Publish(config, store);
   ASSERT_NE(publisher, nullptr);
 
@@ -144,7 +144,7 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
 // Fast DDS 2.9 ends in an assertion when it sends to a group that two of them have named.
 TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
   const config::Config config = MakeConfig(2, 50);
-  PointStore store(config);
+  bus::PointStore store(config);
   auto publisher = Publish(config, store);
   ASSERT_NE(publisher, nullptr);
 

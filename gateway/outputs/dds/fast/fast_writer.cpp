@@ -305,7 +305,7 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
 }
 
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
-                                                       const PointStore& store) {
+                                                       const bus::PointStore& store) {
   return CreateFastWriter(ParticipantOf(config.dds), RoomFor(store),
                           config.dds.write ? config.name : std::string());
 }

@@ -20,6 +20,6 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
                                                        const std::string& requests_for = {});
 /// For all points and devices of `store`, as `config.dds` has it.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
-                                                       const PointStore& store);
+                                                       const bus::PointStore& store);
 
 }  // namespace baudgate::dds

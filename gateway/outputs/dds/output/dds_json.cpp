@@ -7,7 +7,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/outputs/dds/domain.h"
 
-namespace baudgate::control {
+namespace baudgate::dds {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -126,4 +126,4 @@ Json DdsJson(int domain, const dds::LinkState& state, Instant now) {
   return json;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::dds

@@ -7,9 +7,9 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/dds/link/link_state.h"
 
-namespace baudgate::control {
+namespace baudgate::dds {
 
 /// docs/status.md has the fields; `advice` has a sentence for each thing that is wrong.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::dds

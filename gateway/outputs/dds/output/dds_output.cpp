@@ -9,7 +9,7 @@
 #include "gateway/outputs/dds/output/dds_json.h"
 #include "gateway/outputs/dds/point_samples.h"
 
-namespace baudgate {
+namespace baudgate::dds {
 namespace {
 
 /// systemd starts baudgate-dds, which connects to this path; see packaging/baudgate-dds.service.
@@ -17,7 +17,7 @@ constexpr char kSocketVariable[] = "BAUDGATE_DDS_SOCKET";
 
 void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " + line); }
 
-dds::LinkOpen OpenFor(const config::Config& config, const PointStore& store) {
+dds::LinkOpen OpenFor(const config::Config& config, const bus::PointStore& store) {
   dds::LinkOpen open;
   open.gateway = config.name;
   open.participant = dds::ParticipantOf(config.dds);
@@ -77,13 +77,13 @@ std::string DdsOutput::Summary() {
   return link_ ? "DDS domain " + std::to_string(domain_) : std::string();
 }
 
-std::optional<Output::Json> DdsOutput::Section(const Wish& wish) const {
-  return link_ ? control::DdsJson(domain_, state(), wish.now.instant) : Json(nullptr);
+std::optional<outputs::Output::Json> DdsOutput::Section(const Wish& wish) const {
+  return link_ ? DdsJson(domain_, state(), wish.now.instant) : Json(nullptr);
 }
 
-std::vector<Series> DdsOutput::Metrics() const {
+std::vector<outputs::Series> DdsOutput::Metrics() const {
   if (!link_) return {};
-  return {Series(kDdsSamples, static_cast<double>(state().written))};
+  return {outputs::Series(kDdsSamples, static_cast<double>(state().written))};
 }
 
 dds::LinkState DdsOutput::state() const {
@@ -99,4 +99,4 @@ dds::LinkState DdsOutput::state() const {
   return state;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::dds

@@ -19,23 +19,23 @@
 #include "gateway/outputs/dds/writes/write_service.h"
 #include "gateway/outputs/output.h"
 
-namespace baudgate {
+namespace baudgate::dds {
 
-inline constexpr Metric kDdsSamples{"baudgate_dds_samples_total", "counter",
-                                    "Samples that were published."};
+inline constexpr outputs::Metric kDdsSamples{"baudgate_dds_samples_total", "counter",
+                                             "Samples that were published."};
 
-class DdsOutput final : public Output {
+class DdsOutput final : public outputs::Output {
  public:
   /// All that is referred to outlives the output.
   struct Links {
-    PointStore& store;
-    CommandSink& sink;                           ///< that writes go to
-    RequestBook::Past past;                      ///< see RequestBook
+    bus::PointStore& store;
+    bus::CommandSink& sink;                      ///< that writes go to
+    bus::RequestBook::Past past;                 ///< see RequestBook
     std::shared_ptr<dds::EventSupply> events{};  ///< null: no events and no alarms
     bool keeps_events = false;                   ///< else only alarms are published
   };
   explicit DdsOutput(Links links) : links_(std::move(links)) {}
-  static DescriptorNeeds Descriptors(const config::Config& config) {
+  static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
   /// See OutputRow.
@@ -58,7 +58,7 @@ class DdsOutput final : public Output {
   void Stop() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;
-  std::vector<Series> Metrics() const override;
+  std::vector<outputs::Series> Metrics() const override;
 
  private:
   dds::LinkState state() const;
@@ -70,4 +70,4 @@ class DdsOutput final : public Output {
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::dds

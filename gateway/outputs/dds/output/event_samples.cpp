@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace baudgate {
+namespace baudgate::dds {
 
 std::vector<dds::EventSample> EventSamples::Take(std::uint64_t after, std::size_t most) {
   std::vector<dds::EventSample> samples;
@@ -73,4 +73,4 @@ dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
   return sample;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::dds

@@ -11,7 +11,7 @@
 #include "gateway/outputs/dds/notice_sender.h"
 #include "gateway/records/events/event_feed.h"
 
-namespace baudgate {
+namespace baudgate::dds {
 
 class EventSamples final : public dds::EventSupply {
  public:
@@ -47,4 +47,4 @@ class EventSamples final : public dds::EventSupply {
   std::optional<events::FeedListeners::Listener> listener_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::dds

@@ -24,7 +24,7 @@ bool CountsInWholes(config::Type type) {
 
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request) {
   if (!request.text.empty() || point.type == config::Type::string) {
-    return ParseValue(point, request.text);
+    return bus::ParseValue(point, request.text);
   }
   if (!std::isfinite(request.value)) {
     return Error{"'value' is not a number, and 'text' is empty"};
@@ -34,19 +34,17 @@ Result<Value> ValueOf(const config::Point& point, const RequestSample& request) 
     return Error{"whole numbers beyond 2^53 are exact in 'text' only"};
   }
   const bool whole = std::trunc(request.value) == request.value;
-  return ParseValue(point, whole ? std::to_string(static_cast<std::int64_t>(request.value))
-                                 : FormatNumber(request.value));
+  return bus::ParseValue(point, whole ? std::to_string(static_cast<std::int64_t>(request.value))
+                                      : FormatNumber(request.value));
 }
 
-RequestId IdOf(const RequestSample& request) {
+bus::RequestId IdOf(const RequestSample& request) {
   return {request.client, request.seq,
           fmt::format("{}\t{}\t{:a}\t{}\t{}", request.device, request.point, request.value,
                       request.text, request.confirm ? "confirm" : "")};
 }
 
 namespace {
-
-using config::Quoted;
 
 constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
@@ -57,7 +55,8 @@ constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
   const Duration wanted = std::chrono::milliseconds(request.deadline_ms);
-  return request.deadline_ms == 0 ? kWaitForDevice : std::min(wanted, WriteService::kMostPatience);
+  return request.deadline_ms == 0 ? bus::kWaitForDevice
+                                  : std::min(wanted, WriteService::kMostPatience);
 }
 
 /// Not after either of its two times; the clock of the machine may stand anywhere.
@@ -103,12 +102,13 @@ Value Asked(const RequestSample& request) {
 }
 
 /// It selects nothing, so its kind needs no numbers.
-Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
+bus::Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
 
 }  // namespace
 
-WriteService::WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           RequestBook::Past past, Answer answer, Ended ended)
+WriteService::WriteService(const config::Config& config, const bus::PointStore& store,
+                           bus::CommandSink& sink, bus::RequestBook::Past past, Answer answer,
+                           Ended ended)
     : config_(config),
       store_(store),
       gate_(store, sink),
@@ -135,16 +135,16 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
     Record(arrival, kLasting);
     return Reply(ticket, {WriteEnd::denied, kLasting});
   }
-  const RequestBook::Verdict verdict = book_.Begin(IdOf(request), now.instant);
+  const bus::RequestBook::Verdict verdict = book_.Begin(IdOf(request), now.instant);
   switch (verdict.what) {
-    case RequestBook::Verdict::What::refused:
+    case bus::RequestBook::Verdict::What::refused:
       if (verdict.answer.end == WriteEnd::denied) Record(arrival, verdict.answer.reason);
       return Reply(ticket, verdict.answer);
-    case RequestBook::Verdict::What::answered:
+    case bus::RequestBook::Verdict::What::answered:
       return Reply(ticket, verdict.answer);
-    case RequestBook::Verdict::What::under_way:
+    case bus::RequestBook::Verdict::What::under_way:
       return;
-    case RequestBook::Verdict::What::fresh:
+    case bus::RequestBook::Verdict::What::fresh:
       break;
   }
   if (const auto answer = Carry(arrival, now)) {
@@ -153,20 +153,20 @@ void WriteService::Take(const WriteArrival& arrival, Now now) {
   }
 }
 
-std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, Now now) {
+std::optional<bus::RequestAnswer> WriteService::Carry(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const auto place = Find(request);
-  if (!place) return RequestAnswer{WriteEnd::denied, place.error()};
+  if (!place) return bus::RequestAnswer{WriteEnd::denied, place.error()};
   if (auto why = WhyTooOld(arrival, now.wall)) {
     Record(arrival, *why);
-    return RequestAnswer{WriteEnd::denied, std::move(*why)};
+    return bus::RequestAnswer{WriteEnd::denied, std::move(*why)};
   }
   auto value = ValueOf(store_.device(place->device).points[place->point], request);
   if (!value) {
     Record(arrival, value.error());
-    return RequestAnswer{WriteEnd::denied, value.error()};
+    return bus::RequestAnswer{WriteEnd::denied, value.error()};
   }
-  WriteAsk ask;
+  bus::WriteAsk ask;
   ask.device = place->device;
   ask.parts.push_back({place->point, std::move(*value)});
   ask.without_selection = request.confirm;
@@ -176,8 +176,9 @@ std::optional<RequestAnswer> WriteService::Carry(const WriteArrival& arrival, No
                  const WriteResult& result) { ended(ticket, result); };
   const auto denial = gate_.Submit(WriterOf(arrival), std::move(ask), now.instant);
   if (!denial) return std::nullopt;
-  using Why = WriteDenial::Why;
-  RequestAnswer answer{denial->why == Why::busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
+  using Why = bus::WriteDenial::Why;
+  bus::RequestAnswer answer{denial->why == Why::busy ? WriteEnd::busy : WriteEnd::denied,
+                            denial->text};
   if (denial->why == Why::not_selected) answer.reason += "; over DDS set 'confirm' instead";
   return answer;
 }
@@ -186,7 +187,7 @@ void WriteService::Record(const WriteArrival& arrival, const std::string& reason
   const auto place = Find(arrival.request);
   if (!place) return;
   const RequestSample& request = arrival.request;
-  WriteAsk ask;
+  bus::WriteAsk ask;
   ask.device = place->device;
   ask.parts.push_back({place->point, Asked(request)});
   ask.request = IdOf(request);
@@ -211,12 +212,12 @@ Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
 }
 
 void WriteService::End(const Ticket& ticket, const WriteResult& result, Instant now) {
-  const RequestAnswer answer{result.end, result.reason, now - ticket.received};
+  const bus::RequestAnswer answer{result.end, result.reason, now - ticket.received};
   book_.End(ticket.client, ticket.seq, answer);
   Reply(ticket, answer);
 }
 
-void WriteService::Reply(const Ticket& ticket, const RequestAnswer& answer) {
+void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer) {
   ReplySample reply;
   reply.gateway = config_.name;
   reply.client = ticket.client;
@@ -269,8 +270,9 @@ struct DdsWrites::Mail {
   bool taking BAUDGATE_GUARDED_BY(looking) = true;
 };
 
-DdsWrites::DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-                     RequestBook::Past past, std::shared_ptr<SampleWriter> writer)
+DdsWrites::DdsWrites(const config::Config& config, const bus::PointStore& store,
+                     bus::CommandSink& sink, bus::RequestBook::Past past,
+                     std::shared_ptr<SampleWriter> writer)
     : writer_(std::move(writer)),
       mail_(std::make_shared<Mail>()),
       service_(

@@ -41,7 +41,7 @@ namespace baudgate::dds {
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
 /// Its content has every bit of the value, so two NaNs are equal. It has neither of the two times,
 /// which may differ when a client repeats its request.
-RequestId IdOf(const RequestSample& request);
+bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
  public:
@@ -59,8 +59,8 @@ class WriteService {
 
   /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
   /// service is gone: what it is told goes to End.
-  WriteService(const config::Config& config, const PointStore& store, CommandSink& sink,
-               RequestBook::Past past, Answer answer, Ended ended);
+  WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
+               bus::RequestBook::Past past, Answer answer, Ended ended);
 
   void Take(const WriteArrival& arrival, Now now);
   void End(const Ticket& ticket, const WriteResult& result, Instant now);
@@ -78,17 +78,17 @@ class WriteService {
   /// That it was denied, where it names a point.
   void Record(const WriteArrival& arrival, const std::string& reason);
   /// Empty: it has gone to its line.
-  std::optional<RequestAnswer> Carry(const WriteArrival& arrival, Now now);
-  void Reply(const Ticket& ticket, const RequestAnswer& answer);
+  std::optional<bus::RequestAnswer> Carry(const WriteArrival& arrival, Now now);
+  void Reply(const Ticket& ticket, const bus::RequestAnswer& answer);
 
   const config::Config& config_;
-  const PointStore& store_;
-  WriteGate gate_;
+  const bus::PointStore& store_;
+  bus::WriteGate gate_;
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name
   std::uint32_t known_ = 0;                                 ///< so many of the store's are there
-  RequestBook book_;
+  bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
@@ -98,8 +98,8 @@ class DdsWrites {
  public:
   /// Requests that `writer` has, from now on, until StopTaking. `config`, `store` and `sink`
   /// outlive it; so does what `past` looks at, see WriteService.
-  DdsWrites(const config::Config& config, const PointStore& store, CommandSink& sink,
-            RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
+  DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
+            bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< as both
 
   /// Nothing goes to the sink after this. Idempotent.

@@ -18,7 +18,7 @@ std::uint64_t Count(Duration duration, Duration unit) {
   return duration < Duration::zero() ? 0 : static_cast<std::uint64_t>(duration / unit);
 }
 
-std::uint16_t AgeRegister(const DeviceRecord& record, std::uint32_t point, Instant now) {
+std::uint16_t AgeRegister(const bus::DeviceRecord& record, std::uint32_t point, Instant now) {
   const auto age = AgeAt(record, point, now);
   if (!age) return 0xFFFF;
   return Saturated<std::uint16_t>(Count(*age, 100ms));
@@ -33,7 +33,7 @@ bool FitsRegisters(const config::Point& point, config::WordOrder order, const Va
 }
 
 /// A good value that its registers cannot hold is a fault of the configuration, and must say so.
-Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant now) {
+Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Instant now) {
   const Quality quality = QualityAt(record, index, now);
   if (IsBad(quality)) return quality;
   const config::Point& point = record.device->points[index];
@@ -46,7 +46,7 @@ Quality ShownQuality(const DeviceRecord& record, std::uint32_t index, Instant no
 }
 
 /// The common case needs one encoding; the rest is decided when it fails or the quality is bad.
-bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
+bool FillValue(const bus::DeviceRecord& record, std::uint32_t index, Instant now,
                std::span<std::uint16_t> out) {
   const config::Point& point = record.device->points[index];
   const config::WordOrder order = record.device->word_order;
@@ -71,7 +71,7 @@ bool FillValue(const DeviceRecord& record, std::uint32_t index, Instant now,
 
 }  // namespace
 
-DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now) {
+DeviceBlock DeviceBlockOf(const bus::DeviceStatus& status, Instant now) {
   DeviceBlock block{};
   block[0] = static_cast<std::uint16_t>(status.state);
   block[1] = static_cast<std::uint16_t>(status.last_outcome);
@@ -103,8 +103,8 @@ GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& co
   return block;
 }
 
-ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
-                            std::span<std::uint16_t> out) {
+ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Piece> pieces,
+                            Instant now, std::span<std::uint16_t> out) {
   for (const Piece& piece : pieces) {
     const auto place = out.subspan(piece.offset, piece.count);
     switch (piece.area) {
@@ -129,7 +129,7 @@ ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> p
   return kNoException;
 }
 
-ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t index, Instant now, bool alone,
+ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t index, Instant now, bool alone,
                       std::uint8_t& out) {
   const config::Point& point = record.device->points[index];
   const auto held = EncodeBit(record.points[index].value);
@@ -150,7 +150,7 @@ ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t index, Instant n
   return kNoTarget;
 }
 
-ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out) {
   for (const Piece& piece : pieces) {
     if (piece.area == Area::hole) {

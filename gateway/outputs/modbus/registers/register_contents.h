@@ -64,7 +64,7 @@ struct ModbusCounters {
 inline constexpr std::array<std::uint16_t, 11> kDeviceBlockLayout = {0,  1,  2,  4,  6, 8,
                                                                      10, 12, 14, 15, 16};
 using DeviceBlock = std::array<std::uint16_t, kDeviceBlockLayout.back()>;
-DeviceBlock DeviceBlockOf(const DeviceStatus& status, Instant now);
+DeviceBlock DeviceBlockOf(const bus::DeviceStatus& status, Instant now);
 
 /// Block of the gateway itself (units 0 and 255), from 9000, append only: +0 version (major * 10000
 /// + minor * 100 + patch), +1 lines, +2 uptime (u32, s), +4 devices, +5 devices online, +6 Modbus
@@ -75,13 +75,13 @@ using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters);
 
 /// Fill `out` with the pieces of a request (PlanRead); kNoTarget when a value may not be shown.
-ExceptionCode FillRegisters(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
-                            std::span<std::uint16_t> out);
+ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Piece> pieces,
+                            Instant now, std::span<std::uint16_t> out);
 /// A bit that has no value is 0 in a block, where N + 20000 says that it is not good; asked for
 /// alone it is an exception, as an operator's lamp may have no such register beside it.
-ExceptionCode FillBit(const DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
+ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
                       std::uint8_t& out);
-ExceptionCode FillBits(const DeviceRecord& record, std::span<const Piece> pieces, Instant now,
+ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,
                        std::span<std::uint8_t> out);
 
 /// The piece of a status block; `piece.count` registers from `piece.index`.

@@ -12,7 +12,7 @@ namespace {
 
 /// One point in one area, as a part of a block.
 template <typename Word>
-ExceptionCode FillOne(const DeviceRecord& record, Area area, const Span& span, Instant now,
+ExceptionCode FillOne(const bus::DeviceRecord& record, Area area, const Span& span, Instant now,
                       std::span<Word> out) {
   const Piece piece{area, span.point, 0, span.count};
   if constexpr (std::is_same_v<Word, std::uint8_t>) {
@@ -73,7 +73,7 @@ std::optional<std::size_t> TableImage<Word>::FindValues(std::uint32_t start,
 }
 
 template <typename Word>
-void TableImage<Word>::Fill(const DeviceRecord& record, Instant now) {
+void TableImage<Word>::Fill(const bus::DeviceRecord& record, Instant now) {
   std::size_t at = 0;
   std::uint32_t withheld = 0;
   for (const Span& span : spans_) {
@@ -116,7 +116,7 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 
-bool RegisterImage::Refresh(const DeviceRecord& record, Instant now, std::size_t asked) {
+bool RegisterImage::Refresh(const bus::DeviceRecord& record, Instant now, std::size_t asked) {
   if (version_ == record.version && now >= valid_from_ && now < valid_until_) return true;
   asked_ += asked;
   if (asked_ < registers_.size() + bits_.size()) return false;

@@ -27,7 +27,7 @@ class TableImage {
   /// The same for qualities, which need not be whole; `start` is the address of the values.
   std::optional<std::size_t> FindQualities(std::uint32_t start, std::size_t count) const;
 
-  void Fill(const DeviceRecord& record, Instant now);
+  void Fill(const bus::DeviceRecord& record, Instant now);
   std::size_t size() const { return values_.size(); }
 
   /// kNoTarget when a value of them may not be shown.
@@ -69,7 +69,7 @@ class RegisterImage {
   /// Whether the image shows the record as it is at `now`. A stale one is made again once the reads
   /// since have asked for as many words as it has, so that a large device of which little is read
   /// costs at most twice the direct way.
-  bool Refresh(const DeviceRecord& record, Instant now, std::size_t asked);
+  bool Refresh(const bus::DeviceRecord& record, Instant now, std::size_t asked);
 
   /// Copies what the last successful Refresh has seen; `out` has place.count words.
   ExceptionCode Copy(const Place& place, std::span<std::uint16_t> out) const;

@@ -132,7 +132,7 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
 // gateway/bus/writes/write_gate.h. Pure.
 struct ConvertedWrite {
   ExceptionCode exception = kNoException;
-  std::vector<WriteAsk::Part> parts{};  ///< empty where there is an exception
+  std::vector<bus::WriteAsk::Part> parts{};  ///< empty where there is an exception
 };
 
 /// The point that the request selects; empty: it is no selection. Whether it has the key is

@@ -20,7 +20,7 @@ void ReplyEcho::OnSent(View reply, Instant until) {
 
 Bytes ReplyEcho::Filter(View received) {
   if (!strips_) return Bytes(received.begin(), received.end());
-  EchoResult result = filter_.Filter(received);
+  bus::EchoResult result = filter_.Filter(received);
   if (result.complete) owed_.clear();
   return std::move(result.bytes);
 }
@@ -157,7 +157,7 @@ SerialListener::SerialListener(asio::io_context& io, config::Listener listener,
       book_(*shared.book()),
       port_(
           io, listener_.path,
-          [this](asio::io_context& port_io, TransportListener& heard) {
+          [this](asio::io_context& port_io, transports::TransportListener& heard) {
             return MakeSerialPort(listener_.path, listener_.serial, port_io, heard);
           },
           *this),

@@ -52,7 +52,7 @@ class ReplyEcho {
 
  private:
   bool strips_;
-  EchoFilter filter_{config::Echo::strip};
+  bus::EchoFilter filter_{config::Echo::strip};
   Bytes owed_;  ///< the last reply; empty once a frame or its whole echo has come
   Instant until_;
 };
@@ -97,7 +97,7 @@ class MasterSession final : public ClientWire {
   void AnswerNothing(Instant) override { awaited_.reset(); }
   void SweepAt(Instant) override { owner_.Rearm(); }
 
-  const Protocol& protocol() const { return *frames_.Of(listener_.framing); }
+  const protocols::Protocol& protocol() const { return *frames_.Of(listener_.framing); }
   void CutFrames(bool silent, const Now& now);
   void OnFrame(const Bytes& frame, const Now& now);
   void NameOther();
@@ -113,7 +113,7 @@ class MasterSession final : public ClientWire {
   const Duration gap_;    ///< a frame that rests so long is not going on
 
   ClientRequests requests_;
-  Assembler assembler_;
+  protocols::Assembler assembler_;
   ReplyEcho echo_;
   Bytes heard_;  ///< since the last silence or request, as much as is looked at
   Instant last_byte_;
@@ -124,7 +124,7 @@ class MasterSession final : public ClientWire {
 
 /// All on the server's thread. Made by make_shared.
 class SerialListener final : public std::enable_shared_from_this<SerialListener>,
-                             private PortThread::Owner,
+                             private transports::PortThread::Owner,
                              public MasterSession::Owner {
  public:
   /// `shared` outlives the listener until Stop. See MasterSession for the protocol.
@@ -155,7 +155,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   const config::Listener listener_;
   ServerShared& shared_;
   TrafficBook& book_;
-  PortThread port_;
+  transports::PortThread port_;
   const std::size_t place_;  ///< in the traffic book, once it has its thread
   bool left_ = false;
   asio::steady_timer timer_;              // the session's deadline

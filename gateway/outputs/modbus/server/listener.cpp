@@ -169,7 +169,7 @@ Status Listener::Open(PassedSockets* passed) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
     if (failed) return Error{failed.message()};
     log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Address());
-  } else if (Status bound = Listen(acceptor_, endpoint, "modbus.listen"); !bound) {
+  } else if (Status bound = transports::Listen(acceptor_, endpoint, "modbus.listen"); !bound) {
     return bound;
   }
   port_ = acceptor_.local_endpoint(failed).port();

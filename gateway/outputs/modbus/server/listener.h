@@ -73,7 +73,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   void Renew(const config::Listener& listener);
   void Stop();
   /// The error: why no client can come in now.
-  Status HasAddress() const { return HasAddressOf(acceptor_); }
+  Status HasAddress() const { return transports::HasAddressOf(acceptor_); }
   /// "Modbus TCP on 0.0.0.0:502".
   std::string Summary() const;
   /// The port that is really listened on; differs from the configured one only when that is 0.

@@ -8,10 +8,10 @@
 #include "gateway/outputs/modbus/service/traffic_json.h"
 #include "transports/loop_thread.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 namespace {
 
-struct Ports final : Output::Prepared {
+struct Ports final : outputs::Output::Prepared {
   modbus::Renewal renewal;
 };
 
@@ -19,11 +19,11 @@ struct Ports final : Output::Prepared {
 
 /// With some room: a port is opened before the old one is gone. A serial port has a loop of its
 /// own.
-DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
+outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
   constexpr std::size_t kForSerialPort = 8;
   constexpr std::size_t kForListener = 4;
   constexpr std::size_t kForServer = 2;
-  DescriptorNeeds needs;
+  outputs::DescriptorNeeds needs;
   if (!config.modbus.enabled) return needs;
   needs.others = config.modbus.routes.size() * kForServer;
   for (const config::Listener& listener : config.modbus.listen) {
@@ -55,7 +55,7 @@ void ModbusOutput::CountClients(std::map<std::string, std::size_t>& by_listener)
   for (const modbus::ClientStatus& client : Traffic().clients) ++by_listener[client.listener];
 }
 
-std::unique_ptr<Output::Prepared> ModbusOutput::Prepare(const config::Config& next) {
+std::unique_ptr<outputs::Output::Prepared> ModbusOutput::Prepare(const config::Config& next) {
   auto prepared = std::make_unique<Ports>();
   prepared->renewal.client_share = links_.make_room(next);
   if (!server_) return prepared;
@@ -86,12 +86,12 @@ std::vector<std::string> ModbusOutput::Apply(const Configuration& config,
   if (!server_) return {};
   config_ = config;
   const modbus::Renewal& renewal = static_cast<Ports&>(*prepared).renewal;
-  const std::vector<RouteTarget*> lines = links_.lines();
+  const std::vector<bus::RouteTarget*> lines = links_.lines();
   modbus::ModbusServer::Ended ended;
-  RunOn(loop_.io(), [&] { ended = server_->Apply(*config, lines, renewal); });
+  transports::RunOn(loop_.io(), [&] { ended = server_->Apply(*config, lines, renewal); });
   modbus::ModbusServer::ClosePorts(ended);
   std::vector<std::string> missing;
-  RunOn(loop_.io(), [&] {
+  transports::RunOn(loop_.io(), [&] {
     server_->Finish(std::move(ended));
     missing = server_->Missing();
   });
@@ -106,7 +106,7 @@ void ModbusOutput::StopRequests() {
 
 std::string ModbusOutput::Summary() {
   std::string summary;
-  if (server_) RunOn(loop_.io(), [&] { summary = server_->Summary(); });
+  if (server_) transports::RunOn(loop_.io(), [&] { summary = server_->Summary(); });
   return summary;
 }
 
@@ -114,24 +114,24 @@ modbus::TrafficStatus ModbusOutput::Traffic() const {
   return server_ ? server_->Traffic() : modbus::TrafficStatus{};
 }
 
-std::optional<Output::Json> ModbusOutput::Section(const Wish& wish) const {
-  return control::TrafficJson(Traffic(), wish.line, wish.now);
+std::optional<outputs::Output::Json> ModbusOutput::Section(const Wish& wish) const {
+  return TrafficJson(Traffic(), wish.line, wish.now);
 }
 
-std::vector<Series> ModbusOutput::Metrics() const { return MetricsOf(Traffic()); }
+std::vector<outputs::Series> ModbusOutput::Metrics() const { return MetricsOf(Traffic()); }
 
-std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic) {
-  Families<modbus::RouteStatus> routes;
+std::vector<outputs::Series> MetricsOf(const modbus::TrafficStatus& traffic) {
+  outputs::Families<modbus::RouteStatus> routes;
   for (const modbus::RouteStatus& route : traffic.routes) {
-    routes.Add(route, fmt::format("units=\"{}\",target=\"{}\"", EscapedLabel(route.units),
-                                  EscapedLabel(route.target)));
+    routes.Add(route, fmt::format("units=\"{}\",target=\"{}\"", outputs::EscapedLabel(route.units),
+                                  outputs::EscapedLabel(route.target)));
   }
-  std::vector<Series> metrics = routes.all();
+  std::vector<outputs::Series> metrics = routes.all();
   metrics.emplace_back(kModbusClients, static_cast<double>(traffic.clients.size()));
-  Series& requests = metrics.emplace_back(kModbusRequests);
+  outputs::Series& requests = metrics.emplace_back(kModbusRequests);
   for (const modbus::FunctionCount& count : traffic.functions) {
     requests.Add(fmt::format("listener=\"{}\",function=\"{}\",exception=\"{}\"",
-                             EscapedLabel(count.listener),
+                             outputs::EscapedLabel(count.listener),
                              count.function > 0 ? fmt::to_string(count.function) : "other",
                              count.exception > 0 ? fmt::to_string(count.exception) : "none"),
                  static_cast<double>(count.requests));
@@ -139,4 +139,4 @@ std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic) {
   return metrics;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

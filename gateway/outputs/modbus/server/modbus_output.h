@@ -16,30 +16,30 @@
 #include "gateway/outputs/output.h"
 #include "transports/loop_thread.h"
 
-namespace baudgate {
+namespace baudgate::modbus {
 
-inline constexpr Metric kModbusClients{"baudgate_modbus_clients", "gauge",
-                                       "Modbus clients that are connected."};
-inline constexpr Metric kModbusRequests{"baudgate_modbus_requests_total", "counter",
-                                        "Requests of Modbus clients that were answered."};
+inline constexpr outputs::Metric kModbusClients{"baudgate_modbus_clients", "gauge",
+                                                "Modbus clients that are connected."};
+inline constexpr outputs::Metric kModbusRequests{"baudgate_modbus_requests_total", "counter",
+                                                 "Requests of Modbus clients that were answered."};
 
-class ModbusOutput final : public Output {
+class ModbusOutput final : public outputs::Output {
  public:
   /// All that is referred to outlives the output.
   struct Links {
-    const PointStore& store;
-    CommandSink& commands;
+    const bus::PointStore& store;
+    bus::CommandSink& commands;
     std::function<modbus::GatewayFigures()> figures;
     /// Raises the limit of file descriptors for this configuration. Returns the share of
     /// `max_clients` that may connect.
     std::function<double(const config::Config& config)> make_room;
     /// The lines that routes lead to, by their numbers in the store.
-    std::function<std::vector<RouteTarget*>()> lines;
+    std::function<std::vector<bus::RouteTarget*>()> lines;
     modbus::ModbusLinks server;  ///< without `lines`
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
   ~ModbusOutput() override { StopRequests(); }
-  static DescriptorNeeds Descriptors(const config::Config& config);
+  static outputs::DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
   /// Listens, then starts the thread, if the configuration has a server. The error names the port.
@@ -52,7 +52,7 @@ class ModbusOutput final : public Output {
   void StopRequests() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;
-  std::vector<Series> Metrics() const override;
+  std::vector<outputs::Series> Metrics() const override;
   asio::io_context* loop() override { return server_ ? &loop_.io() : nullptr; }
 
  private:
@@ -60,11 +60,11 @@ class ModbusOutput final : public Output {
 
   const Links links_;
   Configuration config_;  // as it is served
-  LoopThread loop_{"modbus"};
+  transports::LoopThread loop_{"modbus"};
   std::unique_ptr<modbus::ModbusServer> server_;  // null: it is off
 };
 
 /// The same of any traffic: for ModbusOutput, and for tests.
-std::vector<Series> MetricsOf(const modbus::TrafficStatus& traffic);
+std::vector<outputs::Series> MetricsOf(const modbus::TrafficStatus& traffic);
 
-}  // namespace baudgate
+}  // namespace baudgate::modbus

@@ -11,9 +11,9 @@
 
 namespace baudgate::modbus {
 
-ModbusServer::ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           std::function<GatewayFigures()> info, ModbusLimits limits,
-                           const ModbusLinks& links)
+ModbusServer::ModbusServer(const config::Config& config, const bus::PointStore& store,
+                           bus::CommandSink& sink, std::function<GatewayFigures()> info,
+                           ModbusLimits limits, const ModbusLinks& links)
     : config_(config),
       shared_(std::make_unique<ServerShared>(config, store, sink, std::move(info), limits, links)) {
 }
@@ -42,7 +42,7 @@ Status ModbusServer::Listen(asio::io_context& io) {
 
 Status ModbusServer::CanServe(const config::Listener& listener) const {
   if (!listener.speaks_serial()) return {};
-  const Protocol* const protocol = shared_->frames().Of(listener.framing);
+  const protocols::Protocol* const protocol = shared_->frames().Of(listener.framing);
   if (protocol != nullptr && protocol->carrier != nullptr) return {};
   return Error{std::string(Title(listener.framing)) + " needs the module modbus_" +
                std::string(Name(listener.framing)) + ", which is not loaded"};
@@ -123,7 +123,7 @@ std::vector<std::string> ModbusServer::Missing() const {
 }
 
 ModbusServer::Ended ModbusServer::Apply(const config::Config& config,
-                                        std::span<RouteTarget* const> lines,
+                                        std::span<bus::RouteTarget* const> lines,
                                         const Renewal& renewal) {
   shared_->SetClientShare(renewal.client_share);
   shared_->Apply(config, lines, renewal.routes);

@@ -63,7 +63,7 @@ class ModbusServer {
  public:
   /// Store and sink outlive the server, the configuration does until Listen. `info` is asked when a
   /// client reads the gateway's own block, on the server's thread.
-  ModbusServer(const config::Config& config, const PointStore& store, CommandSink& sink,
+  ModbusServer(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
                const ModbusLinks& links = {});
   ~ModbusServer();
@@ -86,7 +86,7 @@ class ModbusServer {
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
   /// Units, points, lines and routes, by the numbers of the store; then listeners: clients of those
   /// that are not the same are disconnected. A new one without a port is tried each second.
-  Ended Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+  Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
   /// From any thread: serial ports that Apply has ended. A driver may take its time.
   static void ClosePorts(const Ended& ended);

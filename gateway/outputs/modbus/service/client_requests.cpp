@@ -10,9 +10,9 @@
 
 namespace baudgate::modbus {
 
-ServerShared::ServerShared(const config::Config& config, const PointStore& store, CommandSink& sink,
-                           std::function<GatewayFigures()> info, ModbusLimits limits,
-                           const ModbusLinks& links)
+ServerShared::ServerShared(const config::Config& config, const bus::PointStore& store,
+                           bus::CommandSink& sink, std::function<GatewayFigures()> info,
+                           ModbusLimits limits, const ModbusLinks& links)
     : limits_(limits),
       units_(
           config, store, sink,
@@ -28,7 +28,7 @@ void ServerShared::Open(asio::io_context& io, Inbox::Clocks clocks) {
   router_.Open(io);
 }
 
-void ServerShared::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+void ServerShared::Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
                          const Origins& routes) {
   units_.Apply(config);
   router_.Apply(config, lines, routes);
@@ -170,7 +170,7 @@ void LocalRequests::Handle(View frame, bool has_room, const Now& now) {
   ExceptionCode exception = units_.Check(frame, request);
   if (exception != kNoException) return replies_->Refuse(frame, exception, now.instant);
   const bool write = IsPlainWrite(request.function);
-  const Writer& client = replies_->client();
+  const bus::Writer& client = replies_->client();
   if (write && !has_room) {
     units_.Deny(frame, client, {.end = WriteEnd::busy, .reason = kTooMany}, now);
     return replies_->Refuse(frame, kBusy, now.instant);
@@ -240,18 +240,18 @@ void LocalRequests::Close() {
 
 namespace {
 
-bool IsReply(const RoutedReply& reply) {
+bool IsReply(const bus::RoutedReply& reply) {
   const bool answered = reply.outcome == Outcome::ok || reply.outcome == Outcome::refused;
   return answered && !reply.pdu.empty() && reply.pdu.size() <= kMaxPdu;
 }
 
-RouteOutcome RouteOutcomeOf(const RoutedReply& reply, bool late) {
+RouteOutcome RouteOutcomeOf(const bus::RoutedReply& reply, bool late) {
   if (IsReply(reply))
     return reply.outcome == Outcome::ok ? RouteOutcome::ok : RouteOutcome::refused;
   return late && !reply.sent ? RouteOutcome::expired : RouteOutcome::no_reply;
 }
 
-RouteOutcome BroadcastOutcomeOf(const RoutedReply& reply, bool late) {
+RouteOutcome BroadcastOutcomeOf(const bus::RoutedReply& reply, bool late) {
   const bool sent = reply.sent || reply.outcome == Outcome::ok;
   return sent ? RouteOutcome::broadcast : RouteOutcomeOf(reply, late);
 }
@@ -269,13 +269,13 @@ RoutedRequests::RoutedRequests(const config::Listener& listener, Router& router,
 
 void RoutedRequests::Forward(View frame, std::size_t route, std::uint8_t slave, bool has_room,
                              const Now& now) {
-  RouteTarget* const target = router_.TargetOf(route);
+  bus::RouteTarget* const target = router_.TargetOf(route);
   if (target == nullptr) return replies_->Refuse(frame, kNoPath, now.instant);
   const std::uint64_t number = pending_.NextNumber();
-  RoutedRequest request = RequestOf(frame, router_.route(route).deadline, now);
+  bus::RoutedRequest request = RequestOf(frame, router_.route(route).deadline, now);
   request.client = replies_->client().number;
   request.slave = slave;
-  request.done = [inbox = inbox_, requests = weak_from_this(), number](RoutedReply reply) {
+  request.done = [inbox = inbox_, requests = weak_from_this(), number](bus::RoutedReply reply) {
     inbox->Post([requests, number, reply = std::move(reply)](const Now& now) mutable {
       if (const auto self = requests.lock()) self->Finish(number, std::move(reply), now);
     });
@@ -292,7 +292,7 @@ void RoutedRequests::Forward(View frame, std::size_t route, std::uint8_t slave, 
   pending_.Add(std::move(pending));
 }
 
-void RoutedRequests::Finish(std::uint64_t number, RoutedReply reply, const Now& now) {
+void RoutedRequests::Finish(std::uint64_t number, bus::RoutedReply reply, const Now& now) {
   const auto pending = pending_.Take(number);
   if (!pending) return;
   replies_->Settle();
@@ -313,10 +313,10 @@ void RoutedRequests::Finish(std::uint64_t number, RoutedReply reply, const Now& 
 /// Without a client, because a client that broadcasts waits for nothing and may leave at once.
 void RoutedRequests::Broadcast(View frame, std::size_t route, const RouteTargets::Line& line,
                                bool has_room, const Now& now) {
-  RoutedRequest request = RequestOf(frame, line.deadline, now);
+  bus::RoutedRequest request = RequestOf(frame, line.deadline, now);
   request.broadcast = true;
   request.done = [inbox = inbox_, book = router_.book(), requests = weak_from_this(), route,
-                  unit = UnitOf(frame), deadline = request.deadline](RoutedReply reply) {
+                  unit = UnitOf(frame), deadline = request.deadline](bus::RoutedReply reply) {
     inbox->Post([book, requests, route, unit, deadline, reply = std::move(reply)](const Now& now) {
       book->Ended(route, unit, BroadcastOutcomeOf(reply, now.instant >= deadline), reply, now.wall);
       if (const auto self = requests.lock()) --self->broadcasts_;
@@ -333,7 +333,7 @@ void RoutedRequests::Deny(View frame, std::size_t route, const std::string& reas
 }
 
 void RoutedRequests::Sweep(const Now& now) {
-  RoutedReply nothing;
+  bus::RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
   nothing.reason = "no result was known when its deadline passed";
   nothing.sent = true;  // for all that is known
@@ -350,7 +350,7 @@ void RoutedRequests::Abandon() {
   replies_->Settle(abandoned.size());
 }
 
-RoutedAsk RoutedRequests::AskOf(View frame, std::size_t route, RouteTarget* target,
+RoutedAsk RoutedRequests::AskOf(View frame, std::size_t route, bus::RouteTarget* target,
                                 bool has_room) const {
   return {.route = route,
           .unit = UnitOf(frame),
@@ -359,8 +359,8 @@ RoutedAsk RoutedRequests::AskOf(View frame, std::size_t route, RouteTarget* targ
           .has_room = has_room};
 }
 
-RoutedRequest RoutedRequests::RequestOf(View frame, Duration deadline, const Now& now) const {
-  RoutedRequest request;
+bus::RoutedRequest RoutedRequests::RequestOf(View frame, Duration deadline, const Now& now) const {
+  bus::RoutedRequest request;
   request.pdu = CopyOf(PduOf(frame));
   request.priority = PriorityOf(FunctionOf(frame));
   request.arrived = now.instant;

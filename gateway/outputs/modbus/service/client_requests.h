@@ -70,7 +70,7 @@ class Inbox {
 /// Limits that are no configuration; tests shorten them.
 struct ModbusLimits {
   Duration write_deadline =
-      kWaitForDevice;       ///< a write that is not confirmed by then is answered 0x0B
+      bus::kWaitForDevice;  ///< a write that is not confirmed by then is answered 0x0B
   Duration stall = 10s;     ///< a client that leaves its answers unread so long is closed
   double client_share = 1;  ///< of each listener's max_clients
 };
@@ -78,8 +78,9 @@ struct ModbusLimits {
 /// What routes, RTU clients, events and alarms need beside the store; all of it outlives the
 /// server.
 struct ModbusLinks {
-  std::vector<RouteTarget*> lines;  ///< by index in config.lines; empty when no route leads to one
-  Frames frames{};                  ///< of clients that speak as on a serial line
+  std::vector<bus::RouteTarget*>
+      lines;        ///< by index in config.lines; empty when no route leads to one
+  Frames frames{};  ///< of clients that speak as on a serial line
   /// Of routed writes and acknowledgements; null: they are not recorded.
   audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
@@ -91,12 +92,12 @@ struct ModbusLinks {
 // back to the server's thread, limits and counters.
 class ServerShared {
  public:
-  ServerShared(const config::Config& config, const PointStore& store, CommandSink& sink,
+  ServerShared(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits,
                const ModbusLinks& links = {});
 
   /// A reload. Clients and what they wait for stay. `routes`: which are the same.
-  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+  void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
   /// See ModbusLimits; of clients that connect from now on.
   void SetClientShare(double share) { limits_.client_share = share; }
@@ -162,7 +163,7 @@ class ClientReplies {
                 config::Priority priority, WallTime since);
 
   /// The client, as its requests carry it.
-  const Writer& client() const { return client_; }
+  const bus::Writer& client() const { return client_; }
 
   void OnRequest(View frame, Instant now);
   void Answer(const ModbusRequest& request, Responder& responder, Instant now);
@@ -191,7 +192,7 @@ class ClientReplies {
   LiveCounters& counters_;
   const std::shared_ptr<TrafficBook> book_;
   const std::shared_ptr<ClientRecord> record_;
-  const Writer client_;
+  const bus::Writer client_;
 };
 
 // Requests of one client that are not answered yet, by their numbers: writes to devices, or routed
@@ -299,9 +300,9 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   std::size_t broadcasts() const { return broadcasts_; }
 
  private:
-  void Finish(std::uint64_t number, RoutedReply reply, const Now& now);
-  RoutedAsk AskOf(View frame, std::size_t route, RouteTarget* target, bool has_room) const;
-  RoutedRequest RequestOf(View frame, Duration deadline, const Now& now) const;
+  void Finish(std::uint64_t number, bus::RoutedReply reply, const Now& now);
+  RoutedAsk AskOf(View frame, std::size_t route, bus::RouteTarget* target, bool has_room) const;
+  bus::RoutedRequest RequestOf(View frame, Duration deadline, const Now& now) const;
   config::Priority PriorityOf(std::uint8_t function) const;
 
   const config::Listener& listener_;

@@ -37,7 +37,7 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
 
 /// As a write to a point of this name would be.
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
-                                         const Writer& writer) const {
+                                         const bus::Writer& writer) const {
   audit::WriteRecord record;
   record.client = writer.name;
   record.point = "alarms";
@@ -48,7 +48,7 @@ audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const Uni
     record.value = std::int64_t{*number};
   }
   if (unit.kind != UnitMap::Kind::device) return record;
-  store_.Read(unit.device, [&](const DeviceRecord& of) {
+  store_.Read(unit.device, [&](const bus::DeviceRecord& of) {
     record.line = of.line->name;
     record.device = of.device->name;
   });
@@ -56,7 +56,7 @@ audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const Uni
 }
 
 ExceptionCode AckRegister::Submit(const ModbusRequest& request, const UnitMap& unit,
-                                  const Writer& writer, Instant now,
+                                  const bus::Writer& writer, Instant now,
                                   std::function<void(const WriteResult&)> done) {
   if (alarms_ == nullptr) return kIllegalAddress;
   const auto number = NumberOf(request);
@@ -83,7 +83,7 @@ ExceptionCode AckRegister::Submit(const ModbusRequest& request, const UnitMap& u
   return alarms == 0 && wants_one ? kIllegalValue : kNoException;
 }
 
-void AckRegister::Deny(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
+void AckRegister::Deny(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        const WriteResult& refused, Now now) {
   if (alarms_ == nullptr || log_ == nullptr) return;
   audit::WriteRecord record = RecordOf(request, unit, writer);
@@ -94,16 +94,16 @@ void AckRegister::Deny(const ModbusRequest& request, const UnitMap& unit, const 
   log_->Note(std::move(record), now.instant);
 }
 
-ExceptionCode ExceptionOf(const WriteDenial& denial) {
+ExceptionCode ExceptionOf(const bus::WriteDenial& denial) {
   switch (denial.why) {
-    case WriteDenial::Why::read_only:
+    case bus::WriteDenial::Why::read_only:
       return kIllegalAddress;
-    case WriteDenial::Why::value:
+    case bus::WriteDenial::Why::value:
       return kIllegalValue;
-    case WriteDenial::Why::busy:
+    case bus::WriteDenial::Why::busy:
       return kBusy;
-    case WriteDenial::Why::not_selected:
-    case WriteDenial::Why::locked:
+    case bus::WriteDenial::Why::not_selected:
+    case bus::WriteDenial::Why::locked:
       break;
   }
   return kDeviceFailure;
@@ -127,8 +127,8 @@ ExceptionCode ExceptionOf(const WriteResult& result) {
   return kNoTarget;
 }
 
-OwnUnits::OwnUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
-                   std::function<GatewayBlock()> block,
+OwnUnits::OwnUnits(const config::Config& config, const bus::PointStore& store,
+                   bus::CommandSink& sink, std::function<GatewayBlock()> block,
                    std::shared_ptr<const events::EventFeed> events, const AckRegister& acks)
     : store_(store),
       map_(config),
@@ -181,7 +181,7 @@ std::optional<ExceptionCode> OwnUnits::ReadImage(const ModbusRequest& request, I
     Instant now;
     bool fresh = false;
   } look{*image, request.count, now};
-  store_.Read(map_.unit(request.unit).device, [&look](const DeviceRecord& record) {
+  store_.Read(map_.unit(request.unit).device, [&look](const bus::DeviceRecord& record) {
     look.fresh = look.image.Refresh(record, look.now, look.count);
   });
   if (!look.fresh) return std::nullopt;
@@ -197,7 +197,7 @@ ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& 
     ExceptionCode exception = kNoException;
   } look{*this, request, now};
   // One captured reference keeps std::function off the heap.
-  store_.Read(unit.device, [&look](const DeviceRecord& record) {
+  store_.Read(unit.device, [&look](const bus::DeviceRecord& record) {
     OwnUnits& self = look.reader;
     look.exception =
         look.request.table() == config::Table::bits
@@ -231,7 +231,7 @@ void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std
 
 ExceptionCode OwnUnits::Write(const ModbusRequest& request, const Asker& asker, Instant now,
                               std::function<void(const WriteResult&)> done) {
-  const Writer& writer = asker.writer;
+  const bus::Writer& writer = asker.writer;
   const UnitMap& unit = map_.unit(request.unit);
   if (IsFirstEvent(request)) {
     const auto first = FirstEvent(request);
@@ -250,7 +250,8 @@ ExceptionCode OwnUnits::Write(const ModbusRequest& request, const Asker& asker, 
 }
 
 ExceptionCode OwnUnits::Select(const UnitMap& unit, std::uint32_t point,
-                               const ModbusRequest& request, const Writer& writer, Instant now) {
+                               const ModbusRequest& request, const bus::Writer& writer,
+                               Instant now) {
   if (!IsSelectKey(request)) return kIllegalValue;
   const auto denial = gate_.Select(writer, unit.device, point, now);
   return denial ? ExceptionOf(*denial) : kNoException;
@@ -271,7 +272,8 @@ ExceptionCode OwnUnits::WritePoints(const UnitMap& unit, const ModbusRequest& re
   return denial ? ExceptionOf(*denial) : kNoException;
 }
 
-void OwnUnits::Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now) {
+void OwnUnits::Deny(View frame, const bus::Writer& writer, const WriteResult& refused,
+                    const Now& now) {
   ModbusRequest request;
   if (!IsPlainWrite(FunctionOf(frame)) || Check(frame, request) != kNoException) return;
   const UnitMap& unit = map_.unit(request.unit);
@@ -282,7 +284,7 @@ void OwnUnits::Deny(View frame, const Writer& writer, const WriteResult& refused
              refused.end);
 }
 
-void OwnUnits::Forget(const Writer& writer) {
+void OwnUnits::Forget(const bus::Writer& writer) {
   gate_.Forget(writer);
   events_.Forget(writer.number);
 }

@@ -63,23 +63,23 @@ class AckRegister {
   static constexpr std::uint32_t kAll = 0xFFFFFFFF;
 
   /// All outlive it. Null: there are no alarms; it is not recorded.
-  AckRegister(const PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
+  AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
   /// The request writes to this register, and to nothing else.
   static bool IsFor(const ModbusRequest& request);
   /// `done` comes once, on any thread, when it is on the disk, unless there is an exception.
   /// illegal_value: half a number, or no alarm of that number waits for it.
-  ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
+  ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
-  void Deny(const ModbusRequest& request, const UnitMap& unit, const Writer& writer,
+  void Deny(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
             const WriteResult& refused, Now now);
 
  private:
   audit::WriteRecord RecordOf(const ModbusRequest& request, const UnitMap& unit,
-                              const Writer& writer) const;
+                              const bus::Writer& writer) const;
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   events::EventSource* const alarms_;
   audit::WriteLog* const log_;
 };
@@ -89,11 +89,11 @@ class AckRegister {
 /// kNoException: it ended well.
 ExceptionCode ExceptionOf(const WriteResult& result);
 /// Why it was not begun.
-ExceptionCode ExceptionOf(const WriteDenial& denial);
+ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 
 /// A client that waits for its write.
 struct Asker {
-  Writer writer{};
+  bus::Writer writer{};
   Instant deadline{};                                  ///< nothing of it is sent later
   std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
 };
@@ -102,7 +102,7 @@ class OwnUnits {
  public:
   /// All references outlive it. `block`: what the gateway's own registers show. `events`: see
   /// EventWindow.
-  OwnUnits(const config::Config& config, const PointStore& store, CommandSink& sink,
+  OwnUnits(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
            std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
            const AckRegister& acks);
 
@@ -121,9 +121,9 @@ class OwnUnits {
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
   /// Another part has denied this request: if it is a write, its points are recorded with that end.
-  void Deny(View frame, const Writer& writer, const WriteResult& refused, const Now& now);
+  void Deny(View frame, const bus::Writer& writer, const WriteResult& refused, const Now& now);
   /// The client has left.
-  void Forget(const Writer& writer);
+  void Forget(const bus::Writer& writer);
 
   Responder& responder() { return responder_; }
 
@@ -136,18 +136,18 @@ class OwnUnits {
   ExceptionCode ReadGateway(const ModbusRequest& request);
   void FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client);
   ExceptionCode Select(const UnitMap& unit, std::uint32_t point, const ModbusRequest& request,
-                       const Writer& writer, Instant now);
+                       const bus::Writer& writer, Instant now);
   ExceptionCode WritePoints(const UnitMap& unit, const ModbusRequest& request, const Asker& asker,
                             Instant now, std::function<void(const WriteResult&)> done);
 
-  const PointStore& store_;
+  const bus::PointStore& store_;
   RegisterMap map_;
   EventWindow events_;
   const std::function<GatewayBlock()> block_;
   std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
   Responder responder_;
   std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
-  WriteGate gate_;
+  bus::WriteGate gate_;
   AckRegister acks_;
 };
 

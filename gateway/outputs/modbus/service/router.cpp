@@ -12,7 +12,7 @@
 
 namespace baudgate::modbus {
 
-RouteTargets::RouteTargets(const RouteList& routes, std::span<RouteTarget* const> lines)
+RouteTargets::RouteTargets(const RouteList& routes, std::span<bus::RouteTarget* const> lines)
     : routes_(routes) {
   LinkLines(lines);
 }
@@ -25,18 +25,18 @@ void RouteTargets::Open(asio::io_context& io, const std::shared_ptr<TrafficBook>
   LinkServers();
 }
 
-void RouteTargets::Relink(std::span<RouteTarget* const> lines) {
+void RouteTargets::Relink(std::span<bus::RouteTarget* const> lines) {
   LinkLines(lines);
   LinkServers();
 }
 
-void RouteTargets::LinkLines(std::span<RouteTarget* const> lines) {
+void RouteTargets::LinkLines(std::span<bus::RouteTarget* const> lines) {
   lines_.clear();
   targets_.assign(routes_.size(), nullptr);
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& route = routes_.at(number);
     if (route.line.empty() || route.line_index >= lines.size()) continue;
-    RouteTarget* const target = lines[route.line_index];
+    bus::RouteTarget* const target = lines[route.line_index];
     targets_[number] = target;
     const bool known =
         std::ranges::any_of(lines_, [&](const Line& line) { return line.target == target; });
@@ -67,11 +67,11 @@ std::unique_ptr<Upstream> RouteTargets::MakeServer(const HostPort& at) {
                                     [this, at](std::uint8_t slave) { CameLate(at, slave); });
 }
 
-bool RouteTargets::Submit(RouteTarget& target, RoutedRequest request) {
+bool RouteTargets::Submit(bus::RouteTarget& target, bus::RoutedRequest request) {
   const std::uint64_t client = request.client;
   if (!target.Submit(std::move(request))) return false;
   if (client == 0) return true;  // a broadcast
-  std::vector<RouteTarget*>& asked = asked_[client];
+  std::vector<bus::RouteTarget*>& asked = asked_[client];
   if (std::ranges::find(asked, &target) == asked.end()) asked.push_back(&target);
   return true;
 }
@@ -79,10 +79,10 @@ bool RouteTargets::Submit(RouteTarget& target, RoutedRequest request) {
 void RouteTargets::Abandon(std::uint64_t client) {
   const auto asked = asked_.extract(client);
   if (!asked) return;
-  for (RouteTarget* target : asked.mapped()) target->Abandon(client);
+  for (bus::RouteTarget* target : asked.mapped()) target->Abandon(client);
 }
 
-std::string RouteTargets::NameOf(const RouteTarget* target) const {
+std::string RouteTargets::NameOf(const bus::RouteTarget* target) const {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& route = routes_.at(number);
     if (targets_[number] != target) continue;
@@ -108,8 +108,8 @@ void RouteTargets::Close() {
 
 namespace {
 
-RoutedReply Busy() {
-  RoutedReply reply;
+bus::RoutedReply Busy() {
+  bus::RoutedReply reply;
   reply.outcome = Outcome::busy;
   reply.reason = "too many requests wait already";
   return reply;
@@ -117,7 +117,7 @@ RoutedReply Busy() {
 
 }  // namespace
 
-Router::Router(const config::Config& config, std::span<RouteTarget* const> lines,
+Router::Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
                audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book)
     : routes_(config.modbus.routes),
       table_(config, routes_),
@@ -128,7 +128,7 @@ Router::Router(const config::Config& config, std::span<RouteTarget* const> lines
   book_->Show(routes_);
 }
 
-void Router::Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+void Router::Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
                    const Origins& routes) {
   routes_.Renew(config.modbus.routes, routes);
   table_ = RouteTable(config, routes_);
@@ -136,7 +136,7 @@ void Router::Apply(const config::Config& config, std::span<RouteTarget* const> l
   targets_.Relink(lines);
 }
 
-bool Router::Submit(const RoutedAsk& ask, RoutedRequest request, const Now& now) {
+bool Router::Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now) {
   const auto witness = WitnessOf(ask, request.pdu, request.broadcast, now);
   if (witness) request.done = audit::Witness::Watch(witness, std::move(request.done));
   book_->Asked(ask.route, ask.unit);
@@ -154,8 +154,8 @@ void Router::Deny(const RoutedAsk& ask, View pdu, const std::string& reason, con
   book_->Ended(ask.route, ask.unit, RouteOutcome::denied, {}, now.wall);
 }
 
-void Router::OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const RoutedReply& reply,
-                   const Now& now) {
+void Router::OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end,
+                   const bus::RoutedReply& reply, const Now& now) {
   book_->Ended(route, unit, end, reply, now.wall);
   if (routed_) routed_({routes_.at(route), unit, end, reply}, now);
 }

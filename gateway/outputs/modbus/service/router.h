@@ -35,12 +35,12 @@ class RouteTargets {
  public:
   /// A line that broadcasts go to, with the deadline of the first route that leads to it.
   struct Line {
-    RouteTarget* target = nullptr;
+    bus::RouteTarget* target = nullptr;
     Duration deadline{};
   };
 
   /// All outlive this. `lines`: by the numbers of the store.
-  RouteTargets(const RouteList& routes, std::span<RouteTarget* const> lines);
+  RouteTargets(const RouteList& routes, std::span<bus::RouteTarget* const> lines);
   ~RouteTargets();
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
@@ -51,23 +51,23 @@ class RouteTargets {
 
   /// A reload: the routes have been renewed, and lines may have other numbers. A server to which
   /// no route leads any more answers what it has. On the server's thread.
-  void Relink(std::span<RouteTarget* const> lines);
+  void Relink(std::span<bus::RouteTarget* const> lines);
 
   /// The target of this route; null: it leads nowhere now.
-  RouteTarget* of(std::size_t route) const { return targets_[route]; }
+  bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
   /// As RouteTarget::Submit.
-  bool Submit(RouteTarget& target, RoutedRequest request);
+  bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
   /// Targets that hold requests of this client are told that it has left.
   void Abandon(std::uint64_t client);
   /// "drive" or "10.0.0.9:502", of the first route that leads there.
-  std::string NameOf(const RouteTarget* target) const;
+  std::string NameOf(const bus::RouteTarget* target) const;
   /// Every line that a route leads to, once.
   std::span<const Line> lines() const { return lines_; }
 
  private:
   using HostPort = std::pair<std::string, std::uint16_t>;
 
-  void LinkLines(std::span<RouteTarget* const> lines);
+  void LinkLines(std::span<bus::RouteTarget* const> lines);
   void LinkServers();
   std::unique_ptr<Upstream> MakeServer(const HostPort& at);
   void CameLate(const HostPort& server, std::uint8_t slave);
@@ -77,10 +77,10 @@ class RouteTargets {
   std::shared_ptr<TrafficBook> book_;
   /// None is removed: a client that has asked there may still have to be forgotten.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<RouteTarget*> targets_;  ///< by route
+  std::vector<bus::RouteTarget*> targets_;  ///< by route
   std::vector<Line> lines_;
   /// By client: the targets that may still hold requests of it.
-  std::map<std::uint64_t, std::vector<RouteTarget*>> asked_;
+  std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;
 };
 
 /// One request for a route, and its client.
@@ -88,7 +88,7 @@ struct RoutedAsk {
   std::size_t route = 0;  ///< its number, or TrafficBook::kBroadcasts
   std::uint8_t unit = 0;  ///< as the client addresses it
   std::string_view peer{};
-  RouteTarget* target = nullptr;
+  bus::RouteTarget* target = nullptr;
   bool has_room = true;  ///< false: the client has too many requests under way
 };
 
@@ -98,7 +98,7 @@ struct RoutedReport {
   const config::Route& route;
   std::uint8_t unit = 0;  ///< as the client asked for it
   RouteOutcome end = RouteOutcome::no_reply;
-  const RoutedReply& reply;
+  const bus::RoutedReply& reply;
 };
 
 /// On the server's thread; returns at once.
@@ -107,30 +107,30 @@ using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 class Router {
  public:
   /// Lines and log outlive it. See ModbusLinks.
-  Router(const config::Config& config, std::span<RouteTarget* const> lines, audit::WriteLog* log,
-         OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
+  Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
+         audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
   /// Makes the servers elsewhere.
   void Open(asio::io_context& io) { targets_.Open(io, book_); }
   void Close() { targets_.Close(); }
   /// A reload. `routes`: which are the same.
-  void Apply(const config::Config& config, std::span<RouteTarget* const> lines,
+  void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   /// By its number.
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   /// Null: the route leads nowhere now.
-  RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
+  bus::RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
   /// Every line that a route leads to, once.
   std::span<const RouteTargets::Line> lines() const { return targets_.lines(); }
 
   /// False: it is busy, and the request has ended.
-  bool Submit(const RoutedAsk& ask, RoutedRequest request, const Now& now);
+  bool Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now);
   /// The listener does not permit it.
   void Deny(const RoutedAsk& ask, View pdu, const std::string& reason, const Now& now);
   /// The answer of a target, other than to a broadcast.
-  void OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const RoutedReply& reply,
+  void OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              const Now& now);
   /// A request whose client does not wait for it any more.
   void OnAbandoned(std::size_t route, std::uint8_t unit) {

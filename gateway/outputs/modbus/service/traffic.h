@@ -69,18 +69,18 @@ struct RouteCounters {
 
 template <typename Visit>
 void VisitFields(const RouteCounters*, Visit visit) {
-  visit(Counted<&RouteCounters::requests>{.label = "requests"});
-  visit(Counted<&RouteCounters::ok>{.label = "ok"});
-  visit(Counted<&RouteCounters::refused>{.label = "refused"});
-  visit(Counted<&RouteCounters::denied>());
-  visit(Counted<&RouteCounters::no_reply>{.label = "no reply"});
-  visit(Counted<&RouteCounters::expired>{.label = "too late"});
-  visit(Counted<&RouteCounters::busy>{.label = "queue full"});
-  visit(Counted<&RouteCounters::dropped>{.label = "client left"});
-  visit(Counted<&RouteCounters::broadcasts>());
-  visit(Counted<&RouteCounters::shared>());
-  visit(Counted<&RouteCounters::MeanWait>{.key = "mean_wait_us", .label = "mean wait"});
-  visit(Counted<&RouteCounters::longest_wait>{.key = "longest_wait_us"});
+  visit(bus::Counted<&RouteCounters::requests>{.label = "requests"});
+  visit(bus::Counted<&RouteCounters::ok>{.label = "ok"});
+  visit(bus::Counted<&RouteCounters::refused>{.label = "refused"});
+  visit(bus::Counted<&RouteCounters::denied>());
+  visit(bus::Counted<&RouteCounters::no_reply>{.label = "no reply"});
+  visit(bus::Counted<&RouteCounters::expired>{.label = "too late"});
+  visit(bus::Counted<&RouteCounters::busy>{.label = "queue full"});
+  visit(bus::Counted<&RouteCounters::dropped>{.label = "client left"});
+  visit(bus::Counted<&RouteCounters::broadcasts>());
+  visit(bus::Counted<&RouteCounters::shared>());
+  visit(bus::Counted<&RouteCounters::MeanWait>{.key = "mean_wait_us", .label = "mean wait"});
+  visit(bus::Counted<&RouteCounters::longest_wait>{.key = "longest_wait_us"});
 }
 
 struct RouteStatus : RouteCounters {
@@ -96,12 +96,12 @@ struct RouteStatus : RouteCounters {
 
 template <typename Visit>
 void VisitFields(const RouteStatus*, Visit visit) {
-  visit(Counted<&RouteStatus::units>());
-  visit(Counted<&RouteStatus::target>());
+  visit(bus::Counted<&RouteStatus::units>());
+  visit(bus::Counted<&RouteStatus::target>());
   VisitFields(static_cast<const RouteCounters*>(nullptr), visit);
-  visit(Counted<&RouteStatus::last_trouble>());
-  visit(Counted<&RouteStatus::last_trouble_at>());
-  visit(Counted<&RouteStatus::late>());
+  visit(bus::Counted<&RouteStatus::last_trouble>());
+  visit(bus::Counted<&RouteStatus::last_trouble_at>());
+  visit(bus::Counted<&RouteStatus::late>());
 }
 
 /// A listener at which no client can come in; it is looked at again each second.

@@ -24,7 +24,7 @@ ModbusCounters LiveCounters::Snapshot() const {
 
 namespace {
 
-void Count(RouteCounters& counters, RouteOutcome end, const RoutedReply& reply) {
+void Count(RouteCounters& counters, RouteOutcome end, const bus::RoutedReply& reply) {
   switch (end) {
     case RouteOutcome::ok:
       ++counters.ok;
@@ -126,7 +126,7 @@ void TrafficBook::Asked(std::size_t route, std::uint8_t unit) {
 }
 
 void TrafficBook::Ended(std::size_t route, std::uint8_t unit, RouteOutcome end,
-                        const RoutedReply& reply, WallTime at) {
+                        const bus::RoutedReply& reply, WallTime at) {
   const MutexLock lock(mutex_);
   RouteStatus& status = At(route);
   Count(status, end, reply);

@@ -148,7 +148,7 @@ class TrafficBook {
   /// `route`: its number, or kBroadcasts.
   void Asked(std::size_t route, std::uint8_t unit);
   /// `reply` may be empty where there was none, and `at` where the client has left.
-  void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const RoutedReply& reply,
+  void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              WallTime at);
 
   /// A reply for which no client waits any more.

@@ -9,7 +9,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/outputs/status/value_json.h"
 
-namespace baudgate::control {
+namespace baudgate::modbus {
 namespace {
 
 using Sentences = std::vector<std::string>;
@@ -125,9 +125,9 @@ Json ClientJson(const modbus::ClientStatus& client, WallTime now) {
   return {{"peer", client.peer},
           {"listener", client.listener},
           {"priority", config::Name(client.priority)},
-          {"since", TimeJson(client.since)},
-          {"last_request", TimeJson(client.last_request)},
-          {"age_ms", AgeJson(client.last_request, now)},
+          {"since", status::TimeJson(client.since)},
+          {"last_request", status::TimeJson(client.last_request)},
+          {"age_ms", status::AgeJson(client.last_request, now)},
           {"requests", client.requests},
           {"exceptions", client.exceptions},
           {"bytes_in", client.bytes_in},
@@ -139,22 +139,22 @@ Json MasterJson(const modbus::MasterStatus& master, WallTime now) {
   return {{"port", master.port},
           {"port_state", master.is_open ? "open" : "closed"},
           {"port_text", master.text},
-          {"port_since", TimeJson(master.since)},
+          {"port_since", status::TimeJson(master.since)},
           {"frames", master.frames},
           {"damaged", master.damaged},
           {"echoes", master.echoes},
-          {"last_frame", TimeJson(master.last_frame)},
-          {"age_ms", AgeJson(master.last_frame, now)},
+          {"last_frame", status::TimeJson(master.last_frame)},
+          {"age_ms", status::AgeJson(master.last_frame, now)},
           {"advice", DiagnoseMaster(master, now)}};
 }
 
 Json RouteJson(const modbus::RouteStatus& route, Now now) {
   Json json;
-  AddFields(route, now, json);
+  status::AddFields(route, now, json);
   json["advice"] = DiagnoseRoute(route, now.wall);
   Json& units = json["by_unit"] = Json::array();
   for (const auto& [unit, counters] : route.by_unit) {
-    AddFields(counters, now, units.emplace_back(Json{{"unit", unit}}));
+    status::AddFields(counters, now, units.emplace_back(Json{{"unit", unit}}));
   }
   return json;
 }
@@ -181,7 +181,7 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
                         {"peer", other.peer},
                         {"framing", Name(other.heard)},
                         {"times", other.times},
-                        {"last", TimeJson(other.last)},
+                        {"last", status::TimeJson(other.last)},
                         {"advice", {DiagnoseOther(other, now.wall)}}});
     }
     for (const modbus::ClientStatus& client : traffic.clients) {
@@ -199,7 +199,7 @@ Json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line, 
           {"closed", std::move(closed)},
           {"other_framing", std::move(others)},
           {"routes", std::move(routes)},
-          {"labels", {{"route", LabelsJson<modbus::RouteCounters>()}}}};
+          {"labels", {{"route", status::LabelsJson<modbus::RouteCounters>()}}}};
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::modbus

@@ -11,7 +11,7 @@
 #include "gateway/base/time.h"
 #include "gateway/outputs/modbus/service/traffic.h"
 
-namespace baudgate::control {
+namespace baudgate::modbus {
 
 /// {"clients":[…],"masters":[…],"closed":[…],"routes":[…],"labels":{"route":{…}}}; with `line` only
 /// the routes that lead to it, and nothing else.
@@ -31,4 +31,4 @@ std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now);
 /// Empty when every request has had a good reply.
 std::vector<std::string> DiagnoseRoute(const modbus::RouteStatus& route, WallTime now);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::modbus

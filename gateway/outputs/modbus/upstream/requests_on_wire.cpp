@@ -15,7 +15,7 @@ constexpr std::size_t kMostExpired = 64;
 void RequestsOnWire::Sent::Answer(Outcome outcome, View pdu, const std::string& reason) const {
   const bool unknown = outcome == Outcome::no_reply && !only_reads();
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    RoutedReply reply;
+    bus::RoutedReply reply;
     reply.outcome = outcome;
     reply.pdu = Bytes(pdu.begin(), pdu.end());
     reply.reason = reason + (unknown ? "; the request may have been carried out" : "");
@@ -40,7 +40,7 @@ bool RequestsOnWire::HasRoom(std::uint8_t unit) const {
   return count < (ignored_[unit] < kSilentDeadlines ? static_cast<int>(kMostPerUnit) : 1);
 }
 
-bool RequestsOnWire::MayFollow(const RoutedRequest& request) const {
+bool RequestsOnWire::MayFollow(const bus::RoutedRequest& request) const {
   return std::ranges::none_of(sent_, [&request](const Sent& sent) {
     return !sent.only_reads() && (request.broadcast || sent.unit == request.slave);
   });
@@ -55,10 +55,10 @@ std::optional<Instant> RequestsOnWire::TriedOutAt(Instant now) const {
   return soonest;
 }
 
-RequestsOnWire::Sent RequestsOnWire::Number(RouteQueue::Batch batch, Instant now) {
+RequestsOnWire::Sent RequestsOnWire::Number(bus::RouteQueue::Batch batch, Instant now) {
   while (Find(next_id_) != sent_.end()) ++next_id_;
   Sent sent{next_id_++, batch[0].slave, batch[0].pdu, now, {}, {}};
-  for (const RoutedRequest& request : batch) {
+  for (const bus::RoutedRequest& request : batch) {
     sent.deadline = std::max(sent.deadline, request.deadline);
   }
   sent.requests = std::move(batch);
@@ -85,7 +85,7 @@ RequestsOnWire::Replied RequestsOnWire::TakeReplied(std::uint16_t id, std::uint8
 std::vector<RequestsOnWire::Sent> RequestsOnWire::TakeExpired(Instant now) {
   std::vector<Sent> taken;
   for (Sent& sent : sent_) {
-    const auto late = [now](const RoutedRequest& request) { return request.deadline <= now; };
+    const auto late = [now](const bus::RoutedRequest& request) { return request.deadline <= now; };
     const bool over = sent.deadline <= now;
     Sent expired{sent.id, sent.unit, sent.pdu, sent.at, sent.deadline, {}};
     std::ranges::copy_if(sent.requests, std::back_inserter(expired.requests), late);
@@ -113,7 +113,7 @@ std::optional<Instant> RequestsOnWire::Deadline() const {
   std::optional<Instant> soonest;
   for (const Sent& sent : sent_) {
     soonest = Soonest({soonest, sent.deadline});
-    for (const RoutedRequest& request : sent.requests) {
+    for (const bus::RoutedRequest& request : sent.requests) {
       soonest = Soonest({soonest, request.deadline});
     }
   }
@@ -130,13 +130,13 @@ const RequestsOnWire::Sent* RequestsOnWire::Suspect() const {
   return suspect;
 }
 
-std::vector<RouteQueue::Batch> RequestsOnWire::TakeReads(const Sent* reason) {
-  std::vector<RouteQueue::Batch> reads;
+std::vector<bus::RouteQueue::Batch> RequestsOnWire::TakeReads(const Sent* reason) {
+  std::vector<bus::RouteQueue::Batch> reads;
   for (auto sent = sent_.rbegin(); sent != sent_.rend(); ++sent) {
     const bool again = reason == nullptr && sent->repeated();
     if (!sent->only_reads() || again || &*sent == reason) continue;
     if (reason == nullptr) {
-      for (RoutedRequest& request : sent->requests) ++request.tries;
+      for (bus::RoutedRequest& request : sent->requests) ++request.tries;
     }
     reads.push_back(std::exchange(sent->requests, {}));
   }
@@ -145,8 +145,8 @@ std::vector<RouteQueue::Batch> RequestsOnWire::TakeReads(const Sent* reason) {
 
 void RequestsOnWire::Abandon(std::uint64_t client) {
   for (Sent& sent : sent_) {
-    std::erase_if(sent.requests, [client](const RoutedRequest& request) {
-      if (request.client == client) request.done(Abandoned(true));
+    std::erase_if(sent.requests, [client](const bus::RoutedRequest& request) {
+      if (request.client == client) request.done(bus::Abandoned(true));
       return request.client == client;
     });
   }

@@ -41,15 +41,15 @@ class RequestsOnWire {
     Bytes pdu;
     Instant at;
     Instant deadline;  ///< the last of its requests'
-    RouteQueue::Batch requests;
+    bus::RouteQueue::Batch requests;
 
     std::uint8_t function() const { return pdu[0]; }
     /// Functions that only read, whoever the server is.
     bool only_reads() const { return IsRead(function()); }
     /// It was on the wire when a connection ended, and may have been the reason.
     bool repeated() const {
-      return std::ranges::any_of(requests,
-                                 [](const RoutedRequest& request) { return request.tries > 0; });
+      return std::ranges::any_of(
+          requests, [](const bus::RoutedRequest& request) { return request.tries > 0; });
     }
     void Answer(Outcome outcome, View pdu, const std::string& reason) const;
   };
@@ -63,13 +63,13 @@ class RequestsOnWire {
   /// nor, in the end, more than one.
   bool HasRoom(std::uint8_t unit) const;
   /// It overtakes no write to its unit.
-  bool MayFollow(const RoutedRequest& request) const;
+  bool MayFollow(const bus::RoutedRequest& request) const;
   /// The server has not closed yet because of the request that is repeated, and may.
   bool IsTryingOut(Instant now) const { return TriedOutAt(now).has_value(); }
   std::optional<Instant> TriedOutAt(Instant now) const;
 
   /// With an id that none of them has.
-  Sent Number(RouteQueue::Batch batch, Instant now);
+  Sent Number(bus::RouteQueue::Batch batch, Instant now);
   void Add(Sent sent) { sent_.push_back(std::move(sent)); }
 
   /// The PDU of the request that a reply of this unit answers; empty: there is none.
@@ -95,7 +95,7 @@ class RequestsOnWire {
   const Sent* Suspect() const;
   /// What may be sent once more, to be returned in this order. Whether the server has carried out a
   /// write cannot be known; a read may be sent once more, and again where `reason` was another.
-  std::vector<RouteQueue::Batch> TakeReads(const Sent* reason);
+  std::vector<bus::RouteQueue::Batch> TakeReads(const Sent* reason);
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
   /// Answers the requests of a client that has left. What is on the wire stays there, so that its
   /// reply is known when it comes.

@@ -25,7 +25,7 @@ constexpr Duration kConnectTimeout = 5s;  // name look-up and connection togethe
 
 // ---------------------------------------------------------------- from any thread
 
-bool Upstream::Link::Submit(RoutedRequest request) {
+bool Upstream::Link::Submit(bus::RoutedRequest request) {
   const UpstreamQueue::Entry entry = queue_.Submit(std::move(request));
   if (entry == UpstreamQueue::Entry::first) {
     asio::post(io_, [self = shared_from_this()] { self->TakeIncoming(); });
@@ -146,12 +146,12 @@ void Upstream::Link::ExpireSent(Instant now) {
   Break("left a reply unfinished", now);
 }
 
-void Upstream::Link::AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
+void Upstream::Link::AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                                   const std::string& reason) {
   queue_.Count();
   const Instant now = clock_();
-  for (const RoutedRequest& request : requests) {
-    RoutedReply reply;
+  for (const bus::RoutedRequest& request : requests) {
+    bus::RoutedReply reply;
     reply.outcome = outcome;
     reply.reason = reason;
     reply.waited = now - request.arrived;
@@ -187,7 +187,7 @@ void Upstream::Link::OnBroken(const std::string& reason) {
 }
 
 void Upstream::Link::TakeBackReads(const Sent* reason) {
-  for (RouteQueue::Batch& reads : on_wire_.TakeReads(reason)) queue_.Return(std::move(reads));
+  for (bus::RouteQueue::Batch& reads : on_wire_.TakeReads(reason)) queue_.Return(std::move(reads));
 }
 
 void Upstream::Link::Break(const std::string& reason, Instant now) {
@@ -210,7 +210,7 @@ Upstream::~Upstream() { Stop(); }
 void Upstream::Start() { link_->Start(); }
 void Upstream::Rest() { link_->Rest(); }
 void Upstream::Stop() { link_->Stop(); }
-bool Upstream::Submit(RoutedRequest request) { return link_->Submit(std::move(request)); }
+bool Upstream::Submit(bus::RoutedRequest request) { return link_->Submit(std::move(request)); }
 void Upstream::Abandon(std::uint64_t client) { link_->Abandon(client); }
 
 // Which request goes to the server next, and what its replies say.
@@ -223,22 +223,22 @@ constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
 
 void Upstream::Link::Pump(Instant now) {
   while (connection_ && !on_wire_.full()) {
-    RouteQueue::Batch batch = Choose(now);
+    bus::RouteQueue::Batch batch = Choose(now);
     if (batch.empty()) return;
     Send(std::move(batch), now);
   }
 }
 
-RouteQueue::Batch Upstream::Link::Choose(Instant now) {
-  const auto may_follow = [this](const RoutedRequest& request) {
+bus::RouteQueue::Batch Upstream::Link::Choose(Instant now) {
+  const auto may_follow = [this](const bus::RoutedRequest& request) {
     return on_wire_.MayFollow(request);
   };
   const bool trying_out = on_wire_.IsTryingOut(now);
-  const auto may_ask = [&](const RoutedRequest& request) {
+  const auto may_ask = [&](const bus::RoutedRequest& request) {
     if (trying_out && request.tries > 0) return false;
     return on_wire_.HasRoom(request.slave) && may_follow(request);
   };
-  RouteQueue::Batch batch = queue_.TakeUrgent(may_follow);
+  bus::RouteQueue::Batch batch = queue_.TakeUrgent(may_follow);
   for (const auto priority :
        {config::Priority::high, config::Priority::normal, config::Priority::low}) {
     if (batch.empty()) batch = queue_.Take(priority, may_ask);
@@ -246,7 +246,7 @@ RouteQueue::Batch Upstream::Link::Choose(Instant now) {
   return batch;
 }
 
-void Upstream::Link::Send(RouteQueue::Batch batch, Instant now) {
+void Upstream::Link::Send(bus::RouteQueue::Batch batch, Instant now) {
   Sent sent = on_wire_.Number(std::move(batch), now);
   const Status status = connection_->Send(AduOf(sent.id, sent.unit, sent.pdu));
   if (status && sent.requests[0].broadcast) return sent.Answer(Outcome::ok, {}, "");

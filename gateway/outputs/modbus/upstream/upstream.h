@@ -20,7 +20,7 @@ namespace baudgate::modbus {
 /// only a read that met the end of a connection: once, or as often as others were the reason.
 /// Broadcasts are not waited for: answered ok once they are sent; the server's own answer to one,
 /// if it has any, is dropped.
-class Upstream final : public RouteTarget {
+class Upstream final : public bus::RouteTarget {
  public:
   using OnLate = std::function<void(std::uint8_t unit)>;
   using Clock = std::function<Instant()>;
@@ -42,7 +42,7 @@ class Upstream final : public RouteTarget {
   /// Answers what is under way, and lets nothing in from then on.
   void Stop();
 
-  bool Submit(RoutedRequest request) override;
+  bool Submit(bus::RoutedRequest request) override;
   void Abandon(std::uint64_t client) override;
 
  private:

@@ -11,7 +11,7 @@
 
 namespace baudgate::modbus {
 
-UpstreamQueue::Entry UpstreamQueue::Submit(RoutedRequest request) {
+UpstreamQueue::Entry UpstreamQueue::Submit(bus::RoutedRequest request) {
   const MutexLock lock(mutex_);
   const std::size_t waiting = incoming_.size() + queued_;
   if (!open_ || waiting >= LimitFor(request, kMostWaiting)) return Entry::refused;
@@ -40,7 +40,7 @@ bool UpstreamQueue::Close() {
 }
 
 void UpstreamQueue::QueueIncoming() {
-  for (RoutedRequest& request : incoming_) Push(std::move(request));
+  for (bus::RoutedRequest& request : incoming_) Push(std::move(request));
   incoming_.clear();
   Count();
 }
@@ -70,8 +70,9 @@ void UpstreamConnection::Open(const std::string& host, std::uint16_t port) {
   asio::error_code not_numeric;
   const auto address = asio::ip::make_address(host, not_numeric);
   if (!not_numeric) return Connect({tcp::endpoint(address, port)});
-  look_up_ = HostNames::OfProcess().Ask(
-      host, io_, [self = shared_from_this(), port](const Result<HostNames::Addresses>& found) {
+  look_up_ = transports::HostNames::OfProcess().Ask(
+      host, io_,
+      [self = shared_from_this(), port](const Result<transports::HostNames::Addresses>& found) {
         if (self->owner_ == nullptr) return;
         if (!found) return self->owner_->OnBroken("is not known by that name: " + found.error());
         std::vector<tcp::endpoint> endpoints;

@@ -57,7 +57,7 @@ class Reconnect {
   const std::string& trouble() const { return trouble_; }
 
  private:
-  ReopenLadder ladder_;
+  transports::ReopenLadder ladder_;
   Instant may_at_ = Instant::min();
   std::string trouble_;
 };
@@ -96,7 +96,7 @@ class UnitPauses {
 // Requests that wait for one server elsewhere, with the way in for other threads.
 
 /// All but Submit on one thread.
-class UpstreamQueue final : public RouteQueue {
+class UpstreamQueue final : public bus::RouteQueue {
  public:
   /// Requests that wait to be sent; more are not let in, but for some short writes.
   static constexpr std::size_t kMostWaiting = 512;
@@ -107,7 +107,7 @@ class UpstreamQueue final : public RouteQueue {
     more,
   };
   /// From any thread.
-  Entry Submit(RoutedRequest request);
+  Entry Submit(bus::RoutedRequest request);
 
   /// Lets requests in, also after Close.
   void Open();
@@ -124,7 +124,7 @@ class UpstreamQueue final : public RouteQueue {
 
   Mutex mutex_;
   bool open_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<bus::RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
   std::atomic<std::size_t> queued_ = 0;  // without those that come in
 };
 
@@ -177,7 +177,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   void TakeFrames();
 
   asio::io_context& io_;
-  HostNames::Ticket look_up_;
+  transports::HostNames::Ticket look_up_;
   asio::ip::tcp::socket socket_;
   Owner* owner_;  // null: closed
   bool connected_ = false;
@@ -200,7 +200,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void Start();
   void Rest();
   void Stop();
-  bool Submit(RoutedRequest request);
+  bool Submit(bus::RoutedRequest request);
   void Abandon(std::uint64_t client);
 
  private:
@@ -224,13 +224,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void ExpireWaiting(Instant now);
   void ExpireSent(Instant now);
   void RefusePaused(Instant now);
-  void AnswerUnsent(const std::vector<RoutedRequest>& requests, Outcome outcome,
+  void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
   // upstream.cpp: what is sent, and what comes back
   void Pump(Instant now);
-  RouteQueue::Batch Choose(Instant now);
-  void Send(RouteQueue::Batch batch, Instant now);
+  bus::RouteQueue::Batch Choose(Instant now);
+  void Send(bus::RouteQueue::Batch batch, Instant now);
 
   asio::io_context& io_;
   asio::steady_timer timer_;  // the next deadline, whatever it is for

@@ -123,9 +123,9 @@ bool IsTcp(View heard) {
   return ParseRequest(frame, request) == kNoException;
 }
 
-bool HasRequest(View heard, const Protocol* protocol) {
+bool HasRequest(View heard, const protocols::Protocol* protocol) {
   if (protocol == nullptr || protocol->carrier == nullptr) return false;
-  Assembler assembler;
+  protocols::Assembler assembler;
   assembler.Begin(protocol->request_rule, protocol->expect({}, {}));
   assembler.Feed(heard);
   while (const auto frame = assembler.Next(true)) {
@@ -146,7 +146,7 @@ std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& 
   return std::nullopt;
 }
 
-SerialFraming::SerialFraming(const Protocol& protocol) : carrier_(*protocol.carrier) {
+SerialFraming::SerialFraming(const protocols::Protocol& protocol) : carrier_(*protocol.carrier) {
   assembler_.Begin(protocol.request_rule, protocol.expect({}, {}));
 }
 
@@ -183,7 +183,7 @@ void SerialFraming::Append(Bytes& out, View frame) const {
 }
 
 std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames) {
-  if (const Protocol* protocol = frames.Of(framing)) {
+  if (const protocols::Protocol* protocol = frames.Of(framing)) {
     return std::make_unique<SerialFraming>(*protocol);
   }
   return std::make_unique<MbapFraming>();

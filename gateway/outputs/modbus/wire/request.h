@@ -118,11 +118,11 @@ std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
 // The protocols whose frames masters of the gateway may send. Null: the module is not loaded.
 struct Frames {
-  const Protocol* rtu = nullptr;
-  const Protocol* ascii = nullptr;
+  const protocols::Protocol* rtu = nullptr;
+  const protocols::Protocol* ascii = nullptr;
 
   /// Null, too, of Modbus TCP, which needs none.
-  const Protocol* Of(Framing framing) const {
+  const protocols::Protocol* Of(Framing framing) const {
     return framing == Framing::rtu ? rtu : framing == Framing::ascii ? ascii : nullptr;
   }
 };
@@ -192,7 +192,7 @@ class MbapFraming final : public ClientFraming {
 class SerialFraming final : public ClientFraming {
  public:
   /// `protocol` has a carrier.
-  explicit SerialFraming(const Protocol& protocol);
+  explicit SerialFraming(const protocols::Protocol& protocol);
 
   std::span<std::uint8_t> Space() override;
   void Commit(std::size_t count) override;
@@ -207,8 +207,8 @@ class SerialFraming final : public ClientFraming {
  private:
   static constexpr std::size_t kCapacity = 1024;
 
-  const PduCarrier& carrier_;
-  Assembler assembler_;
+  const protocols::PduCarrier& carrier_;
+  protocols::Assembler assembler_;
   std::array<std::uint8_t, kCapacity> buffer_;
   Bytes next_;  ///< looked at by Peek, not taken yet
   Bytes taken_;

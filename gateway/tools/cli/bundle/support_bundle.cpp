@@ -27,7 +27,7 @@
 #include "gateway/tools/cli/client/status_view.h"
 #include "gateway/tools/terminal/words.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr const char* kFolder = "baudgate-support";  // in the archive
@@ -272,4 +272,4 @@ int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalo
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

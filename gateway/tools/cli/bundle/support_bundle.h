@@ -12,7 +12,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The log of the service, as systemd keeps it.
 
@@ -30,4 +30,4 @@ struct BundleOptions {
 int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now,
                      std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -17,7 +17,7 @@
 #include "gateway/base/exit_code.h"
 #include "gateway/outputs/control/socket_path.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr Duration kAnswerTime = 10s;
@@ -202,4 +202,4 @@ int Ask(const std::string& socket, const ControlClient::Json& request, ControlCl
   return client ? ReadAnswer(*client, request, answer, err) : kNoDaemon;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -12,7 +12,7 @@
 #include "gateway/base/result.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 class ControlClient {
  public:
@@ -89,4 +89,4 @@ inline std::string TextOf(const nlohmann::ordered_json& json, const char* key) {
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

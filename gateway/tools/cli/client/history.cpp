@@ -19,7 +19,7 @@
 #include "gateway/tools/cli/client/records.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr Duration kLookForHistory = 200ms;
@@ -174,8 +174,8 @@ std::string DateText(Day date) { return FormatWallTime(WallTime(date)).substr(0,
 std::string TariffText(int tariff) { return tariff == 0 ? "all" : std::to_string(tariff); }
 
 void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
-  config::TextTable table({"meter", "reading", "date", "tariff", "import kWh", "export kWh",
-                           "import kvarh", "export kvarh", "quality"});
+  TextTable table({"meter", "reading", "date", "tariff", "import kWh", "export kWh", "import kvarh",
+                   "export kvarh", "quality"});
   for (const auto& [key, row] : rows) {
     table.Add({options.points[key.device], kPeriods[key.period], DateText(key.date),
                TariffText(key.tariff), CellText(row.values[0]), CellText(row.values[1]),
@@ -267,7 +267,7 @@ class HistoryPrinter {
     if (options_.json) {
       out_ << record.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n';
     } else if (options_.csv) {
-      out_ << control::HistoryCsvRow(record, options_.every.has_value());
+      out_ << status::HistoryCsvRow(record, options_.every.has_value());
     } else {
       rows_.push_back(RowOf(record));
       if (rows_.size() >= kTogether) Flush();
@@ -302,7 +302,7 @@ class HistoryPrinter {
               Shown(record, "count"),
               Rounded(record, "seconds_good")};
     }
-    if (record.contains("gap")) return {time, point, "-", control::GapText(record)};
+    if (record.contains("gap")) return {time, point, "-", status::GapText(record)};
     return {time, point, Shown(record, "value"), FieldText(record, "quality_text")};
   }
 
@@ -383,4 +383,4 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -12,7 +12,7 @@
 #include "gateway/base/time.h"
 #include "gateway/tools/cli/client/control_client.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
@@ -70,4 +70,4 @@ class HistoryStream {
 /// not wanted. Exit codes as of RunHistory.
 int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

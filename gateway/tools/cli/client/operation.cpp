@@ -8,7 +8,7 @@
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = ControlClient::Json;
@@ -189,7 +189,7 @@ std::string QualityOf(const Json& point, bool read) {
 }
 
 void PrintPoints(const Json& points, bool read, std::ostream& out) {
-  config::TextTable table({"point", "value", "unit", "quality", "age"});
+  TextTable table({"point", "value", "unit", "quality", "age"});
   for (const Json& point : points) {
     table.Add({point.value("point", ""), Shown(point.value("value", Json())),
                point.value("unit", ""), QualityOf(point, read),
@@ -296,4 +296,4 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
   return 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

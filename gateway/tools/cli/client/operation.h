@@ -11,7 +11,7 @@
 
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct ReleaseOptions {
   std::string line;
@@ -88,4 +88,4 @@ struct InUseOptions {
 /// Exit code 0; 2 for an unknown device; 4 when no gateway answers.
 int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -15,7 +15,7 @@
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = ControlClient::Json;
@@ -491,4 +491,4 @@ int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err
   return code;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

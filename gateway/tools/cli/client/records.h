@@ -12,7 +12,7 @@
 #include "gateway/base/time.h"
 #include "gateway/tools/cli/client/control_client.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// A field as it may be shown; empty where it is not there.
 std::string FieldText(const ControlClient::Json& record, const char* key);
@@ -66,4 +66,4 @@ struct WritesOptions {
 /// keeps no records.
 int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

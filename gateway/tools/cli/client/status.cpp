@@ -14,7 +14,7 @@
 #include "gateway/tools/terminal/command_end.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -227,4 +227,4 @@ int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err
   return 0;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

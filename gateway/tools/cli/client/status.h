@@ -14,7 +14,7 @@
 #include "gateway/base/time.h"
 #include "gateway/tools/terminal/live_table.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct StatusOptions {
   std::string target;  ///< "LINE", "LINE.DEVICE", or empty: everything
@@ -45,4 +45,4 @@ std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>&
 /// at first.
 int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "gateway/tools/cli/client/traffic_view.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -447,4 +447,4 @@ std::string RenderStatus(const Json& status, const std::string& target, const Ta
   return target.find('.') == std::string::npos ? OneLine(status, view) : OneDevice(status, view);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -11,7 +11,7 @@
 
 #include "gateway/tools/terminal/live_table.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The lines and devices of a status as tables. Part of RenderStatus and of status.h.
 
@@ -57,4 +57,4 @@ std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 std::string RenderStatus(const nlohmann::ordered_json& status, const std::string& target,
                          const TableView& view);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

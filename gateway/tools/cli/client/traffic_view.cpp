@@ -8,7 +8,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/tools/cli/client/control_client.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -153,4 +153,4 @@ std::string RenderTraffic(const Json& modbus, const TableView& view) {
   return text;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -11,7 +11,7 @@
 
 #include "gateway/tools/terminal/live_table.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The port of a line in words: its control lines, and the clients that may have it.
 
@@ -24,4 +24,4 @@ std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::order
 /// those of which there are none.
 std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

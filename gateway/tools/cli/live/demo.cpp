@@ -26,7 +26,7 @@
 #include "gateway/tools/simulate/simulator.h"
 #include "gateway/tools/terminal/live_table.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::uint16_t kPortsToTry = 10;
@@ -75,17 +75,18 @@ std::string DeviceName(std::string profile) {
 }
 
 /// Those that carry no Modbus come first.
-std::vector<const Protocol*> ProtocolsOf(const config::Catalog& catalog) {
-  std::vector<const Protocol*> protocols;
+std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
+  std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
   std::stable_partition(protocols.begin(), protocols.end(),
-                        [](const Protocol* one) { return !one->carrier; });
+                        [](const protocols::Protocol* one) { return !one->carrier; });
   return protocols;
 }
 
 /// One device of each of the protocol's own profiles, at the addresses from 1 on: all on one line,
 /// or each on its own where they may speak unasked.
-std::vector<WantedLine> DemoLines(const Protocol& protocol, const std::filesystem::path& directory,
+std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
+                                  const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
   std::vector<WantedLine> lines;
   const std::string name(protocol.name);
@@ -120,7 +121,7 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
   config.web.acknowledge = true;
   config.dds.domain = options.domain;
   std::uint8_t free_unit = kFirstFreeUnit;
-  for (const Protocol* protocol : ProtocolsOf(catalog)) {
+  for (const protocols::Protocol* protocol : ProtocolsOf(catalog)) {
     for (const WantedLine& wanted : DemoLines(*protocol, directory, catalog)) {
       auto line = MakeLine(wanted, catalog);
       if (!line) return Error{line.error()};
@@ -136,11 +137,11 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
 }
 
 /// The points of the fast groups, as they stand in the store now.
-std::vector<PointRow> Rows(const PointStore& store) {
+std::vector<PointRow> Rows(const bus::PointStore& store) {
   std::vector<PointRow> rows;
   const Instant now = ReadClocks().instant;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device, [&](const DeviceRecord& record) {
+    store.Read(device, [&](const bus::DeviceRecord& record) {
       for (std::size_t i = 0; i < record.points.size(); ++i) {
         const config::Point& point = record.device->points[i];
         if (point.group != config::Group::fast) continue;
@@ -155,11 +156,12 @@ std::vector<PointRow> Rows(const PointStore& store) {
   return rows;
 }
 
-std::size_t DevicesAlive(const PointStore& store) {
+std::size_t DevicesAlive(const bus::PointStore& store) {
   std::size_t alive = 0;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    store.Read(device,
-               [&](const DeviceRecord& record) { alive += Answers(record.status.state) ? 1 : 0; });
+    store.Read(device, [&](const bus::DeviceRecord& record) {
+      alive += Answers(record.status.state) ? 1 : 0;
+    });
   }
   return alive;
 }
@@ -200,7 +202,7 @@ class Twins {
 /// Draws the table on a terminal until the time is over or a signal comes.
 class LiveDemo {
  public:
-  LiveDemo(const Daemon& daemon, std::string head, std::string tail, std::ostream& out)
+  LiveDemo(const daemon::Daemon& daemon, std::string head, std::string tail, std::ostream& out)
       : daemon_(daemon), head_(std::move(head)), tail_(std::move(tail)), out_(out), screen_(out) {}
 
   void Run(asio::io_context& io) {
@@ -233,7 +235,7 @@ class LiveDemo {
     });
   }
 
-  const Daemon& daemon_;
+  const daemon::Daemon& daemon_;
   const std::string head_;
   const std::string tail_;
   std::ostream& out_;
@@ -243,7 +245,7 @@ class LiveDemo {
   std::optional<asio::signal_set> resized_;
 };
 
-void Show(const Daemon& daemon, const DemoOptions& options, std::ostream& out) {
+void Show(const daemon::Daemon& daemon, const DemoOptions& options, std::ostream& out) {
   asio::io_context io(1);
   asio::signal_set stop(io, SIGTERM, SIGINT, SIGHUP);
   stop.async_wait([&io](const asio::error_code&, int) { io.stop(); });
@@ -292,7 +294,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
         return 4;
       }
     }
-    Daemon daemon(*config, catalog);
+    daemon::Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
       // Most likely a port is taken: by another demo, or by the gateway itself.
@@ -314,4 +316,4 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
   return 4;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -9,7 +9,7 @@
 #include "config/catalog/catalog.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct DemoOptions {
   std::optional<Duration> seconds;  ///< empty: until SIGINT or SIGTERM
@@ -21,4 +21,4 @@ struct DemoOptions {
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

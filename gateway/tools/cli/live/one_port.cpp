@@ -17,7 +17,7 @@
 #include "gateway/tools/cli/live/run.h"
 #include "gateway/tools/cli/offline/make_line.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kLongestName = 40;
@@ -163,7 +163,7 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
 }
 
 /// A reply was refused in part, and is asked for in other pieces; or there was no time yet.
-bool IsUnderWay(const DeviceRecord& record, Instant now) {
+bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   if (record.status.Count(Outcome::ok) == 0) return false;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const bool read = record.device->points[i].access != config::Access::write;
@@ -173,9 +173,9 @@ bool IsUnderWay(const DeviceRecord& record, Instant now) {
 }
 
 /// Whether the device has been asked for the first time, or is silent.
-bool IsKnown(const PointStore& store) {
+bool IsKnown(const bus::PointStore& store) {
   bool known = false;
-  store.Read(0, [&](const DeviceRecord& record) {
+  store.Read(0, [&](const bus::DeviceRecord& record) {
     const Outcome outcome = record.status.last_outcome;
     const bool asked = outcome != Outcome::none && outcome != Outcome::line_down;
     known = asked && !IsUnderWay(record, ReadClocks().instant);
@@ -189,17 +189,17 @@ int Fail(const std::string& message, int code, std::ostream& err) {
 }
 
 /// Until the port is open and the device has been asked for the first time; else why it is not.
-Status AwaitPort(const PointStore& store) {
+Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
-    const LineStatus line = store.ReadLine(0);
-    const bool open = line.port == LineStatus::Port::open;
+    const bus::LineStatus line = store.ReadLine(0);
+    const bool open = line.port == bus::LineStatus::Port::open;
     if (open && IsKnown(store)) return {};
-    const bool tried = !line.port_text.empty() && line.port_text != kNotOpenedYet;
+    const bool tried = !line.port_text.empty() && line.port_text != lines::kNotOpenedYet;
     if (!open && tried) return Error{line.port_text};
     std::this_thread::sleep_for(kLookAtValuesEvery);
   }
-  if (store.ReadLine(0).port == LineStatus::Port::open) return {};
+  if (store.ReadLine(0).port == bus::LineStatus::Port::open) return {};
   return Error{"it did not open within " + FormatDuration(kWaitForPort)};
 }
 
@@ -277,7 +277,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   const std::string socket = config->socket;
   const config::Line& line = config->lines.front();
   const std::string serial = line.is_network() ? std::string() : line.serial.ToString();
-  Daemon daemon(std::move(*config), catalog);
+  daemon::Daemon daemon(std::move(*config), catalog);
   if (const Status started = daemon.Start(); !started) {
     return Fail(started.error(), kExitCanNot, err);
   }
@@ -287,7 +287,8 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     std::string target = std::string(kLine) + "." + kDevice;
     if (!options.point.empty()) target += "." + options.point;
     bool unasked = false;
-    daemon.store().Read(0, [&](const DeviceRecord& record) { unasked = record.status.unasked; });
+    daemon.store().Read(0,
+                        [&](const bus::DeviceRecord& record) { unasked = record.status.unasked; });
     code = RunRead({.target = target,
                     .json = options.json,
                     .socket = socket,
@@ -307,4 +308,4 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   return code;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "config/model/config.h"
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 class ScratchDirectory {
  public:
@@ -69,4 +69,4 @@ struct ReadPortOptions {
 int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

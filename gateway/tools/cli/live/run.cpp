@@ -33,7 +33,7 @@
 #include "gateway/tools/cli/offline/check.h"
 #include "gateway/tools/terminal/command_end.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
@@ -48,7 +48,7 @@ timespec LookInterval(std::uint64_t watchdog_us) {
 }
 
 /// The sign of life is this thread's: a thread that hangs, this one too, keeps it back.
-void WaitForStop(const sigset_t& signals, Daemon& daemon) {
+void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
   const timespec interval = LookInterval(watched ? watchdog_us : 0);
@@ -84,18 +84,18 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
 /// What a gateway starts with: the file, or what was confirmed before it was refused.
 struct Choice {
   config::Loaded loaded;
-  ReloadOptions reload;
+  daemon::ReloadOptions reload;
 };
 
-ReloadOptions ReloadOf(const std::string& file, const config::Catalog& catalog) {
-  ReloadOptions reload;
+daemon::ReloadOptions ReloadOf(const std::string& file, const config::Catalog& catalog) {
+  daemon::ReloadOptions reload;
   reload.file = file;
   reload.read = [file] { return ReadAgain(file); };
   reload.load = [file, &catalog](const std::string& text) {
     config::Loaded loaded = config::LoadText(text, file, catalog);
     std::vector<std::string> problems = ProblemsOf(loaded);
-    if (!loaded.ok()) return LoadedText{{}, std::move(problems)};
-    return LoadedText{std::move(loaded.config), std::move(problems)};
+    if (!loaded.ok()) return daemon::LoadedText{{}, std::move(problems)};
+    return daemon::LoadedText{std::move(loaded.config), std::move(problems)};
   };
   reload.masked = [&catalog](const std::string& running) {
     return config::MaskedConfig(running, config::SecretKeys(catalog));
@@ -106,14 +106,14 @@ ReloadOptions ReloadOf(const std::string& file, const config::Catalog& catalog) 
 
 Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostream& err) {
   Choice choice{.loaded = {}, .reload = ReloadOf(file, catalog)};
-  ReloadOptions& reload = choice.reload;
+  daemon::ReloadOptions& reload = choice.reload;
   const auto text = ReadText(file, Kind::any);
   choice.loaded = text ? config::LoadText(*text, file, catalog) : config::LoadFile(file, catalog);
   PrintProblems(choice.loaded.problems, err);
   if (!text || !choice.loaded.ok()) return choice;
   reload.text_at_start = *text;
   const config::Config& config = choice.loaded.config;
-  const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
+  const auto folder = StateFolderOf(records::StatePlaces::Here(config.state), config.name);
   if (folder.empty()) return choice;
   reload.kept.emplace(folder / reload::KeptConfigs::kFolder);
   if (!reload.kept->IsUnconfirmed(*text)) {
@@ -177,11 +177,11 @@ sigset_t BlockSignals() {
 
 }  // namespace
 
-int Serve(config::Config config, std::optional<ReloadOptions> reload,
+int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
   std::optional<StopGuard> stop_guard;  // ends after the gateway, whose end it guards
-  Daemon daemon(std::move(config), catalog);
+  daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
     reload->summary = [&daemon] { return daemon.Summary(); };
     daemon.SetReload(std::move(*reload));
@@ -273,7 +273,7 @@ namespace {
 std::string PointsOfProfiles(const config::Catalog& catalog) {
   std::string text;
   for (const config::ProfileFile& file : catalog.Profiles()) {
-    const Protocol* protocol = catalog.FindProtocol(file.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(file.protocol);
     if (protocol == nullptr) continue;
     const auto loaded = config::LoadProfile(file.path.string(), *protocol, catalog);
     for (const config::Point& point : loaded.profile.points) {
@@ -315,4 +315,4 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
   return kExitCanNot;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

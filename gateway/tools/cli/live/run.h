@@ -13,7 +13,7 @@
 #include "config/model/config.h"
 #include "gateway/daemon/reloader.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Exit codes: 0 stopped in order, 3 bad configuration, 4 an output could not be opened, or the
 /// stop took too long.
@@ -21,7 +21,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
 /// A gateway with this configuration, until SIGTERM or SIGINT. Without `reload` it has no file that
 /// could be read again. Exit codes as above.
-int Serve(config::Config config, std::optional<ReloadOptions> reload,
+int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 
 // `baudgate discovery-server`: introduces DDS participants to each other where multicast does not
@@ -39,4 +39,4 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,
              std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -7,7 +7,7 @@
 #include "gateway/outputs/pki/demo_pki.h"
 #include "gateway/outputs/pki/security_check.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                              std::vector<config::Problem>& problems) {
@@ -74,4 +74,4 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   return kDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -12,7 +12,7 @@
 #include "config/model/problem.h"
 #include "gateway/base/time.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // What `baudgate check` says of the files of DDS Security.
 
@@ -32,4 +32,4 @@ struct CertsOptions {
 /// written.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -17,12 +17,12 @@
 #include "gateway/tools/cli/offline/check_parts.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// A warning; empty: it has not, for all that whoever asks may read.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
-  const auto folder = StateFolderOf(StatePlaces::Here(config.state), config.name);
+  const auto folder = StateFolderOf(records::StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
   const auto text = ReadWhole(file);
   if (!text || !kept.IsUnconfirmed(*text)) return std::nullopt;
@@ -36,7 +36,6 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
 }
 
 using Json = nlohmann::ordered_json;
-using config::TextTable;
 
 std::size_t ServedPoints(const config::Device& device) {
   if (!device.unit) return 0;
@@ -97,7 +96,7 @@ std::vector<std::string> Row(const config::Device& device) {
 void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const config::Device& device : line.devices) {
-    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const protocols::Protocol& protocol = *catalog.FindProtocol(device.protocol);
     const std::string text = TimesText(TimesInForce(line, device, protocol));
     auto group = std::ranges::find(groups, text, [](const auto& one) { return one.first; });
     if (group == groups.end()) group = groups.insert(groups.end(), {text, {}});
@@ -117,7 +116,7 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
   std::size_t always = 0;
   config::Round round;
   for (const config::Device& device : line.devices) {
-    const Protocol& protocol = *catalog.FindProtocol(device.protocol);
+    const protocols::Protocol& protocol = *catalog.FindProtocol(device.protocol);
     const auto bus = MakeBus(protocol);
     const config::Round fast = RoundOf(config::Group::fast, line, device, protocol, bus.get());
     round.requests += fast.requests;
@@ -148,13 +147,13 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   for (const config::Listener& listener : config.modbus.listen) {
     if (config.modbus.enabled) PrintListener(listener, out);
   }
-  out << "dds " << Describe(config.dds, KeepsEvents(config)) << '\n';
+  out << "dds " << Describe(config.dds, records::KeepsEvents(config)) << '\n';
   if (!security.empty()) out << "  security   " << security << '\n';
   PrintWeb(config, out);
-  if (NeedsState(config, catalog)) {
-    out << "state " << StateFolderOf(StatePlaces::Here(config.state), config.name).string()
-        << (CanWrite(config) ? ": what is remembered of devices, and every write\n"
-                             : ": what is remembered of devices\n");
+  if (records::NeedsState(config, catalog)) {
+    out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()
+        << (records::CanWrite(config) ? ": what is remembered of devices, and every write\n"
+                                      : ": what is remembered of devices\n");
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);
@@ -271,4 +270,4 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

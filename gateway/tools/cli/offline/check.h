@@ -12,7 +12,7 @@
 #include "config/model/config.h"
 #include "config/model/problem.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // Whether the gateway has taken this very configuration back (docs/reload.md), for `baudgate
 // check`.
@@ -26,4 +26,4 @@ int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostre
 /// profile.
 void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

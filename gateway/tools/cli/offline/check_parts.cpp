@@ -16,7 +16,7 @@
 #include "gateway/records/history/folder_files.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -41,7 +41,7 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
     }
   }
   if (names.empty()) return;
-  const auto folder = EventsFolderOf(config);
+  const auto folder = records::EventsFolderOf(config);
   out << "events of " << names;
   if (!folder.empty()) out << ", and every write, in " << folder.string();
   out << '\n';
@@ -72,7 +72,7 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
   const config::History& history = config.history;
   if (!history.on()) return;
   const history::Estimate estimate = history::EstimateOf(config);
-  const auto folder = HistoryFolderOf(config);
+  const auto folder = records::HistoryFolderOf(config);
   const auto days = [&](std::uint64_t bytes) {
     return Plural(estimate.Days(history.limit, bytes), "day");
   };
@@ -342,7 +342,7 @@ std::vector<UnitRow> UnitRows(const config::Config& config) {
 
 void PrintRouteTable(const config::Config& config, std::ostream& out) {
   out << "\nModbus units, in the order of matching\n";
-  config::TextTable table({"unit", "goes to", "deadline"});
+  TextTable table({"unit", "goes to", "deadline"});
   for (const UnitRow& row : UnitRows(config)) table.Add({row.units, row.target, row.deadline});
   table.PrintAligned(out, "  ");
 }
@@ -428,4 +428,4 @@ Json ModbusJson(const config::Modbus& modbus) {
   return {{"enabled", modbus.enabled}, {"listen", std::move(listeners)}};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

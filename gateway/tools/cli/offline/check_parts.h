@@ -14,7 +14,7 @@
 #include "config/model/outputs.h"
 #include "config/model/problem.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 template <typename Range, typename Text>
 std::string Joined(const Range& range, Text text) {
@@ -83,4 +83,4 @@ void PrintRouteTable(const config::Config& config, std::ostream& out);
 void PrintListener(const config::Listener& listener, std::ostream& out);
 nlohmann::ordered_json ModbusJson(const config::Modbus& modbus);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

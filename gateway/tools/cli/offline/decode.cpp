@@ -13,24 +13,26 @@
 #include "gateway/tools/cli/offline/make_line.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// Exchanges out of the lines of a capture, and the devices that its head names.
 struct Captures {
-  std::vector<TracedDevice> devices;
-  std::vector<Capture> exchanges;
+  std::vector<records::TracedDevice> devices;
+  std::vector<diagnosis::Capture> exchanges;
 };
 
 /// A message that came unasked ends with a silence.
-bool Continues(const Capture& capture, const TraceLine& piece) {
+bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
-  return Between(capture.heard_at, TimeOfDay(piece.time)) <= kApart;
+  return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
+         diagnosis::kApart;
 }
 
 /// A request that was sent; its reply follows.
-Capture Begun(const TraceLine& marked, int number, const ParsedHex& hex) {
-  Capture capture;
+diagnosis::Capture Begun(const diagnosis::TraceLine& marked, int number,
+                         const diagnosis::ParsedHex& hex) {
+  diagnosis::Capture capture;
   capture.line = number;
   capture.request = hex.bytes;
   capture.request_masked = hex.masked;
@@ -41,20 +43,21 @@ Capture Begun(const TraceLine& marked, int number, const ParsedHex& hex) {
 }
 
 /// Bytes that came unasked.
-Capture Heard(const TraceLine& marked, int number, const ParsedHex& hex) {
+diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
+                         const diagnosis::ParsedHex& hex) {
   return {.unasked = true,
           .line = number,
           .reply = hex.bytes,
           .reply_masked = hex.masked,
           .time = std::string(marked.time),
-          .heard_at = TimeOfDay(marked.time),
+          .heard_at = diagnosis::TimeOfDay(marked.time),
           .device = std::string(marked.device),
           .last = true};
 }
 
 /// An error says what is wrong with this line.
-Status TakeLine(std::string_view line, int number, std::vector<Capture>& captures) {
-  const TraceLine marked = ReadTraceLine(line);
+Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
+  const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
   if (of_trace && !captures.empty()) captures.back().last = false;
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
@@ -64,13 +67,13 @@ Status TakeLine(std::string_view line, int number, std::vector<Capture>& capture
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
-    Capture& capture = captures.back();
-    capture.told = OutcomeOf(marked.rest);
-    capture.why = ReasonOf(marked.rest);
+    diagnosis::Capture& capture = captures.back();
+    capture.told = diagnosis::OutcomeOf(marked.rest);
+    capture.why = diagnosis::ReasonOf(marked.rest);
     capture.ended = true;
   }
   if (marked.mark != '>' && marked.mark != '<') return {};
-  const auto hex = ParseMaskedHex(marked.rest);
+  const auto hex = diagnosis::ParseMaskedHex(marked.rest);
   if (!hex) return Error{"these are not hex bytes"};
   const bool continues =
       !captures.empty() && !captures.back().ended && Continues(captures.back(), marked);
@@ -78,7 +81,7 @@ Status TakeLine(std::string_view line, int number, std::vector<Capture>& capture
     captures.push_back(Begun(marked, number, *hex));
   } else if (continues) {
     captures.back().last = true;
-    captures.back().heard_at = TimeOfDay(marked.time);
+    captures.back().heard_at = diagnosis::TimeOfDay(marked.time);
     Append(captures.back().reply, hex->bytes);
     captures.back().reply_masked = captures.back().reply_masked || hex->masked;
   } else {
@@ -92,7 +95,8 @@ Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
-    if (auto device = ReadTracedDevice(Trim(line))) captures.devices.push_back(std::move(*device));
+    if (auto device = records::ReadTracedDevice(Trim(line)))
+      captures.devices.push_back(std::move(*device));
     if (const Status taken = TakeLine(line, number, captures.exchanges); !taken) {
       return Error{"line " + std::to_string(number) + ": " + taken.error()};
     }
@@ -102,23 +106,25 @@ Result<Captures> ReadCaptures(std::istream& in) {
 }
 
 /// The error says what of protocol, profile and options is wrong; the catalog outlives it.
-Result<ExchangeDecoder> MakeDecoder(const TracedDevice& traced, const config::Catalog& catalog) {
+Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
+                                               const config::Catalog& catalog) {
   // Requests name their device; this address only has to be a valid one.
   auto line =
       MakeLine({.protocol = traced.protocol,
                 .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
                catalog);
   if (!line) return Error{line.error()};
-  const Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
-  return ExchangeDecoder(std::move(*line), protocol);
+  const protocols::Protocol& protocol = *catalog.FindProtocol(line->devices.front().protocol);
+  return diagnosis::ExchangeDecoder(std::move(*line), protocol);
 }
 
 }  // namespace
 
-Decoders DecodersOf(const std::vector<std::string>& head, const config::Catalog& catalog) {
-  Decoders decoders;
+diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
+                               const config::Catalog& catalog) {
+  diagnosis::Decoders decoders;
   for (const std::string& line : head) {
-    const auto device = ReadTracedDevice(line);
+    const auto device = records::ReadTracedDevice(line);
     if (!device) continue;
     auto decoder = MakeDecoder(*device, catalog);
     if (decoder) decoders.emplace(device->name, std::move(*decoder));
@@ -145,9 +151,9 @@ Json ToJson(const Value& value) {
       value);
 }
 
-Json ToJson(const DecodedExchange& decoded, const Capture& capture) {
+Json ToJson(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture& capture) {
   Json values = Json::array();
-  for (const DecodedValue& value : decoded.values) {
+  for (const diagnosis::DecodedValue& value : decoded.values) {
     Json json = {{"point", value.name}, {"value", ToJson(value.value)}};
     if (value.is_point) json["unit"] = value.unit;
     json["quality"] = value.quality.word();
@@ -159,12 +165,14 @@ Json ToJson(const DecodedExchange& decoded, const Capture& capture) {
 }
 
 /// "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
-std::string ToProse(const DecodedExchange& decoded, const Capture& capture, std::size_t width) {
+std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture& capture,
+                    std::size_t width) {
   std::string head = capture.time.empty() ? "" : capture.time + " " + capture.device + ": ";
   head += decoded.outcome == Outcome::none ? "not known" : Name(decoded.outcome);
   if (!decoded.reason.empty()) head += ": " + decoded.reason;
   std::string text = WrapSentence(Harmless(head), width);
-  for (const DecodedValue& value : decoded.values) text += "  " + ValueText(value) + "\n";
+  for (const diagnosis::DecodedValue& value : decoded.values)
+    text += "  " + ValueText(value) + "\n";
   return text;
 }
 
@@ -174,8 +182,8 @@ class TracedDecoders {
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
       : options_(options), catalog_(catalog) {}
 
-  Status Begin(const std::vector<TracedDevice>& devices) {
-    for (const TracedDevice& device : devices) {
+  Status Begin(const std::vector<records::TracedDevice>& devices) {
+    for (const records::TracedDevice& device : devices) {
       if (options_.device.empty() || options_.device == device.name) devices_[device.name] = device;
     }
     if (!options_.protocol.empty() || !options_.profile.empty()) devices_.clear();
@@ -185,12 +193,12 @@ class TracedDecoders {
   }
 
   /// Null: it cannot be had, and the status says why.
-  std::pair<Status, ExchangeDecoder*> For(const std::string& device) {
+  std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
     auto found = decoders_.find(key);
     if (found == decoders_.end()) {
-      TracedDevice traced = key.empty() ? TracedDevice{} : known->second;
+      records::TracedDevice traced = key.empty() ? records::TracedDevice{} : known->second;
       if (key.empty()) traced.protocol = ProtocolOfOthers();
       if (!options_.profile.empty()) traced.profile = options_.profile;
       traced.set.insert(traced.set.end(), options_.set.begin(), options_.set.end());
@@ -202,12 +210,12 @@ class TracedDecoders {
   }
 
   /// The decoder of the device that speaks by itself; null: there is none, or not here.
-  ExchangeDecoder* Speaker() {
+  diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
     if (names.empty()) names.emplace_back();
     for (const std::string& name : names) {
-      ExchangeDecoder* const decoder = For(name).second;
+      diagnosis::ExchangeDecoder* const decoder = For(name).second;
       if (decoder != nullptr && decoder->Listens()) return decoder;
     }
     return nullptr;
@@ -222,8 +230,8 @@ class TracedDecoders {
 
   const DecodeOptions& options_;
   const config::Catalog& catalog_;
-  std::map<std::string, TracedDevice> devices_;
-  std::map<std::string, ExchangeDecoder> decoders_;
+  std::map<std::string, records::TracedDevice> devices_;
+  std::map<std::string, diagnosis::ExchangeDecoder> decoders_;
 };
 
 }  // namespace
@@ -245,7 +253,8 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   if (const Status begun = decoders.Begin(captures->devices); !begun) {
     return fail(kExitUsage, begun.error());
   }
-  const auto print = [&](const DecodedExchange& decoded, const Capture& capture) {
+  const auto print = [&](const diagnosis::DecodedExchange& decoded,
+                         const diagnosis::Capture& capture) {
     if (options.prose) {
       out << ToProse(decoded, capture, options.width);
     } else {
@@ -253,9 +262,9 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
     }
   };
   bool any = false;
-  for (const Capture& capture : captures->exchanges) {
+  for (const diagnosis::Capture& capture : captures->exchanges) {
     if (capture.unasked) {
-      ExchangeDecoder* const speaker = decoders.Speaker();
+      diagnosis::ExchangeDecoder* const speaker = decoders.Speaker();
       // A trace may begin in the midst of an exchange, and has stray bytes.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
@@ -265,7 +274,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
       }
       any = true;
       if (capture.reply_masked) continue;
-      for (const HeardMessage& message : speaker->Hear(capture.reply)) {
+      for (const diagnosis::HeardMessage& message : speaker->Hear(capture.reply)) {
         print(message.decoded, capture);
       }
       continue;
@@ -280,4 +289,4 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   return fail(kExitUsage, "no exchange here; write lines \"> hex\" and \"< hex\"");
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -15,14 +15,15 @@
 #include "gateway/diagnosis/decode/exchange_decoder.h"
 #include "gateway/records/trace/trace_text.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // Decoders for devices of which only the head of a trace and the command line are known. For
 // `decode` and `trace`.
 
 /// `head`: comments of the gateway (gateway/records/trace/trace_text.h). A device has none where
 /// its profile is a file that is not here.
-Decoders DecodersOf(const std::vector<std::string>& head, const config::Catalog& catalog);
+diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
+                               const config::Catalog& catalog);
 
 struct DecodeOptions {
   std::string protocol{};          ///< empty: as the head of a trace says of each device
@@ -39,4 +40,4 @@ struct DecodeOptions {
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -8,7 +8,7 @@
 #include "config/loader.h"
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using config::Device;
@@ -18,7 +18,7 @@ using config::Problems;
 
 const Mark kCommandLine = {"command line", 0, 0};
 
-config::Profile ReadProfile(const std::string& name, const Protocol& protocol,
+config::Profile ReadProfile(const std::string& name, const protocols::Protocol& protocol,
                             const config::Catalog& catalog, Problems& problems) {
   if (name.empty()) return {};
   config::LoadedProfile loaded = config::LoadProfile(name, protocol, catalog);
@@ -30,14 +30,14 @@ config::Profile ReadProfile(const std::string& name, const Protocol& protocol,
   return std::move(loaded.profile);
 }
 
-void SetOption(const std::string& setting, const Protocol& protocol, config::Options& options,
-               Problems& problems) {
+void SetOption(const std::string& setting, const protocols::Protocol& protocol,
+               config::Options& options, Problems& problems) {
   const auto equals = setting.find('=');
   if (equals == std::string::npos) return problems.Error(kCommandLine, "--set: write key=value");
   const std::string key = setting.substr(0, equals);
   std::vector<std::string_view> names;
-  for (const OptionSpec& spec : protocol.options) {
-    if (spec.scope != OptionSpec::Scope::device) continue;
+  for (const protocols::OptionSpec& spec : protocol.options) {
+    if (spec.scope != protocols::OptionSpec::Scope::device) continue;
     names.push_back(spec.name);
     if (spec.name != key) continue;
     auto value = config::ParseOption(spec, setting.substr(equals + 1));
@@ -47,11 +47,11 @@ void SetOption(const std::string& setting, const Protocol& protocol, config::Opt
     return config::Override(options, given);
   }
   problems.Error(kCommandLine, "--set: unknown key " + problems.ShownKey(key) + ";" +
-                                   config::DidYouMean(key, names) +
-                                   " allowed: " + (names.empty() ? "none" : config::Join(names)));
+                                   DidYouMean(key, names) +
+                                   " allowed: " + (names.empty() ? "none" : Join(names)));
 }
 
-Device MakeDevice(const WantedDevice& wanted, const Protocol& protocol,
+Device MakeDevice(const WantedDevice& wanted, const protocols::Protocol& protocol,
                   const config::Catalog& catalog, config::LineAddresses& addresses,
                   Problems& problems) {
   const config::Profile profile = ReadProfile(wanted.profile, protocol, catalog, problems);
@@ -72,7 +72,7 @@ Device MakeDevice(const WantedDevice& wanted, const Protocol& protocol,
   return device;
 }
 
-config::SerialSettings MakeSerial(const std::string& text, const Protocol& protocol,
+config::SerialSettings MakeSerial(const std::string& text, const protocols::Protocol& protocol,
                                   Problems& problems) {
   if (text.empty()) return protocol.serial;
   const auto serial = config::ParseSerial(text, protocol.serial);
@@ -124,4 +124,4 @@ Result<Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog) 
   return Error{message};
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -10,7 +10,7 @@
 #include "config/model/line.h"
 #include "gateway/base/result.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct WantedDevice {
   std::string name = "device";
@@ -33,4 +33,4 @@ Result<std::string> ProtocolOfProfile(const std::string& profile, const config::
 /// Every option of every device is present. The error lists all that is wrong, a line each.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -15,7 +15,7 @@
 #include "gateway/tools/cli/offline/profiles.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
@@ -60,7 +60,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using config::kAgeOffset;
 using config::kQualityOffset;
-using config::TextTable;
 
 /// What clients may do; empty: nothing.
 std::string AccessText(const config::Point& point) {
@@ -373,4 +372,4 @@ void PrintStructuredText(const config::Config& config, std::ostream& out) {
   });
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -11,7 +11,7 @@
 #include "config/catalog/catalog.h"
 #include "config/model/config.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // Where a point of a configuration is found on Modbus, for the forms of `baudgate map`.
 
@@ -42,4 +42,4 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
 /// the PLC has to copy where.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "gateway/base/whole_file.h"
 #include "gateway/tools/cli/offline/check.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
@@ -27,7 +27,7 @@ char TakeNamedSeparator(std::string_view& text) {
   if (line.size() > 2 && line.starts_with('"') && line.ends_with('"')) {
     line = line.substr(1, line.size() - 2);
   }
-  if (line.size() != 5 || config::Lower(line.substr(0, 4)) != "sep=") return '\0';
+  if (line.size() != 5 || Lower(line.substr(0, 4)) != "sep=") return '\0';
   text.remove_prefix(end);
   return line[4];
 }
@@ -112,7 +112,7 @@ namespace {
 /// Letters and digits, in lower case.
 std::string Bare(std::string_view text) {
   std::string bare;
-  for (const char c : config::Lower(text)) {
+  for (const char c : Lower(text)) {
     if ((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9')) bare += c;
   }
   return bare;
@@ -418,7 +418,7 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
     err << "baudgate: " << options.file << " is UTF-16 or no text; save it as CSV in UTF-8\n";
     return kExitBadConfiguration;
   }
-  const Protocol* protocol = catalog.FindProtocol(kProtocol);
+  const protocols::Protocol* protocol = catalog.FindProtocol(kProtocol);
   if (protocol == nullptr) {
     err << "baudgate: protocol " << kProtocol << " is not installed\n";
     return kExitCanNot;
@@ -450,4 +450,4 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "gateway/base/result.h"
 #include "gateway/tools/cli/offline/register_list.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The words of register lists: what their columns, types, tables and permissions are called.
 
@@ -95,4 +95,4 @@ struct NewProfileOptions {
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -12,46 +12,45 @@
 #include "gateway/tools/cli/offline/check.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using config::TextTable;
 
-std::string_view KindName(OptionSpec::Kind kind) {
+std::string_view KindName(protocols::OptionSpec::Kind kind) {
   switch (kind) {
-    case OptionSpec::Kind::flag:
+    case protocols::OptionSpec::Kind::flag:
       return "true or false";
-    case OptionSpec::Kind::integer:
+    case protocols::OptionSpec::Kind::integer:
       return "whole number";
-    case OptionSpec::Kind::real:
+    case protocols::OptionSpec::Kind::real:
       return "number";
-    case OptionSpec::Kind::text:
+    case protocols::OptionSpec::Kind::text:
       return "text";
-    case OptionSpec::Kind::duration:
+    case protocols::OptionSpec::Kind::duration:
       return "duration";
-    case OptionSpec::Kind::choice:
+    case protocols::OptionSpec::Kind::choice:
       return "choice";
-    case OptionSpec::Kind::texts:
+    case protocols::OptionSpec::Kind::texts:
       return "list of texts";
-    case OptionSpec::Kind::pairs:
+    case protocols::OptionSpec::Kind::pairs:
       return "map of texts";
-    case OptionSpec::Kind::description:
+    case protocols::OptionSpec::Kind::description:
       return "map";
   }
   return "text";
 }
 
-std::string Allowed(const OptionSpec& option) {
-  if (option.kind == OptionSpec::Kind::choice) return std::string(option.choices);
-  const bool is_number =
-      option.kind == OptionSpec::Kind::integer || option.kind == OptionSpec::Kind::real;
+std::string Allowed(const protocols::OptionSpec& option) {
+  if (option.kind == protocols::OptionSpec::Kind::choice) return std::string(option.choices);
+  const bool is_number = option.kind == protocols::OptionSpec::Kind::integer ||
+                         option.kind == protocols::OptionSpec::Kind::real;
   if (!is_number || option.minimum >= option.maximum) return "";
   return FormatNumber(option.minimum) + "…" + FormatNumber(option.maximum);
 }
 
-std::string_view ScopeName(const OptionSpec& option) {
-  return option.scope == OptionSpec::Scope::line ? "line" : "device";
+std::string_view ScopeName(const protocols::OptionSpec& option) {
+  return option.scope == protocols::OptionSpec::Scope::line ? "line" : "device";
 }
 
 /// Times that are computed from a bit rate have nanoseconds, which are of no use to a reader.
@@ -59,7 +58,7 @@ Duration Rounded(Duration time) {
   return Duration(std::chrono::round<std::chrono::milliseconds>(10 * time)) / 10;
 }
 
-void PrintTimes(const Protocol& protocol, std::ostream& out) {
+void PrintTimes(const protocols::Protocol& protocol, std::ostream& out) {
   const config::Timing timing = protocol.timing(protocol.serial);
   out << "\nDefaults\n";
   if (!protocol.tcp) out << "  serial: " << protocol.serial.ToString() << '\n';
@@ -76,11 +75,11 @@ void PrintTimes(const Protocol& protocol, std::ostream& out) {
   out << " }\n";
 }
 
-void PrintOne(const Protocol& protocol, std::ostream& out) {
+void PrintOne(const protocols::Protocol& protocol, std::ostream& out) {
   out << protocol.name << ": " << protocol.title << '\n';
   if (!protocol.options.empty()) {
     out << "\nOptions\n";
-    for (const OptionSpec& option : protocol.options) {
+    for (const protocols::OptionSpec& option : protocol.options) {
       const std::string allowed = Allowed(option);
       out << "  " << option.name << " (" << ScopeName(option) << "; " << KindName(option.kind)
           << (allowed.empty() ? "" : ": " + allowed) << "; default "
@@ -91,7 +90,7 @@ void PrintOne(const Protocol& protocol, std::ostream& out) {
   if (!protocol.decoders.empty()) {
     out << "\nWhat `read` can say\n";
     TextTable table({"form", "meaning"});
-    for (const DecoderSpec& decoder : protocol.decoders) {
+    for (const protocols::DecoderSpec& decoder : protocol.decoders) {
       table.Add({std::string(decoder.form), std::string(decoder.help)});
     }
     table.PrintAligned(out, "  ");
@@ -99,9 +98,9 @@ void PrintOne(const Protocol& protocol, std::ostream& out) {
   PrintTimes(protocol, out);
 }
 
-Json ToJson(const Protocol& protocol) {
+Json ToJson(const protocols::Protocol& protocol) {
   Json options = Json::array();
-  for (const OptionSpec& option : protocol.options) {
+  for (const protocols::OptionSpec& option : protocol.options) {
     options.push_back({{"name", option.name},
                        {"scope", ScopeName(option)},
                        {"kind", KindName(option.kind)},
@@ -111,7 +110,7 @@ Json ToJson(const Protocol& protocol) {
                        {"help", option.help}});
   }
   Json decoders = Json::array();
-  for (const DecoderSpec& decoder : protocol.decoders) {
+  for (const protocols::DecoderSpec& decoder : protocol.decoders) {
     decoders.push_back({{"form", decoder.form}, {"help", decoder.help}});
   }
   return {{"name", protocol.name},
@@ -137,12 +136,11 @@ int RunProtocols(const std::string& name, bool json, const config::Catalog& cata
     err << "baudgate: " << any.error() << '\n';
     return kExitCanNot;
   }
-  const Protocol* one = name.empty() ? nullptr : catalog.FindProtocol(name);
+  const protocols::Protocol* one = name.empty() ? nullptr : catalog.FindProtocol(name);
   if (!name.empty() && !one) {
     const std::vector<std::string_view> installed = catalog.ProtocolNames();
-    err << "protocol " << config::Quoted(name) << " is not installed;"
-        << config::DidYouMean(name, installed)
-        << " installed: " << (installed.empty() ? "none" : config::Join(installed)) << '\n';
+    err << "protocol " << Quoted(name) << " is not installed;" << DidYouMean(name, installed)
+        << " installed: " << (installed.empty() ? "none" : Join(installed)) << '\n';
     return kExitUsage;
   }
   if (json) {
@@ -163,7 +161,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using config::ProfileFile;
-using config::TextTable;
 
 std::string TableText(const config::Point& point) {
   if (!point.modbus) return "";
@@ -222,7 +219,7 @@ int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::
   TextTable table({"protocol", "profile", "points", "device", "of this machine"});
   Json list = Json::array();
   for (const ProfileFile& file : files) {
-    const Protocol* protocol = catalog.FindProtocol(file.protocol);
+    const protocols::Protocol* protocol = catalog.FindProtocol(file.protocol);
     if (!protocol) continue;
     const auto loaded = config::LoadProfile(file.path.string(), *protocol, catalog);
     const std::string title = loaded.ok() ? loaded.profile.title : "(bad; see profiles NAME)";
@@ -264,12 +261,11 @@ void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matchi
   std::vector<std::string_view> names;
   if (matching.empty()) {
     for (const ProfileFile& file : files) names.push_back(file.name);
-    err << "profile " << config::Quoted(name) << " is not installed;"
-        << config::DidYouMean(name, names)
-        << " installed: " << (names.empty() ? "none" : config::Join(names)) << '\n';
+    err << "profile " << Quoted(name) << " is not installed;" << DidYouMean(name, names)
+        << " installed: " << (names.empty() ? "none" : Join(names)) << '\n';
     return;
   }
-  err << "several protocols have a profile " << config::Quoted(name) << "; write";
+  err << "several protocols have a profile " << Quoted(name) << "; write";
   for (const ProfileFile& file : matching) err << ' ' << file.protocol << '/' << file.name;
   err << '\n';
 }
@@ -304,9 +300,9 @@ int RunProfiles(const std::string& name, ProfileFormat format, const config::Cat
     ExplainMiss(name, matching, files, err);
     return kExitUsage;
   }
-  const Protocol* protocol = catalog.FindProtocol(matching.front().protocol);
+  const protocols::Protocol* protocol = catalog.FindProtocol(matching.front().protocol);
   if (!protocol) {
-    err << "profile " << config::Quoted(name) << " is for protocol " << matching.front().protocol
+    err << "profile " << Quoted(name) << " is for protocol " << matching.front().protocol
         << ", which is not installed\n";
     return kExitUsage;
   }
@@ -322,7 +318,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Judged {
-  const Protocol* protocol = nullptr;
+  const protocols::Protocol* protocol = nullptr;
   config::LoadedProfile loaded;
 };
 
@@ -333,12 +329,12 @@ std::size_t Errors(const std::vector<config::Problem>& problems) {
 
 /// What the protocol would warn of in every device of this type.
 void AddDoubts(Judged& judged) {
-  const Protocol& protocol = *judged.protocol;
+  const protocols::Protocol& protocol = *judged.protocol;
   if (protocol.doubts == nullptr) return;
   for (const char* address : {"1", "0"}) {
     if (!protocol.canonical_address(address)) continue;
     const auto device = config::DeviceFromProfile(judged.loaded.profile, protocol, "x", address);
-    for (const ConfigRemark& doubt : protocol.doubts(device)) {
+    for (const protocols::ConfigRemark& doubt : protocol.doubts(device)) {
       if (doubt.point >= device.points.size()) continue;
       const config::Point& point = device.points[doubt.point];
       judged.loaded.problems.push_back(
@@ -348,7 +344,7 @@ void AddDoubts(Judged& judged) {
   }
 }
 
-Judged Judge(const std::string& text, const std::string& file, const Protocol& protocol,
+Judged Judge(const std::string& text, const std::string& file, const protocols::Protocol& protocol,
              const config::Catalog& catalog) {
   const std::string name = fs::path(file).stem().string();
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
@@ -358,7 +354,7 @@ Judged Judge(const std::string& text, const std::string& file, const Protocol& p
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();
-  if (const Protocol* protocol = catalog.FindProtocol(folder)) {
+  if (const protocols::Protocol* protocol = catalog.FindProtocol(folder)) {
     return Judge(text, file, *protocol, catalog);
   }
   std::optional<Judged> best;
@@ -409,4 +405,4 @@ int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& c
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

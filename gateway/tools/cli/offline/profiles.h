@@ -11,7 +11,7 @@
 #include "config/catalog/catalog.h"
 #include "config/model/point.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // "float32", "string(12)", "DT".
 
@@ -50,4 +50,4 @@ struct CheckProfileOptions {
 int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& catalog,
                     std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

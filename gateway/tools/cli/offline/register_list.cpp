@@ -9,7 +9,7 @@
 #include "gateway/base/text.h"
 #include "gateway/tools/cli/offline/new_profile.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 std::size_t EndOfRegisters(const ListedPoint& point) {
@@ -39,9 +39,8 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
       const bool same =
           before->address == point->address && EndOfRegisters(*before) == EndOfRegisters(*point);
       const std::string text = file + ":" + std::to_string(point->line) + ": " +
-                               config::Quoted(point->name) + " (" + RegistersText(*point) + ") ";
-      const std::string other =
-          config::Quoted(before->name) + " in line " + std::to_string(before->line);
+                               Quoted(point->name) + " (" + RegistersText(*point) + ") ";
+      const std::string other = Quoted(before->name) + " in line " + std::to_string(before->line);
       if (same) {
         list.warnings.push_back(text + "reads the same as " + other);
       } else {
@@ -54,8 +53,6 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
     if (farther) before = point;
   }
 }
-
-using config::Quoted;
 
 struct Register {
   std::string table;  // empty: the number does not tell it
@@ -126,7 +123,7 @@ bool IsCamelCase(std::string_view text) {
 /// "Voltage L1-N" → "voltage_l1_n".
 std::string PointName(std::string_view text) {
   std::string name;
-  for (const char c : config::Lower(text)) {
+  for (const char c : Lower(text)) {
     const bool word = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
     if (word) {
       name += c;
@@ -264,7 +261,7 @@ class ListReader {
     point.description = Cell(row, ListColumn::description);
     const bool usable = config::CheckPointName(given).ok();
     point.name = PointName(given);
-    if (usable) point.name = IsCamelCase(given) ? given : config::Lower(given);
+    if (usable) point.name = IsCamelCase(given) ? given : Lower(given);
     if (point.name.empty()) {
       Error(row.line, given.empty() ? "no name"
                                     : "name " + Quoted(given) +
@@ -272,7 +269,7 @@ class ListReader {
       return;
     }
     if (!usable && point.description.empty()) point.description = given;
-    const auto [first, is_new] = names_.emplace(config::Lower(point.name), row.line);
+    const auto [first, is_new] = names_.emplace(Lower(point.name), row.line);
     if (!is_new) {
       Error(row.line, "point " + Quoted(point.name) + " stands twice, first in line " +
                           std::to_string(first->second) + "; give one of them another name");
@@ -313,7 +310,7 @@ class ListReader {
     const auto blank = text.find(' ');
     if (blank != std::string::npos) {
       const auto table = TableNamed(text.substr(0, blank));
-      const bool word = table && config::Lower(text).starts_with(*table);
+      const bool word = table && Lower(text).starts_with(*table);
       const auto range = word ? RangeOf(text.substr(blank)) : std::nullopt;
       if (range && range->first <= 65'535) {
         return Register{*table, static_cast<std::uint16_t>(range->first), range->count};
@@ -438,7 +435,7 @@ class ListReader {
   void ReadRest(const CsvRow& row, ListedPoint& point) {
     point.unit = Cell(row, ListColumn::unit);
     if (WithPlainDashes(point.unit) == "-") point.unit.clear();
-    point.group = config::Lower(Cell(row, ListColumn::group));
+    point.group = Lower(Cell(row, ListColumn::group));
     if (const std::string given = Cell(row, ListColumn::access); !given.empty()) {
       const auto access = AccessNamed(given);
       if (!access) Error(row.line, "access " + Quoted(given) + " is unknown; write r, w or rw");
@@ -475,4 +472,4 @@ RegisterList ReadRegisterList(const std::string& text, const std::string& file,
   return ListReader(file, table, first).Read(text);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

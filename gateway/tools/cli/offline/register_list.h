@@ -11,7 +11,7 @@
 
 #include "gateway/base/decimal.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// What the list calls the first holding register. Manuals differ, and no list says it.
 enum class FirstRegister : std::uint8_t {
@@ -49,4 +49,4 @@ struct RegisterList {
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

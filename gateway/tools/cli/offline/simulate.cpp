@@ -20,7 +20,7 @@
 #include "gateway/tools/simulate/simulator.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err) {
@@ -130,7 +130,7 @@ class Bench {
   }
 
   void PrintLines(const config::Config& config, std::ostream& out) const {
-    config::TextTable table({"line", "port", "serial", "devices"});
+    TextTable table({"line", "port", "serial", "devices"});
     for (std::size_t i = 0; i < simulators_.size(); ++i) {
       const config::Line& line = config.lines[i];
       std::string devices;
@@ -255,4 +255,4 @@ int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalo
   return kExitDone;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

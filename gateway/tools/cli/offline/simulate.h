@@ -12,7 +12,7 @@
 #include "gateway/tools/simulate/residents.h"
 #include "gateway/tools/simulate/twin_faults.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct SimulateOptions {
   std::string profile;
@@ -47,4 +47,4 @@ int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalo
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -20,7 +20,7 @@
 #include "gateway/tools/terminal/tables.h"
 #include "transports/serial_port.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -207,7 +207,8 @@ std::string HowToMend(const Person& person, const PortFile& file) {
   const std::string who =
       person.is_service ? "the service (user baudgate)" : "you (" + person.name + ")";
   const std::string head = fmt::format("{} may not open {}: ", who, file.path);
-  if (!IsGroupForPorts(file.group, file.mode)) return head + HowToGive(file.path);
+  if (!transports::IsGroupForPorts(file.group, file.mode))
+    return head + transports::HowToGive(file.path);
   if (person.is_service) {
     return head + fmt::format(
                       "sudo systemctl edit baudgate, with [Service] and "
@@ -337,7 +338,7 @@ std::string AdapterText(const FoundPort& port) {
 }
 
 void PrintTable(const std::vector<Row>& rows, std::ostream& out) {
-  config::TextTable table({"port", "driver", "adapter", "held by", "name that stays"});
+  TextTable table({"port", "driver", "adapter", "held by", "name that stays"});
   for (const Row& row : rows) {
     table.Add({row.port.path(), row.port.driver, AdapterText(row.port), Joined(row.held_by),
                row.port.links.empty() ? "" : row.port.links.front()});
@@ -384,4 +385,4 @@ int RunPorts(const PortsOptions& options, std::ostream& out) {
   return ShowPorts(options.json, place, out);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::tools {
 
 // The serial ports of the machine, as /sys and the links in /dev tell of them. Nothing is opened:
 // opening a port moves its DTR and RTS.
@@ -86,4 +86,4 @@ int ShowPorts(bool json, const PortsPlace& place, std::ostream& out);
 /// The same of this machine.
 int RunPorts(const PortsOptions& options, std::ostream& out);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

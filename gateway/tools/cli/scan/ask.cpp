@@ -16,7 +16,7 @@
 #include "gateway/tools/terminal/command_end.h"
 #include "protocols/frame_rule.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -28,7 +28,7 @@ struct Exchanged {
   std::string sent{};      ///< in hex; secrets are masked; empty: nothing was
   std::string received{};  ///< in hex
   std::string reason{};
-  TracedDevice device{};
+  records::TracedDevice device{};
 };
 
 int Fail(std::ostream& err, int code, const std::string& why) {
@@ -110,7 +110,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
     return Fail(err, kExitUsage,
                 "--protocol is missing, and the telegram does not begin as those of one do");
   }
-  const Protocol* known = catalog.FindProtocol(name);
+  const protocols::Protocol* known = catalog.FindProtocol(name);
   if (known != nullptr && known->telegram == nullptr) {
     return Fail(err, kExitUsage, "telegrams by hand are not supported for " + name);
   }
@@ -126,8 +126,8 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
                 .devices = {{.profile = options.profile, .address = "1", .set = options.set}}},
                catalog);
   if (!line) return Fail(err, kExitUsage, line.error());
-  const Protocol& protocol = *catalog.FindProtocol(name);
-  const ParsedOptions its = ParseOptions(protocol, line->devices.front().options);
+  const protocols::Protocol& protocol = *catalog.FindProtocol(name);
+  const protocols::ParsedOptions its = ParseOptions(protocol, line->devices.front().options);
   const auto bytes = WrittenOf(options.telegram);
   if (!bytes) return Fail(err, kExitUsage, bytes.error());
   const auto telegram = protocol.telegram->complete(*bytes, its);
@@ -177,7 +177,8 @@ int AskGateway(const AskOptions& options, const config::Catalog& catalog, std::o
   exchange.reason = answer.value("reason", "");
   exchange.device.protocol = answer.value("protocol", "");
   for (const Json& line : answer.value("head", Json::array())) {
-    const auto device = line.is_string() ? ReadTracedDevice(line.get<std::string>()) : std::nullopt;
+    const auto device =
+        line.is_string() ? records::ReadTracedDevice(line.get<std::string>()) : std::nullopt;
     if (device && device->name == answer.value("device", "")) exchange.device = *device;
   }
   if (!exchange.sent.empty()) return Show(options, exchange, catalog, out);
@@ -206,4 +207,4 @@ int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostre
   return AskGateway(options, catalog, out, err);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -9,7 +9,7 @@
 
 #include "config/catalog/catalog.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct AskOptions {
   std::string target;              ///< a port; or LINE or LINE.DEVICE of the running gateway
@@ -30,4 +30,4 @@ struct AskOptions {
 int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
            std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

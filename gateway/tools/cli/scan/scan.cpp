@@ -22,7 +22,7 @@
 #include "gateway/tools/terminal/tables.h"
 #include "transports/tcp_client.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -124,8 +124,7 @@ void ScanView::Conclude(const scan::Report& report) {
             "swapped, is the bus powered?\n";
   }
   if (!options_.json && !report.found.empty()) {
-    config::TextTable table(
-        {"protocol", "serial", "address", "identity", "profile", "unit", "remarks"});
+    TextTable table({"protocol", "serial", "address", "identity", "profile", "unit", "remarks"});
     for (const scan::Found& found : report.found) {
       table.Add({found.protocol, network_ ? "" : found.serial.ToString(),
                  std::to_string(found.address), found.identity,
@@ -152,7 +151,9 @@ constexpr Duration kLastAnswer = 1s;
 
 /// As a configuration wants it.
 std::string PortOf(const std::string& target) {
-  return IsTcpPort(target) ? target : std::filesystem::absolute(target).lexically_normal().string();
+  return transports::IsTcpPort(target)
+             ? target
+             : std::filesystem::absolute(target).lexically_normal().string();
 }
 
 Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& catalog) {
@@ -252,7 +253,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     if (!loan) return code;
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
-  wish->network = IsTcpPort(port);
+  wish->network = transports::IsTcpPort(port);
   config::SerialSettings first;  // any port does it
   first.rs485.enabled = options.rs485;
   auto wire = PortWire::Open(port, first, stop);
@@ -286,4 +287,4 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   return code == kExitDone ? written : code;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -14,7 +14,7 @@
 #include "gateway/tools/scan/scanner.h"
 #include "gateway/tools/terminal/command_end.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct ScanOptions {
   std::string target;    ///< a port, or a line of the running gateway
@@ -67,4 +67,4 @@ class ScanView final : public scan::Watcher {
   Instant drawn_at_{};
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

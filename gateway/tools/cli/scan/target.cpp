@@ -10,14 +10,14 @@
 #include "gateway/tools/cli/client/control_client.h"
 #include "gateway/tools/cli/client/operation.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 bool IsPort(const std::string& target) { return target.find('/') != std::string::npos; }
 
 Status CheckTarget(const std::string& target) {
   if (IsPort(target) || target.find(':') == std::string::npos) return {};
-  return Error{config::Quoted(target) +
-               " is no line of a gateway; a serial server is written tcp://" + target};
+  return Error{Quoted(target) + " is no line of a gateway; a serial server is written tcp://" +
+               target};
 }
 
 namespace {
@@ -82,7 +82,7 @@ PortWire::PortWire(const std::string& port, const config::SerialSettings& serial
   line_.name = "scan";
   line_.port = port;
   line_.serial = serial;
-  transport_ = MakeTransport(line_, io_, *this);
+  transport_ = transports::MakeTransport(line_, io_, *this);
   stop_.async_wait(asio::posix::stream_descriptor::wait_read,
                    [this](const asio::error_code& error) { stopped_ = stopped_ || !error; });
 }
@@ -121,7 +121,7 @@ Status PortWire::Apply(const config::SerialSettings& serial) {
 }
 
 std::uint32_t PortWire::Damaged() const {
-  const PortCounters counters = transport_->Counters();
+  const transports::PortCounters counters = transport_->Counters();
   return counters.parity + counters.framing;
 }
 
@@ -182,4 +182,4 @@ Result<scan::Gathered> PortWire::Ask(View request, Duration patience, Duration g
   return Taken(std::move(early), before);
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

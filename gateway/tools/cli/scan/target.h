@@ -16,7 +16,7 @@
 #include "gateway/tools/terminal/command_end.h"
 #include "transports/transport.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 /// Everything else is a line of the gateway: names have no '/'.
 bool IsPort(const std::string& target);
@@ -50,7 +50,7 @@ class LineLoan {
 };
 
 // A port as the wire of a scan: bytes go to and come from a transport, in the time of this machine.
-class PortWire final : public scan::Wire, private TransportListener {
+class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
   /// The error says why the port cannot be opened. `stop` outlives the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
@@ -81,7 +81,7 @@ class PortWire final : public scan::Wire, private TransportListener {
   asio::io_context io_{1};
   asio::posix::stream_descriptor stop_;
   config::Line line_;
-  std::unique_ptr<Transport> transport_;
+  std::unique_ptr<transports::Transport> transport_;
   Bytes heard_;
   Instant last_byte_{};
   const bool rs485_;  ///< the driver switches the direction
@@ -90,4 +90,4 @@ class PortWire final : public scan::Wire, private TransportListener {
   std::string lost_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -21,7 +21,7 @@
 namespace baudgate::settings {
 namespace {
 
-using Json = ControlClient::Json;
+using Json = tools::ControlClient::Json;
 
 /// The exit code where both sides are known, and it is not as it should be.
 constexpr int kDiffers = 3;
@@ -30,7 +30,7 @@ constexpr int kDiffers = 3;
 constexpr Duration kWaitForAnswer = 60s;
 
 /// Reads the file and asks for the device; both have to fit. The exit code, or 0.
-int ReadBoth(const SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
+int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
     err << sheet.error() << '\n';
@@ -52,18 +52,19 @@ void PrintOpen(const Comparison& comparison, std::ostream& err) {
 }  // namespace
 
 WriteReport SocketWriter::Write(const std::string& point, const std::string& value) {
-  auto client = ControlClient::Connect(path_);
+  auto client = tools::ControlClient::Connect(path_);
   if (!client) return {"not_sent", client.error()};
   client->Send({{"command", "write"}, {"target", point}, {"value", value}, {"confirm", true}});
   std::string line;
-  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) != ControlClient::Got::line) {
+  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
+      tools::ControlClient::Got::line) {
     return {"unknown", "the gateway at " + client->path() + " did not answer"};
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
     return {"unknown", "what answers at " + client->path() + " is no gateway"};
-  if (answer.contains("error")) return {"denied", TextOf(answer, "message")};
-  WriteReport report{TextOf(answer, "end"), TextOf(answer, "reason")};
+  if (answer.contains("error")) return {"denied", tools::TextOf(answer, "message")};
+  WriteReport report{tools::TextOf(answer, "end"), tools::TextOf(answer, "reason")};
   report.read_back = answer.value("read_back", false);
   if (report.end.empty()) return {"unknown", "the gateway is of another version"};
   return report;
@@ -71,17 +72,18 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
 
 std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
                                                 const std::string& value) {
-  auto client = ControlClient::Connect(path_);
+  auto client = tools::ControlClient::Connect(path_);
   if (!client) return client.error();
   client->Send({{"command", "may_write"}, {"target", point}, {"value", value}});
   std::string line;
-  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) != ControlClient::Got::line) {
+  if (client->ReadLine(line, ReadClocks().instant + kWaitForAnswer) !=
+      tools::ControlClient::Got::line) {
     return "the gateway at " + client->path() + " did not answer";
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object()) return "what answers at " + client->path() + " is no gateway";
   if (answer.value("may_write", false)) return std::nullopt;
-  return TextOf(answer, answer.contains("error") ? "message" : "reason");
+  return tools::TextOf(answer, answer.contains("error") ? "message" : "reason");
 }
 
 std::string Count(std::size_t count) {
@@ -90,7 +92,7 @@ std::string Count(std::size_t count) {
 
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out) {
-  config::TextTable table({"setting", "item", "device", "file", "unit", "note"});
+  tools::TextTable table({"setting", "item", "device", "file", "unit", "note"});
   for (const auto& [filed, now] : differences) {
     const char* note = !now->writable ? "read-only" : denied.contains(filed->point) ? "denied" : "";
     table.Add({filed->point, filed->item, *now->value, *filed->value, filed->unit, note});
@@ -100,7 +102,7 @@ void PrintTable(const std::vector<Difference>& differences, const std::set<std::
 
 }  // namespace baudgate::settings
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using namespace settings;  // NOLINT
@@ -396,4 +398,4 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   return restore.good() && all ? 0 : kDiffers;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

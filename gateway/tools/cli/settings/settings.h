@@ -47,7 +47,7 @@ class SocketWriter final : public PointWriter {
 
 }  // namespace baudgate::settings
 
-namespace baudgate {
+namespace baudgate::tools {
 
 struct SettingsOptions {
   std::string target;  ///< LINE.DEVICE
@@ -66,7 +66,7 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
 int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& writer,
                        std::ostream& out, std::ostream& err);
 
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
 namespace baudgate::settings {
 

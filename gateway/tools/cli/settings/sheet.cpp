@@ -13,17 +13,18 @@
 namespace baudgate::settings {
 namespace {
 
-using Json = ControlClient::Json;
+using Json = tools::ControlClient::Json;
 
 Setting SettingOf(const Json& json) {
   Setting setting;
-  setting.point = TextOf(json, "point");
-  setting.item = TextOf(json, "item");
-  if (json.contains("value") && json["value"].is_string()) setting.value = TextOf(json, "value");
-  setting.unit = TextOf(json, "unit");
+  setting.point = tools::TextOf(json, "point");
+  setting.item = tools::TextOf(json, "item");
+  if (json.contains("value") && json["value"].is_string())
+    setting.value = tools::TextOf(json, "value");
+  setting.unit = tools::TextOf(json, "unit");
   if (json.contains("scale") && json["scale"].is_number()) setting.scale = json["scale"];
   setting.known = setting.value && json.value("known", false);
-  setting.quality = TextOf(json, "quality_text");
+  setting.quality = tools::TextOf(json, "quality_text");
   if (json.contains("age_ms") && json["age_ms"].is_number_integer()) {
     setting.age = std::chrono::milliseconds(json["age_ms"].get<std::int64_t>());
   }
@@ -68,15 +69,15 @@ int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet,
              std::ostream& err) {
   Json answer;
   const Json request = {{"command", "settings"}, {"target", target}};
-  if (const int code = Ask(socket, request, answer, err); code != 0) return code;
+  if (const int code = tools::Ask(socket, request, answer, err); code != 0) return code;
   sheet = {};
-  sheet.gateway = TextOf(answer, "gateway");
-  sheet.line = TextOf(answer, "line");
-  sheet.device = TextOf(answer, "device");
-  sheet.protocol = TextOf(answer, "protocol");
-  sheet.profile = TextOf(answer, "profile");
-  sheet.designation = TextOf(answer, "designation");
-  sheet.time = TextOf(answer, "time");
+  sheet.gateway = tools::TextOf(answer, "gateway");
+  sheet.line = tools::TextOf(answer, "line");
+  sheet.device = tools::TextOf(answer, "device");
+  sheet.protocol = tools::TextOf(answer, "protocol");
+  sheet.profile = tools::TextOf(answer, "profile");
+  sheet.designation = tools::TextOf(answer, "designation");
+  sheet.time = tools::TextOf(answer, "time");
   for (const Json& setting : answer.value("settings", Json::array())) {
     if (setting.is_object()) sheet.settings.push_back(SettingOf(setting));
   }
@@ -214,7 +215,7 @@ bool IsSameValue(const std::string& a, const std::string& b, std::optional<doubl
 }
 
 Status CheckFit(const Sheet& file, const Sheet& now) {
-  const auto quoted = [](const std::string& text) { return config::Quoted(text); };
+  const auto quoted = [](const std::string& text) { return baudgate::Quoted(text); };
   if (file.protocol != now.protocol || file.profile != now.profile) {
     return Wrong(file.mark, "these are settings of a " + file.protocol + " device of profile " +
                                 quoted(file.profile) + ", and " + now.target() + " is one of " +

@@ -7,7 +7,7 @@
 
 #include "tests/gateway/bus/poller/part_fixture.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using ::testing::ElementsAre;
@@ -179,4 +179,4 @@ TEST_F(AccountsTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -11,14 +11,14 @@
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class DeviceHealthTest : public ::testing::Test {
  protected:
   void Task(Outcome outcome, Duration at) {
     health_.OnExchange(outcome);
-    health_.OnTask(outcome, kStart + at);
+    health_.OnTask(outcome, baudgate::kStart + at);
   }
   DeviceHealth health_;
 };
@@ -148,7 +148,8 @@ TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   line.retries = 5;
   line.devices[1].retries = 1;
   line.devices[1].enabled = false;
-  const Roster roster(line, 7, [](const std::string&) -> const Protocol& { return ToyProtocol(); });
+  const Roster roster(
+      line, 7, [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); });
   ASSERT_EQ(roster.devices().size(), 2U);
   EXPECT_EQ(roster.device(0).index, 7U);
   EXPECT_EQ(&roster.DeviceAt(8), &roster.device(1));
@@ -177,14 +178,19 @@ TEST(Roster, EntriesOfOneNameAreTheSameOnTheWire) {
 // counts.
 
 /// Says what times it needs, and nothing else.
-class Slow : public Conversation {
+class Slow : public protocols::Conversation {
  public:
   explicit Slow(config::Timing least) : least_(least) {}
-  std::span<const Query> Queries() const override { return {}; }
-  Result<Request> Ask(const Task&, Instant) override { return Error{"not asked"}; }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  std::span<const protocols::Query> Queries() const override { return {}; }
+  Result<protocols::Request> Ask(const protocols::Task&, Instant) override {
+    return Error{"not asked"};
+  }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::ok; }
-  Answer Interpret(View, View) override { return {}; }
+  protocols::Answer Interpret(View, View) override { return {}; }
   config::Timing LeastTimes(Duration) const override { return least_; }
 
  private:
@@ -193,7 +199,8 @@ class Slow : public Conversation {
 
 TEST(RosterTimes, TheLongerOneCounts) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"1"})});
-  Roster roster(line, 0, [](const std::string&) -> const Protocol& { return ToyProtocol(); });
+  Roster roster(line, 0,
+                [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); });
   Device& device = roster.device(0);
   const LineTimes configured = device.times;
 
@@ -225,16 +232,21 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 /// A device that says what the test says.
-class Saying final : public Conversation {
+class Saying final : public protocols::Conversation {
  public:
-  std::span<const Query> Queries() const override { return {}; }
-  Result<Request> Ask(const Task&, Instant) override { return Error{"nothing to ask"}; }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  std::span<const protocols::Query> Queries() const override { return {}; }
+  Result<protocols::Request> Ask(const protocols::Task&, Instant) override {
+    return Error{"nothing to ask"};
+  }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::ok; }
-  Answer Interpret(View, View) override { return {}; }
-  const DeviceTrouble& trouble() const override { return says; }
+  protocols::Answer Interpret(View, View) override { return {}; }
+  const protocols::DeviceTrouble& trouble() const override { return says; }
 
-  DeviceTrouble says;
+  protocols::DeviceTrouble says;
 };
 
 class DeviceStatesTest : public ::testing::Test, protected PollerListener {
@@ -285,7 +297,7 @@ TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
   const std::string wrong = "type 0D, the profile says 08";
   const std::string remark = "gives no events";
   struct Row {
-    DeviceTrouble says;
+    protocols::DeviceTrouble says;
     std::vector<std::string> told;
     std::vector<std::string> warned;
   };
@@ -316,4 +328,4 @@ TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -5,13 +5,13 @@
 #include "gateway/bus/exchange/line.h"
 #include "tests/transports/far_end.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Echo;
 
-Request Asking(std::string_view bytes, bool mirrors = false) {
-  Request request;
+protocols::Request Asking(std::string_view bytes, bool mirrors = false) {
+  protocols::Request request;
   request.bytes = ToBytes(bytes);
   request.expect.mirrors = mirrors;
   return request;
@@ -19,8 +19,8 @@ Request Asking(std::string_view bytes, bool mirrors = false) {
 
 class EchoWatchTest : public ::testing::Test {
  protected:
-  EchoWatch::Received Exchange(EchoWatch& watch, const Request& request, std::string_view heard,
-                               Outcome outcome = Outcome::ok) {
+  EchoWatch::Received Exchange(EchoWatch& watch, const protocols::Request& request,
+                               std::string_view heard, Outcome outcome = Outcome::ok) {
     watch.OnSent(request.bytes);
     EchoWatch::Received told = watch.OnReceived(ToBytes(heard), &request);
     end_ = {outcome, {}, {}, 0};
@@ -28,8 +28,8 @@ class EchoWatchTest : public ::testing::Test {
     return told;
   }
 
-  const Request read_ = Asking("?1");
-  const Request write_ = Asking("W1", true);
+  const protocols::Request read_ = Asking("?1");
+  const protocols::Request write_ = Asking("W1", true);
   ExchangeEnd end_;
   bool missed_ = false;
 };
@@ -221,4 +221,4 @@ TEST(EchoFilter, ARequestInTwoPiecesIsOneEcho) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

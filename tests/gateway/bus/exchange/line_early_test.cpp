@@ -5,7 +5,7 @@
 
 #include "tests/gateway/bus/exchange/line_fixture.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
@@ -347,4 +347,4 @@ INSTANTIATE_TEST_SUITE_P(Line, EveryState,
                                            State::drain));
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

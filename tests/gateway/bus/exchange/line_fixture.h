@@ -14,7 +14,7 @@
 #include "tests/support/times.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 using State = Line::State;
 
@@ -95,7 +95,7 @@ class LineTest : public ::testing::Test, protected LineClient {
 
   Tested line_{*this};
   Outcome verdict_ = Outcome::ok;
-  FrameRule rule_ = ToyProtocol().reply_rule;
+  protocols::FrameRule rule_ = ToyProtocol().reply_rule;
   bool lags_ = false;
   bool named_ = true;  // the reply names its device
   Duration aftermath_{};
@@ -108,4 +108,4 @@ class LineTest : public ::testing::Test, protected LineClient {
   const Bytes reply_ = ToyReply("A1=5");
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -5,7 +5,7 @@
 
 #include "tests/gateway/bus/exchange/line_fixture.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST_F(LineTest, ClosedOpenedIsIdle) {
@@ -155,8 +155,9 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
 
 /// Another device's reply: this one's may still come, unless it is known to lag by requests.
 TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
-  rule_ = [](View held, const Expectation&, bool) {
-    return Cut::Discard(held.size(), Outcome::unexpected, "not from the device that was asked");
+  rule_ = [](View held, const protocols::Expectation&, bool) {
+    return protocols::Cut::Discard(held.size(), Outcome::unexpected,
+                                   "not from the device that was asked");
   };
   for (const bool lags : {false, true}) {
     lags_ = lags;
@@ -172,8 +173,8 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
 
 /// The program was stopped meanwhile: the reply is as old as its last byte.
 TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
-  rule_ = [](View held, const Expectation&, bool idle) {
-    return idle ? Cut::Frame(held.size()) : Cut::NeedMore();
+  rule_ = [](View held, const protocols::Expectation&, bool idle) {
+    return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
   };
   Reach(State::await_first);
   line_.Feed(reply_, At(1015ms));
@@ -217,8 +218,9 @@ TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
   Exchange exchange;
   exchange.request.bytes = ToBytes("?");
   exchange.times = kTimes;
-  exchange.reply_rule = [](View held, const Expectation&, bool idle) {
-    return idle ? Cut::Frame(held.size()) : Cut::NeedMore();  // a frame that ends by silence only
+  exchange.reply_rule = [](View held, const protocols::Expectation&, bool idle) {
+    return idle ? protocols::Cut::Frame(held.size())
+                : protocols::Cut::NeedMore();  // a frame that ends by silence only
   };
   line_.Start(std::move(exchange), At(1s));
   line_.OnTimer(At(1001ms));
@@ -244,4 +246,4 @@ TEST_F(LineTest, ASecondExchangeKnowsNothingOfTheFirst) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

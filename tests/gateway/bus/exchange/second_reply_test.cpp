@@ -9,7 +9,7 @@
 #include "gateway/bus/exchange/line.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 const Bytes kReply = ToyReply("A1=5");
@@ -34,7 +34,7 @@ class SecondReplyTest : public ::testing::TestWithParam<Behind> {
  protected:
   /// Cuts the first reply out of what comes at once. True: it is alone.
   bool Come(View behind) {
-    Assembler assembler;
+    protocols::Assembler assembler;
     assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));
     assembler.Feed(Joined({kReply, Bytes(behind.begin(), behind.end())}));
     const Bytes frame = assembler.Next(false).value();
@@ -92,4 +92,4 @@ TEST(SecondReply, AnEmptyLineIsNone) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -11,31 +11,31 @@
 #include "tests/gateway/bus/exchange/line_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 constexpr Instant kOpened = Instant() + 1h;
 
 /// "<abc>"
-Cut Bracketed(View held, const Expectation& expect, bool) {
-  if (held[0] != '<') return Cut::Discard(1, Outcome::partial, "noise");
+protocols::Cut Bracketed(View held, const protocols::Expectation& expect, bool) {
+  if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::partial, "noise");
   const auto end = std::find(held.begin(), held.end(), '>');
-  if (end == held.end()) return Cut::NeedMore();
+  if (end == held.end()) return protocols::Cut::NeedMore();
   const auto size = static_cast<std::size_t>(end - held.begin()) + 1;
-  if (size > expect.max_bytes) return Cut::Discard(1, Outcome::corrupt, "too long");
-  return Cut::Frame(size);
+  if (size > expect.max_bytes) return protocols::Cut::Discard(1, Outcome::corrupt, "too long");
+  return protocols::Cut::Frame(size);
 }
 
 /// "abc\r"
-Cut Ended(View held, const Expectation&, bool) {
+protocols::Cut Ended(View held, const protocols::Expectation&, bool) {
   const auto end = std::find(held.begin(), held.end(), '\r');
-  if (end == held.end()) return Cut::NeedMore();
-  return Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+  if (end == held.end()) return protocols::Cut::NeedMore();
+  return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
 }
 
 /// "abc", until silence
-Cut Silent(View held, const Expectation&, bool idle) {
-  return idle ? Cut::Frame(held.size()) : Cut::NeedMore();
+protocols::Cut Silent(View held, const protocols::Expectation&, bool idle) {
+  return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
 }
 
 struct Piece {
@@ -45,7 +45,7 @@ struct Piece {
 
 struct Case {
   std::string name;
-  FrameRule rule;
+  protocols::FrameRule rule;
   std::vector<Piece> pieces;
   std::string messages;  ///< each with when its last byte came: "<a>@1000"
   std::size_t damaged = 0;
@@ -54,9 +54,9 @@ struct Case {
 
 class EarTest : public ::testing::TestWithParam<Case> {
  protected:
-  static Standing StandingOf(FrameRule rule) {
+  static protocols::Standing StandingOf(protocols::FrameRule rule) {
     return {.rule = rule,
-            .expect = {.reply = Expectation::Reply::standing, .max_bytes = 16},
+            .expect = {.reply = protocols::Expectation::Reply::standing, .max_bytes = 16},
             .idle = 50ms,
             .whole = 200ms,
             .marked = rule == Bracketed};
@@ -72,8 +72,8 @@ class EarTest : public ::testing::TestWithParam<Case> {
     Append(rest_, heard.rest);
   }
   /// Timers run when they are due, then the bytes come.
-  void Play(const std::vector<Piece>& pieces, FrameRule rule) {
-    const Standing standing = StandingOf(rule);
+  void Play(const std::vector<Piece>& pieces, protocols::FrameRule rule) {
+    const protocols::Standing standing = StandingOf(rule);
     UnaskedReceiver ear(standing);
     ear.Begin(kOpened);
     const auto run_to = [&](Instant until) {
@@ -179,7 +179,7 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
 
 /// The bytes come before the timer that was due.
 TEST_F(EarCutTest, ALateTimerJoinsNothing) {
-  const Standing standing = StandingOf(Silent);
+  const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
   Note(ear.Feed(ToBytes("12"), kOpened + 1s), kOpened + 1s);
@@ -189,7 +189,7 @@ TEST_F(EarCutTest, ALateTimerJoinsNothing) {
 }
 
 TEST_F(EarCutTest, MemoryIsBounded) {
-  const Standing standing = StandingOf(Ended);
+  const protocols::Standing standing = StandingOf(Ended);
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
   for (int i = 0; i < 1000; ++i) {
@@ -201,11 +201,11 @@ TEST_F(EarCutTest, MemoryIsBounded) {
 // ---------------- A line on which a device speaks unasked, with and without exchanges.
 
 /// "<abc>"
-Cut Message(View held, const Expectation&, bool) {
-  if (held[0] != '<') return Cut::Discard(1, Outcome::none, "no message");
+protocols::Cut Message(View held, const protocols::Expectation&, bool) {
+  if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::none, "no message");
   const auto end = std::find(held.begin(), held.end(), '>');
-  if (end == held.end()) return Cut::NeedMore();
-  return Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+  if (end == held.end()) return protocols::Cut::NeedMore();
+  return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
 }
 
 class LineUnaskedTest : public ::testing::Test, protected LineClient {
@@ -225,7 +225,8 @@ class LineUnaskedTest : public ::testing::Test, protected LineClient {
   }
   void Bytes_(std::string_view bytes, Duration at) { Keep(line_.Feed(ToBytes(bytes), At(at))); }
   void Timer(Duration at) { Keep(line_.OnTimer(At(at))); }
-  void Start(Duration at, Expectation::Reply reply = Expectation::Reply::one) {
+  void Start(Duration at,
+             protocols::Expectation::Reply reply = protocols::Expectation::Reply::one) {
     Exchange exchange;
     exchange.request.bytes = ToBytes("?A1\r");
     exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
@@ -240,11 +241,12 @@ class LineUnaskedTest : public ::testing::Test, protected LineClient {
     return Outcome::ok;
   }
 
-  const Standing standing_{.rule = Message,
-                           .expect = {.reply = Expectation::Reply::standing, .max_bytes = 32},
-                           .idle = 20ms,
-                           .whole = 100ms,
-                           .marked = true};
+  const protocols::Standing standing_{
+      .rule = Message,
+      .expect = {.reply = protocols::Expectation::Reply::standing, .max_bytes = 32},
+      .idle = 20ms,
+      .whole = 100ms,
+      .marked = true};
   Line line_{*this};
   const std::string reply_{AsText(ToyReply("A1=5"))};
   std::vector<std::string> said_;
@@ -324,7 +326,7 @@ TEST_F(LineUnaskedTest, AMessageIsNoReplyAndTheReplyTimeGoesOn) {
 }
 
 TEST_F(LineUnaskedTest, AMessageAnswersARequestThatAsksForOne) {
-  Start(1s, Expectation::Reply::standing);
+  Start(1s, protocols::Expectation::Reply::standing);
   Bytes_("<a><b>", 1050ms);
   EXPECT_EQ(ends_, std::vector{Outcome::ok});
   EXPECT_EQ(frames_, Said{"<a>"});
@@ -420,4 +422,4 @@ TEST(Transmission, MemoryIsBounded) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -12,7 +12,7 @@
 #include "tests/gateway/bus/poller/routed_line.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class ChooserTest : public ::testing::Test, protected ToyMembers {
@@ -99,7 +99,9 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 }
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
-  const auto poll = [this] { return std::make_unique<Job>(a, Job::Poll{}, Task{}, kStart); };
+  const auto poll = [this] {
+    return std::make_unique<Job>(a, Job::Poll{}, protocols::Task{}, kStart);
+  };
   agenda_.parked.Park(poll(), kStart + 1s);
   EXPECT_EQ(chooser_.NextAt({kStart, kStart}), kStart + 1s);
   EXPECT_EQ(NextAt(0s), nullptr);
@@ -139,8 +141,9 @@ class RoutedJobsTest : public ::testing::Test {
   }
 
   config::Line line_ = DriveLine({Polled("20", 1)});
-  Roster roster_{line_, 0,
-                 [](const std::string&) -> const Protocol& { return ModbusRtuProtocol(); }};
+  Roster roster_{line_, 0, [](const std::string&) -> const protocols::Protocol& {
+                   return protocols::ModbusRtuProtocol();
+                 }};
   LateReplies late_{roster_};
   Agenda agenda_{roster_, late_};
   RoutedJobs jobs_{roster_, agenda_, late_};
@@ -193,4 +196,4 @@ TEST_F(RoutedJobsTest, ASlaveThatIsOfflineIsAskedAsItsProbeOnly) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -7,7 +7,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protected PollerListener {
@@ -113,8 +113,8 @@ TEST_F(DeviceTrackerTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
 
 /// The exchange under way was sent before.
 TEST_F(DeviceTrackerTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
-  const Task poll;
-  const Request request = AskFor("?A1\r");
+  const protocols::Task poll;
+  const protocols::Request request = AskFor("?A1\r");
   Open();
   a.conversation->OnFrame(poll, request, ToyReply("A1~foreign"), kStart);
   tracker_.OnHeard(a, kStart);
@@ -137,4 +137,4 @@ TEST_F(DeviceTrackerTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

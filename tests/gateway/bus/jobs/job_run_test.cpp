@@ -10,7 +10,7 @@
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using ::testing::StartsWith;
@@ -28,8 +28,10 @@ class Rig : private PollerListener {
     for (Turn(); run_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
   }
 
-  void Poll(std::size_t query) { Begin(Job::Poll{}, {.kind = Task::Kind::poll, .query = query}); }
-  void ReadBack() { Begin(Job::ReadBack{}, {.kind = Task::Kind::poll, .query = 0}); }
+  void Poll(std::size_t query) {
+    Begin(Job::Poll{}, {.kind = protocols::Task::Kind::poll, .query = query});
+  }
+  void ReadBack() { Begin(Job::ReadBack{}, {.kind = protocols::Task::Kind::poll, .query = 0}); }
   void Write(std::vector<std::uint32_t> points) {
     Job::Write write;
     auto& writes = std::get<Writes>(write.command.kind);
@@ -122,7 +124,7 @@ class Rig : private PollerListener {
   void OnWarning(std::uint32_t, const std::string&) override {}
 
   template <typename Kind>
-  void Begin(Kind kind, Task task) {
+  void Begin(Kind kind, protocols::Task task) {
     Pass(10ms);
     run_.Begin(std::make_unique<Job>(a(), std::move(kind), std::move(task), now_.instant));
   }
@@ -146,9 +148,10 @@ class Rig : private PollerListener {
   std::shared_ptr<std::atomic<bool>> left_ = std::make_shared<std::atomic<bool>>(false);
   Now now_{kStart, kWall};
   PointStore store_{config_};
-  LineContext context_{config_.lines[0], 0,
-                       [](const std::string&) -> const Protocol& { return ToyProtocol(); }, store_,
-                       *this};
+  LineContext context_{
+      config_.lines[0], 0,
+      [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, store_,
+      *this};
   Chooser chooser_{context_.roster, context_.agenda, context_.owed.late_replies};
   Intake intake_{store_, *this};
   ReplyJudge judge_{context_.owed.whose};
@@ -466,4 +469,4 @@ TEST(JobRunTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) 
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

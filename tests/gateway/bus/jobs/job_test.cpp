@@ -9,14 +9,14 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class JobTest : public ::testing::Test, protected ToyMembers {
  protected:
   template <typename Kind>
   Job Make(Kind kind) {
-    return Job(a, std::move(kind), Task{}, kStart);
+    return Job(a, std::move(kind), protocols::Task{}, kStart);
   }
   static Job::Write WriteUntil(Instant deadline) {
     Job::Write write;
@@ -46,14 +46,16 @@ TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
 }
 
 TEST_F(JobTest, APollKeepsItsPointsWhenItsDeviceIsPlannedAgain) {
-  Job poll(a, Job::Poll{}, Task{.query = 1}, kStart);
+  Job poll(a, Job::Poll{}, protocols::Task{.query = 1}, kStart);
   FollowPlan(poll);
   EXPECT_EQ(poll.task.query, 1U) << "nothing has changed";
-  a.conversation->OnFrame(Task{.query = 0}, AskFor("?A1\r"), ToyReply("A1~replan"), kStart);
+  a.conversation->OnFrame(protocols::Task{.query = 0}, AskFor("?A1\r"), ToyReply("A1~replan"),
+                          kStart);
   ASSERT_EQ(a.conversation->Queries().size(), 1U);
   FollowPlan(poll);
   EXPECT_EQ(poll.task.query, 0U) << "another number";
-  a.conversation->OnFrame(Task{.query = 0}, AskFor("?A2\r"), ToyReply("A2~replan"), kStart);
+  a.conversation->OnFrame(protocols::Task{.query = 0}, AskFor("?A2\r"), ToyReply("A2~replan"),
+                          kStart);
   FollowPlan(poll);
   EXPECT_FALSE(IsPlanned(poll.task, *a.conversation)) << "it is gone";
   a.conversation->ForgetRefusals();
@@ -108,7 +110,7 @@ TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
 TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
   Job probe = Make(Job::Probe{});
   EXPECT_EQ(&probe.goal(), &probe);
-  probe.task.kind = Task::Kind::probe;
+  probe.task.kind = protocols::Task::Kind::probe;
   EXPECT_TRUE(probe.asked().lone_probe);
   probe.postponed = std::make_unique<Job>(Make(WriteUntil(kStart)));
   EXPECT_NE(probe.goal().As<Job::Write>(), nullptr);
@@ -124,8 +126,8 @@ using Next = EndEffects::Write::Next;
 class JobEndTest : public ::testing::Test, protected ToyMembers {
  protected:
   template <typename Kind>
-  Job Make(Kind kind, Task::Kind task = Task::Kind::poll) {
-    Job job(a, std::move(kind), Task{.kind = task}, kStart);
+  Job Make(Kind kind, protocols::Task::Kind task = protocols::Task::Kind::poll) {
+    Job job(a, std::move(kind), protocols::Task{.kind = task}, kStart);
     job.wire = 40ms;
     return job;
   }
@@ -191,12 +193,12 @@ TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
 
 TEST_F(JobEndTest, OfABackgroundTask) {
   const auto end = [this](Outcome outcome) {
-    return End(Make(Job::Background{}, Task::Kind::background), outcome).background;
+    return End(Make(Job::Background{}, protocols::Task::Kind::background), outcome).background;
   };
   EXPECT_EQ(end(Outcome::ok)->took, 40ms);
   EXPECT_EQ(end(Outcome::no_reply)->took, 0ms) << "lost";
   EXPECT_FALSE(end(Outcome::unsupported)->sent) << "it cannot be asked";
-  EXPECT_FALSE(End(Make(Job::Events{}, Task::Kind::events), Outcome::ok).background);
+  EXPECT_FALSE(End(Make(Job::Events{}, protocols::Task::Kind::events), Outcome::ok).background);
 }
 
 TEST_F(JobEndTest, OfAWrite) {
@@ -234,7 +236,8 @@ TEST_F(JobEndTest, OfAWrite) {
     write.first = row.next - 1;
     write.next = row.next;
     write.command.state = row.sent ? WriteState::sent : WriteState::queued;
-    const EndEffects effects = End(Make(std::move(write), Task::Kind::write), row.outcome);
+    const EndEffects effects =
+        End(Make(std::move(write), protocols::Task::Kind::write), row.outcome);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, row.follows);
     if (row.follows == Next::answer) {
@@ -260,7 +263,7 @@ TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
     write.next = 1;
     write.told = told;
     write.command.state = WriteState::sent;
-    Job job = Make(std::move(write), Task::Kind::write);
+    Job job = Make(std::move(write), protocols::Task::Kind::write);
     job.unasked = true;
     const EndEffects effects = End(std::move(job), Outcome::unsupported);
     ASSERT_TRUE(effects.write);
@@ -310,4 +313,4 @@ TEST_F(JobEndTest, OfARoutedRequest) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -1,59 +1,65 @@
 // What the device that speaks unasked says, and what of its events may wait for the disk.
 // SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/unasked.h"
+
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/jobs/unasked.h"
 #include "gateway/diagnosis/observer.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 constexpr Now kNow{Instant() + 1h, WallTime(1'790'000'000s)};
 
 /// "7" is a value, "E" an event, "7E" both, "9" a value of no point, "?" is damaged. 2 s behind the
 /// last message its value is 0 again.
-class Talker final : public Conversation {
+class Talker final : public protocols::Conversation {
  public:
-  std::span<const Query> Queries() const override { return {}; }
-  Result<Request> Ask(const Task&, Instant) override { return Error{"it is not asked"}; }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  std::span<const protocols::Query> Queries() const override { return {}; }
+  Result<protocols::Request> Ask(const protocols::Task&, Instant) override {
+    return Error{"it is not asked"};
+  }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::unexpected; }
-  Answer Interpret(View, View) override { return {}; }
+  protocols::Answer Interpret(View, View) override { return {}; }
 
-  const Standing* Listens() const override { return &standing_; }
-  Answer OnUnasked(View message, Now received) override {
-    Answer answer;
+  const protocols::Standing* Listens() const override { return &standing_; }
+  protocols::Answer OnUnasked(View message, Now received) override {
+    protocols::Answer answer;
     for (const char character : AsText(message)) {
       if (character == '?') answer = {.outcome = Outcome::corrupt, .reason = "noise"};
       if (character == '7') answer.readings.push_back({0, std::int64_t{7}});
       if (character == '9') answer.readings.push_back({1, std::int64_t{9}});
       if (character != 'E') continue;
-      answer.batch = answer.batch.value_or(EventBatch{});
+      answer.batch = answer.batch.value_or(protocols::EventBatch{});
       answer.batch->events.push_back({.code = 1});
     }
     due_ = received.instant + 2s;
     return answer;
   }
   std::optional<Instant> DueAt() const override { return due_; }
-  Answer OnDue(Now) override {
+  protocols::Answer OnDue(Now) override {
     due_.reset();
-    Answer answer;
+    protocols::Answer answer;
     answer.readings.push_back({0, std::int64_t{0}});
     return answer;
   }
 
  private:
-  Standing standing_;
+  protocols::Standing standing_;
   std::optional<Instant> due_;
 };
 
-const Protocol& TalkerProtocol() {
-  static const Protocol protocol = [] {
-    Protocol p = ToyProtocol();
-    p.make_conversation = [](const config::Device&, const ParsedOptions&,
-                             Bus*) -> std::unique_ptr<Conversation> {
+const protocols::Protocol& TalkerProtocol() {
+  static const protocols::Protocol protocol = [] {
+    protocols::Protocol p = ToyProtocol();
+    p.make_conversation = [](const config::Device&, const protocols::ParsedOptions&,
+                             protocols::Bus*) -> std::unique_ptr<protocols::Conversation> {
       return std::make_unique<Talker>();
     };
     return p;
@@ -66,7 +72,7 @@ class SpeakerTest : public ::testing::Test {
  protected:
   SpeakerTest() { line_.devices[1].protocol = "talker"; }
 
-  static const Protocol& Find(const std::string& name) {
+  static const protocols::Protocol& Find(const std::string& name) {
     return name == "talker" ? TalkerProtocol() : ToyProtocol();
   }
   Speaker::Said Say(std::string_view text, Duration since = {}) {
@@ -83,7 +89,7 @@ class SpeakerTest : public ::testing::Test {
 
   config::Line line_ = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   std::optional<Roster> roster_;
-  std::optional<Observer> observer_;
+  std::optional<diagnosis::Observer> observer_;
   std::optional<Speaker> speaker_;
 };
 
@@ -200,4 +206,4 @@ TEST_F(SpeakerTest, WhatDoesNotFitIsLostAndToldWithTheNextThatDoes) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

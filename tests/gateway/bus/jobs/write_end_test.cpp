@@ -4,7 +4,7 @@
 
 #include "gateway/bus/jobs/job_end.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Type;
@@ -167,4 +167,4 @@ TEST(Comparison, InUnitsOfTheValue) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -9,7 +9,7 @@
 
 #include "gateway/bus/points/readings.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Type;
@@ -30,7 +30,7 @@ config::Point PointOf(Type type, double scale = 1, double offset = 0) {
 }
 
 Sample Converted(const config::Point& point, Value raw, Quality quality = Quality::good) {
-  return ToSample(point, Reading{0, std::move(raw), quality, {}});
+  return ToSample(point, protocols::Reading{0, std::move(raw), quality, {}});
 }
 
 void ExpectGood(const config::Point& point, Value raw, const Value& wanted) {
@@ -296,4 +296,4 @@ TEST(EightBits, AndTimesOfDayHaveTheirRange) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

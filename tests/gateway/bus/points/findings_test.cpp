@@ -14,14 +14,14 @@
 
 #include "gateway/bus/points/device_status.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using enum Symptom;
 
-Findings After(std::initializer_list<Symptom> symptoms) {
+Findings After(std::initializer_list<baudgate::Symptom> symptoms) {
   Findings findings;
-  for (const Symptom symptom : symptoms) findings.Add({.symptom = symptom});
+  for (const baudgate::Symptom symptom : symptoms) findings.Add({.symptom = symptom});
   return findings;
 }
 
@@ -260,4 +260,4 @@ TEST(LastHour, HasEachOfItsMinutes) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -6,7 +6,7 @@
 
 #include "gateway/bus/points/readings.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Recheck;
@@ -200,4 +200,4 @@ TEST_F(JumpCheckTest, APointSeldomReadIsReadAgainWhenItsThreeReadingsDisagree) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

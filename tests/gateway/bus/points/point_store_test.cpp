@@ -14,7 +14,7 @@
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 /// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
@@ -517,4 +517,4 @@ TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -8,7 +8,7 @@
 #include "gateway/bus/replies/late_replies.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// Toy times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s. Behind a serial
 /// server, unless the test says otherwise.
@@ -16,7 +16,8 @@ struct ToyMembers {
   explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
 
   config::Line line = ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1"})});
-  Roster roster{line, 0, [](const std::string&) -> const Protocol& { return ToyProtocol(); }};
+  Roster roster{line, 0,
+                [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }};
   Device& a = roster.device(0);
   Device& b = roster.device(1);
 };
@@ -29,11 +30,11 @@ inline config::Config ToyConfig() {
 }
 
 /// The request of an exchange; named: its reply says whose it is.
-inline Request AskFor(std::string_view bytes, bool named = true) {
-  Request request;
+inline protocols::Request AskFor(std::string_view bytes, bool named = true) {
+  protocols::Request request;
   request.bytes = ToBytes(bytes);
   if (named) request.expect.address = ToBytes(bytes.substr(1, 1));
   return request;
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

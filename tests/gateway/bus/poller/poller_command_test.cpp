@@ -9,7 +9,7 @@
 #include "gateway/bus/poller/poller.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using Ends = std::vector<WriteEnd>;
@@ -208,7 +208,7 @@ TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
 TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;
-    return std::vector<TimedPiece>{{think, std::move(reply)}};
+    return std::vector<tools::TimedPiece>{{think, std::move(reply)}};
   };
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 2, 7.5, 100ms));
@@ -380,4 +380,4 @@ TEST(PollerSync, AWriteBehindAProbeKeepsItsDeadline) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

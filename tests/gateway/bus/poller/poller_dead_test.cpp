@@ -11,7 +11,7 @@
 #include "tests/gateway/bus/poller/truth.h"
 #include "tests/support/long_run.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 struct Crowd {
@@ -34,8 +34,8 @@ std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   config::Line line = ToyLine(std::move(devices));
   line.serial.data_bits = 7;
   line.serial.parity = config::Parity::even;
-  auto made =
-      std::make_unique<VirtualLine>(std::move(line), std::vector<const Protocol*>{&ToyProtocol()});
+  auto made = std::make_unique<VirtualLine>(
+      std::move(line), std::vector<const protocols::Protocol*>{&ToyProtocol()});
   for (int i = crowd.living; i < crowd.living + crowd.dead; ++i) {
     made->twin(static_cast<std::size_t>(i)).manner.dead = true;
   }
@@ -155,7 +155,7 @@ TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
     if (request[1] == 'D' && soon) reply.clear();
     const Duration takes = 5ms + static_cast<std::int64_t>(reply.size()) * 1100us;
     latest = reply.empty() ? end : end + takes;
-    std::vector<TimedPiece> pieces;
+    std::vector<tools::TimedPiece> pieces;
     if (!reply.empty()) pieces.push_back({5ms, std::move(reply)});
     return pieces;
   };
@@ -200,7 +200,7 @@ std::unique_ptr<VirtualLine> DeadBesideBusy() {
   auto line =
       std::make_unique<VirtualLine>(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
                                              Polled(ToyDevice("b", "B", {"1"}), 10ms)}),
-                                    std::vector<const Protocol*>{&ToyProtocol()});
+                                    std::vector<const protocols::Protocol*>{&ToyProtocol()});
   line->twin(1).manner.dead = true;
   return line;
 }
@@ -296,7 +296,7 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   VirtualLine line(std::move(bus), {&ToyProtocol()});
   bool doubled = false;
   const auto pieces = [&](View, Bytes reply, Instant) {
-    std::vector<TimedPiece> said = {{20ms, reply}};
+    std::vector<tools::TimedPiece> said = {{20ms, reply}};
     if (std::exchange(doubled, false)) said.push_back({21ms, ToyReply("A1=77")});
     return said;
   };
@@ -357,7 +357,7 @@ TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
   bool doubled = false;
   const auto pieces = [&](View request, Bytes reply, Instant) {
     const Duration whole = static_cast<std::int64_t>(reply.size()) * 1042us;
-    std::vector<TimedPiece> said = {{5ms + whole, reply}};
+    std::vector<tools::TimedPiece> said = {{5ms + whole, reply}};
     if (doubled && AsText(request) == doubled_one) said.push_back({25ms + whole, reply});
     return said;
   };
@@ -385,4 +385,4 @@ TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
 INSTANTIATE_TEST_SUITE_P(Points, SecondReply, ::testing::Values(2, 12));
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

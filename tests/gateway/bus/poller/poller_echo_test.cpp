@@ -8,7 +8,7 @@
 #include "tests/gateway/bus/poller/truth.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 Bytes Whole(View request) { return Bytes(request.begin(), request.end()); }
@@ -491,4 +491,4 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

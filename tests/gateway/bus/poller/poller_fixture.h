@@ -8,7 +8,7 @@
 
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 inline config::Device Polled(config::Device device, Duration poll) {
   device.poll = poll;
@@ -24,4 +24,4 @@ inline void Say(VirtualLine::WireTwin& twin, const std::string& word) {
   };
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

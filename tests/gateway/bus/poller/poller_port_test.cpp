@@ -8,7 +8,7 @@
 #include "tests/gateway/bus/poller/poller_fixture.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST(Poller, NothingIsOnlineBehindAClosedPort) {
@@ -52,7 +52,7 @@ TEST(Poller, PortLostAtAnyMomentAndReopened) {
 }
 
 struct EndTap : Tap {
-  void OnSent(std::uint32_t, const Request&, Now) override { ++sent; }
+  void OnSent(std::uint32_t, const protocols::Request&, Now) override { ++sent; }
   void OnReceived(View, Now) override {}
   void OnExchangeEnd(std::uint32_t, const ExchangeEnd& end, Now) override { ends.push_back(end); }
   void OnDeviceState(std::uint32_t, DeviceState, const std::string&, Now) override {}
@@ -478,4 +478,4 @@ TEST(Released, PointsOfALentPortAreOutOfService) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -10,7 +10,7 @@
 #include "tests/gateway/bus/poller/poller_fixture.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST(Poller, AnOutageDoesNotMakeOldValuesLookYounger) {
@@ -305,7 +305,7 @@ class RecheckTest : public ::testing::Test {
  protected:
   void Use(config::Recheck recheck, std::vector<std::string> reads = {"1"}) {
     line_.emplace(ToyLine({Rechecked(std::move(reads), recheck)}),
-                  std::vector<const Protocol*>{&ToyProtocol()});
+                  std::vector<const protocols::Protocol*>{&ToyProtocol()});
     line_->twin(0).values.Set(0, std::int64_t{20});
     line_->Open();
     line_->RunFor(500ms);
@@ -379,4 +379,4 @@ TEST_F(RecheckTest, WithoutItNothingIsAskedTwice) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -9,10 +9,10 @@
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
-using Pieces = std::vector<TimedPiece>;
+using Pieces = std::vector<tools::TimedPiece>;
 
 // Function 16 for one register: unlike that of function 6, its reply does not name the value.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
@@ -146,7 +146,8 @@ TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
   line.Close();
   line.RunFor(100ms);
   line.Open();
-  line.Inject(ModbusRtuProtocol().carrier->wrap(20, ParseHex("03 02 00 01").value()), 200ms);
+  line.Inject(protocols::ModbusRtuProtocol().carrier->wrap(20, ParseHex("03 02 00 01").value()),
+              200ms);
   line.Ask("other", kOther, 20, 2);
   line.RunFor(2s);
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
@@ -167,7 +168,7 @@ const Odd kOddReplies[] = {
 };
 
 void AnswerOddly(Manner& manner, const std::string& request, const std::string& reply,
-                 const PduCarrier& carrier = *ModbusRtuProtocol().carrier) {
+                 const protocols::PduCarrier& carrier = *protocols::ModbusRtuProtocol().carrier) {
   manner.deliver = [=, &carrier](View asked, Bytes usual, Instant) -> Pieces {
     const bool odd = ToHex(asked) == ToHex(carrier.wrap(20, ParseHex(request).value()));
     return {{5ms, odd ? carrier.wrap(20, ParseHex(reply).value()) : std::move(usual)}};
@@ -457,4 +458,4 @@ TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -9,7 +9,7 @@
 #include "gateway/bus/poller/poller.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Priority;
@@ -398,4 +398,4 @@ TEST(PollerRoutedOrder, ALookThatLetsAStartPassIsCountedWhenItIsSent) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -11,7 +11,7 @@
 #include "gateway/bus/poller/poller.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Priority;
@@ -195,7 +195,8 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   line.Number(0, 0);
   int asked = 0;
   Instant last{};
-  line.twin(0).manner.deliver = [&](View, Bytes reply, Instant now) -> std::vector<TimedPiece> {
+  line.twin(0).manner.deliver = [&](View, Bytes reply,
+                                    Instant now) -> std::vector<tools::TimedPiece> {
     const Duration due = ++asked % every == 0 ? late : 10ms;
     last = std::max(last, now + due);
     return {{last - now, std::move(reply)}};
@@ -231,7 +232,7 @@ TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
 // ---------------- Transparent routes on a bus that echoes, under virtual time: an echo must not
 // confirm a write that the slave never heard.
 
-using Pieces = std::vector<TimedPiece>;
+using Pieces = std::vector<tools::TimedPiece>;
 
 // The confirmation of a write equals its request, and so does an echo: a dead slave would obey.
 TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) {
@@ -308,4 +309,4 @@ TEST(PollerRoutedEcho, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

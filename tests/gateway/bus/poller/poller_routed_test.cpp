@@ -8,7 +8,7 @@
 #include "gateway/bus/poller/poller.h"
 #include "tests/gateway/bus/poller/routed_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Priority;
@@ -369,4 +369,4 @@ TEST(PollerRouted, AWriteIsNotBelievedOnABusThatEchoes) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -9,7 +9,7 @@
 #include "tests/gateway/bus/poller/poller_fixture.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
@@ -318,7 +318,7 @@ struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
     line.twin(1).manner.deliver = [this](View, Bytes reply, Instant) {
-      std::vector<TimedPiece> said = {{20ms, reply}};
+      std::vector<tools::TimedPiece> said = {{20ms, reply}};
       if (!reply.empty() && std::exchange(doubled, false)) {
         said.push_back({21ms, ToyReply("B1=77")});
       }
@@ -431,7 +431,7 @@ TEST(Poller, SilenceToWhatWasNeverAnsweredTellsNothingOfTheDevice) {
   const std::string_view answered = "?A1\r";
   line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) {
     const bool silent = AsText(request).starts_with("?A") && AsText(request) != answered;
-    return silent ? std::vector<TimedPiece>() : std::vector<TimedPiece>{{5ms, reply}};
+    return silent ? std::vector<tools::TimedPiece>() : std::vector<tools::TimedPiece>{{5ms, reply}};
   };
   line.Open();
   line.RunFor(60s);
@@ -527,4 +527,4 @@ TEST(PollerRetries, TheConversationPutsAnotherRequestInItsPlace) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

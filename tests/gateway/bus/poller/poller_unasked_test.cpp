@@ -15,7 +15,7 @@
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 bool WasOnline(const VirtualLine& line, std::uint32_t device) {
@@ -73,47 +73,56 @@ TEST_F(PollerUnasked, WithoutAProofAReplyThatMayBeToAnEarlierWriteConfirmsNone) 
 }
 
 /// Wants a task in the background since ever, and refuses it.
-class Stubborn final : public Conversation {
+class Stubborn final : public protocols::Conversation {
  public:
-  std::span<const Query> Queries() const override { return queries_; }
+  std::span<const protocols::Query> Queries() const override { return queries_; }
   std::optional<Instant> BackgroundDue() const override { return Instant{}; }
-  Result<Request> Ask(const Task&, Instant) override { return Error{"it will not"}; }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  Result<protocols::Request> Ask(const protocols::Task&, Instant) override {
+    return Error{"it will not"};
+  }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::unexpected; }
-  Answer Interpret(View, View) override { return {}; }
+  protocols::Answer Interpret(View, View) override { return {}; }
 
  private:
-  std::vector<Query> queries_;
+  std::vector<protocols::Query> queries_;
 };
 
 /// Breaks its promise: its queries are gone as soon as it is asked for one.
-class Forgetful final : public Conversation {
+class Forgetful final : public protocols::Conversation {
  public:
-  std::span<const Query> Queries() const override { return queries_; }
-  Result<Request> Ask(const Task&, Instant) override {
+  std::span<const protocols::Query> Queries() const override { return queries_; }
+  Result<protocols::Request> Ask(const protocols::Task&, Instant) override {
     queries_.clear();
     return Error{"it has forgotten"};
   }
-  Answer OnFrame(const Task&, const Request&, View, Instant) override { return {}; }
+  protocols::Answer OnFrame(const protocols::Task&, const protocols::Request&, View,
+                            Instant) override {
+    return {};
+  }
   Outcome Check(View, View) const override { return Outcome::unexpected; }
-  Answer Interpret(View, View) override { return {}; }
+  protocols::Answer Interpret(View, View) override { return {}; }
 
  private:
-  std::vector<Query> queries_{{config::Group::once, {0}}, {config::Group::once, {1}}};
+  std::vector<protocols::Query> queries_{{config::Group::once, {0}}, {config::Group::once, {1}}};
 };
 
 /// A toy with a conversation of its own.
 template <typename Talk>
-Protocol Talking(const char* name) {
-  Protocol protocol = ToyProtocol();
+protocols::Protocol Talking(const char* name) {
+  protocols::Protocol protocol = ToyProtocol();
   protocol.name = name;
-  protocol.make_conversation = [](const config::Device&, const ParsedOptions&, Bus*) {
-    return std::unique_ptr<Conversation>(std::make_unique<Talk>());
+  protocol.make_conversation = [](const config::Device&, const protocols::ParsedOptions&,
+                                  protocols::Bus*) {
+    return std::unique_ptr<protocols::Conversation>(std::make_unique<Talk>());
   };
   return protocol;
 }
 
-config::Line LineWith(const Protocol& protocol) {
+config::Line LineWith(const protocols::Protocol& protocol) {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.protocol = std::string(protocol.name);
   device.slow = Duration::zero();
@@ -123,7 +132,7 @@ config::Line LineWith(const Protocol& protocol) {
 }
 
 TEST(PollerUnaskedBackground, IsNotChosenAgainAtTheSameMoment) {
-  const Protocol protocol = Talking<Stubborn>("stubborn");
+  const protocols::Protocol protocol = Talking<Stubborn>("stubborn");
   VirtualLine line(LineWith(protocol), {&protocol});
   line.Open();
   line.RunFor(10s);
@@ -132,7 +141,7 @@ TEST(PollerUnaskedBackground, IsNotChosenAgainAtTheSameMoment) {
 }
 
 TEST(PollerTurns, ALineThatTurnsWithoutTimeRestsAndSaysSo) {
-  const Protocol protocol = Talking<Forgetful>("forgetful");
+  const protocols::Protocol protocol = Talking<Forgetful>("forgetful");
   VirtualLine line(LineWith(protocol), {&protocol});
   line.Open();
   line.RunFor(10s);
@@ -165,7 +174,7 @@ TEST(TurnLimitTest, TheNextMomentHasAsManyAgain) {
 class ReceptionTest : public ::testing::Test, protected ToyMembers {
  protected:
   Job Ask(std::string_view bytes, bool mirrors = false) {
-    Job job(a, Job::Poll{}, Task{}, kStart);
+    Job job(a, Job::Poll{}, protocols::Task{}, kStart);
     job.step.request = AskFor(bytes);
     job.step.request.expect.mirrors = mirrors;
     return job;
@@ -184,7 +193,7 @@ class ReceptionTest : public ::testing::Test, protected ToyMembers {
 
 TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
   for (const bool echoes : {false, true}) {
-    Observer observer(roster);
+    diagnosis::Observer observer(roster);
     Reception reception(config::Echo::off, observer, owed_.whose);
     Job read = Ask("?A1\r");
     reception.OnSend(read, kStart);
@@ -202,10 +211,10 @@ TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho
 
 /// Another device may answer the probe of one that is away; only its name tells.
 TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
-  Observer observer(roster);
+  diagnosis::Observer observer(roster);
   Reception reception(config::Echo::off, observer, owed_.whose);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {
-    Job probe(a, Job::Probe{}, Task{.kind = Task::Kind::probe}, kStart);
+    Job probe(a, Job::Probe{}, protocols::Task{.kind = protocols::Task::Kind::probe}, kStart);
     probe.step.request = AskFor(bytes);
     probe.step.request.steady = bytes[0] == 'P';
     owed_.whose.OnSent(probe.asked(), kStart);
@@ -221,7 +230,7 @@ TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne)
 }
 
 TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
-  Observer observer(roster);
+  diagnosis::Observer observer(roster);
   Reception reception(config::Echo::verify, observer, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
@@ -237,7 +246,7 @@ TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
 }
 
 TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
-  Observer observer(roster);
+  diagnosis::Observer observer(roster);
   Reception reception(config::Echo::off, observer, owed_.whose);
   Job job = Ask("?A1\r");
   reception.OnSend(job, kStart);
@@ -253,7 +262,7 @@ TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
 
 TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
   for (const bool repeated : {true, false}) {
-    Observer observer(roster);
+    diagnosis::Observer observer(roster);
     Reception reception(config::Echo::off, observer, owed_.whose);
     Job job = Ask("?A1\r");
     const auto answer = [&](Job& to, std::string_view body, Instant now) {
@@ -283,4 +292,4 @@ TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

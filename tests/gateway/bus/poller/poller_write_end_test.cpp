@@ -7,7 +7,7 @@
 #include "gateway/bus/poller/poller.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class PollerWriteEnd : public ::testing::Test {
@@ -221,4 +221,4 @@ TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -10,7 +10,7 @@
 #include "gateway/base/text.h"
 #include "protocols/modbus/protocol.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 std::vector<config::Device> Slaves(const std::vector<std::string>& addresses) {
@@ -28,7 +28,7 @@ config::Device Slave(const std::string& address) {
   device.name = "slave" + address;
   device.address = address;
   device.protocol = "modbus_rtu";
-  device.options = config::DefaultOptions(ModbusRtuProtocol());
+  device.options = config::DefaultOptions(protocols::ModbusRtuProtocol());
   for (int i = 0; i < 120; ++i) {
     config::Point point;
     point.name = "r" + std::to_string(i);
@@ -53,7 +53,7 @@ config::Line DriveLine(std::vector<config::Device> devices) {
   line.protocol = "modbus_rtu";
   line.serial.baud = 19200;
   line.serial.parity = config::Parity::even;
-  line.options = config::DefaultOptions(ModbusRtuProtocol());
+  line.options = config::DefaultOptions(protocols::ModbusRtuProtocol());
   line.devices = std::move(devices);
   return line;
 }
@@ -67,7 +67,8 @@ RoutedLine::RoutedLine(config::Line line, const std::vector<std::string>& slaves
     : RoutedLine(Slaves(slaves), std::move(line)) {}
 
 RoutedLine::RoutedLine(std::vector<config::Device> slaves, config::Line line)
-    : VirtualLine(std::move(line), {&ModbusRtuProtocol(), &ToyProtocol()}, std::move(slaves)) {
+    : VirtualLine(std::move(line), {&protocols::ModbusRtuProtocol(), &ToyProtocol()},
+                  std::move(slaves)) {
   Open();
 }
 
@@ -141,4 +142,4 @@ void BusyClients::AskAgain() {
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

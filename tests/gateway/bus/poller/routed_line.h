@@ -8,7 +8,7 @@
 
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 // PDUs of requests.
 inline constexpr const char* kRead = "03 00 00 00 01";   // one register
@@ -86,4 +86,4 @@ class BusyClients {
   std::vector<Client> clients_;
 };
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

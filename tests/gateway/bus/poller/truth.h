@@ -7,7 +7,7 @@
 
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 
 /// Truth that differs from point to point, so that a value at the wrong place is seen.
 inline double TruthOf(std::size_t device, std::size_t point) {
@@ -34,4 +34,4 @@ inline void ExpectOnlyTruth(VirtualLine& line, std::uint32_t devices, std::uint3
   }
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::bus

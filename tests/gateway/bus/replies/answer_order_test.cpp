@@ -10,7 +10,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class Order {
@@ -258,13 +258,13 @@ TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
 
 class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
  protected:
-  static Asked Of(const Member& member, const Request& request) {
+  static Asked Of(const Member& member, const protocols::Request& request) {
     return {.member = &member, .request = &request};
   }
-  void Send(const Member& member, const Request& request) {
+  void Send(const Member& member, const protocols::Request& request) {
     orders_.OnSent(member, {member.place, request.bytes, kStart + ++sent_ * 1s, false});
   }
-  void Answer(const Member& member, const Request& request) {
+  void Answer(const Member& member, const protocols::Request& request) {
     orders_.OnAnswer(member, true, [&](const SentRequest& sent, std::size_t) {
       return sent.bytes == request.bytes;
     });
@@ -279,8 +279,8 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
     SCOPED_TRACE(named);
     orders_.Reset(a);
     orders_.Reset(b);
-    const Request lost = AskFor("?B1\r", named);
-    const Request asked = AskFor("?A1\r", named);
+    const protocols::Request lost = AskFor("?B1\r", named);
+    const protocols::Request asked = AskFor("?A1\r", named);
     Send(b, lost);
     Send(a, asked);
     EXPECT_EQ(orders_.Owed(Of(a, asked)), named ? 1 : 2);
@@ -295,8 +295,8 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
 /// Behind a server that lags, the replies to a device may have come while its neighbour was asked.
 /// They are counted as owed for ever, so how many are owed says nothing of the neighbour.
 TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
-  const Request theirs = AskFor("?B1\r");
-  const Request asked = AskFor("?A1\r");
+  const protocols::Request theirs = AskFor("?B1\r");
+  const protocols::Request asked = AskFor("?A1\r");
   for (int i = 0; i < 3; ++i) Send(a, asked);
   Send(b, theirs);
   Answer(b, theirs);
@@ -376,4 +376,4 @@ TEST_F(PatienceTest, IsNoneForADeviceThatHasGone) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -5,7 +5,7 @@
 #include "gateway/base/text.h"
 #include "gateway/bus/replies/whose_reply.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 TEST(IdentityTest, IsTheFrameThatAnsweredTheIdentification) {
@@ -40,4 +40,4 @@ TEST(IdentityTest, ARefusalIsTheSameEveryTimeButNamesNobody) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

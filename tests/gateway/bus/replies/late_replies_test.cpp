@@ -7,7 +7,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class LateRepliesTest : public ::testing::Test, protected ToyMembers {
@@ -31,7 +31,7 @@ class LateRepliesTest : public ::testing::Test, protected ToyMembers {
   }
 
   LateReplies late_{roster};
-  Request request_ = AskFor("?A1\r");
+  protocols::Request request_ = AskFor("?A1\r");
   Asked asked_;
 };
 
@@ -301,4 +301,4 @@ TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -13,7 +13,7 @@
 
 #include "tests/gateway/bus/poller/part_fixture.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using ::testing::ElementsAre;
@@ -21,20 +21,20 @@ using ::testing::IsEmpty;
 
 class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
  protected:
-  Asked Of(const Member& member, const Request& request) const {
+  Asked Of(const Member& member, const protocols::Request& request) const {
     return {
         .member = &member, .request = &request, .first = !request.steady, .probe = request.steady};
   }
   void Send(const Asked& asked) { order_.OnSent(asked, kStart + ++sent_ * 1s); }
   /// Sends it; nothing comes.
-  void Silence(const Member& member, const Request& request) {
+  void Silence(const Member& member, const protocols::Request& request) {
     const Asked asked = Of(member, request);
     Send(asked);
     order_.NoteOutcome(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
   }
   /// Sends it; this comes.
-  WhoseReply::Verdict Reply(const Member& member, const Request& request, std::string_view body,
-                            Outcome outcome = Outcome::ok) {
+  WhoseReply::Verdict Reply(const Member& member, const protocols::Request& request,
+                            std::string_view body, Outcome outcome = Outcome::ok) {
     const Asked asked = Of(member, request);
     Send(asked);
     const auto verdict = order_.OnReply(asked, ToyReply(body), outcome);
@@ -56,7 +56,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
       const bool named = word[0] != '-';
       if (probe || !named) word.erase(0, 1);
       const std::string reply = word.substr(word.find(':') + 1);
-      Request request = AskFor(word.substr(0, word.find(':')) + "\r", named);
+      protocols::Request request = AskFor(word.substr(0, word.find(':')) + "\r", named);
       request.steady = word[0] == 'P';
       Device& device = word[1] == 'A' ? a : b;
       Asked asked = Of(device, request);
@@ -93,11 +93,11 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
     }
     return probe;
   }
-  bool NeedsProbe(const Member& member, const Request& request) const {
+  bool NeedsProbe(const Member& member, const protocols::Request& request) const {
     return order_.NeedsProbeFirst(Of(member, request), kStart + sent_ * 1s);
   }
-  static Request Identification(std::string_view bytes) {
-    Request request = AskFor(bytes);
+  static protocols::Request Identification(std::string_view bytes) {
+    protocols::Request request = AskFor(bytes);
     request.steady = true;
     return request;
   }
@@ -106,9 +106,9 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
   ReplyOrders orders_{roster};
   WhoseReply order_{roster, orders_};
   int sent_ = 0;
-  const Request name_ = Identification("PA0\r");
-  const Request one_ = AskFor("UA1\r");
-  const Request two_ = AskFor("UA2\r");
+  const protocols::Request name_ = Identification("PA0\r");
+  const protocols::Request one_ = AskFor("UA1\r");
+  const protocols::Request two_ = AskFor("UA2\r");
 };
 
 struct WhoseReplyCase {
@@ -270,7 +270,7 @@ TEST_F(WhoseReplyTest, WhoIsTrustedIsInStepAfterASilence) {
 }
 
 TEST_F(WhoseReplyTest, NamedNeighboursAreNotInDoubt) {
-  const Request of_b = AskFor("?B1\r");
+  const protocols::Request of_b = AskFor("?B1\r");
   Reply(a, name_, "A0");
   Reply(b, Identification("PB0\r"), "B0");
   Silence(a, one_);
@@ -278,7 +278,7 @@ TEST_F(WhoseReplyTest, NamedNeighboursAreNotInDoubt) {
 }
 
 TEST_F(WhoseReplyTest, NamelessOnesAre) {
-  const Request of_b = AskFor("UB1\r", false);
+  const protocols::Request of_b = AskFor("UB1\r", false);
   Reply(a, name_, "A0");
   Reply(b, Identification("PB0\r"), "B0");
   Silence(a, one_);
@@ -342,4 +342,4 @@ TEST_F(WhoseReplyTest, AfterAReconnectItIsAskedWhoItIs) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

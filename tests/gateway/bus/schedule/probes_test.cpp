@@ -8,7 +8,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 class ProbesTest : public ::testing::Test, protected ToyMembers {
@@ -293,4 +293,4 @@ TEST(HoldTest, EndsAsTheTableSays) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -10,7 +10,7 @@
 
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Group;
@@ -554,4 +554,4 @@ TEST(Schedule, WhatHadNoQueriesForLongMissedNothing) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -10,7 +10,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using Choice = Turns::Choice;
@@ -308,8 +308,8 @@ TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
 
 class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
  protected:
-  static EventBatch Batch(std::size_t events, bool drained = false) {
-    EventBatch batch;
+  static protocols::EventBatch Batch(std::size_t events, bool drained = false) {
+    protocols::EventBatch batch;
     batch.events.resize(events);
     batch.drained = drained;
     return batch;
@@ -354,7 +354,7 @@ TEST_F(EventDeliveryTest, HowOldAnEventCanBe) {
 }
 
 TEST_F(EventDeliveryTest, RecordsOfThePastAreKeptToo) {
-  EventBatch batch;
+  protocols::EventBatch batch;
   batch.past.resize(1);
   EXPECT_TRUE(told_.Take(a, batch, At(1s)));
 }
@@ -402,4 +402,4 @@ TEST_F(EventDeliveryTest, WhatWasKeptBeforeARestartIsKnown) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -10,7 +10,7 @@
 #include "gateway/bus/writes/write_command.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using ::testing::HasSubstr;
@@ -205,4 +205,4 @@ TEST(CommandRoom, EndsWhereAllOfItIsTaken) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

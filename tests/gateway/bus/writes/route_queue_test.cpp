@@ -12,7 +12,7 @@
 
 #include "gateway/base/text.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Priority;
@@ -326,4 +326,4 @@ TEST_F(RouteQueueTest, NothingOvertakesWhatItFollowsAndNothingElseWaits) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

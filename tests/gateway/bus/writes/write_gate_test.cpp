@@ -12,7 +12,7 @@
 #include "tests/support/keeping_sink.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Access;
@@ -367,4 +367,4 @@ TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -7,7 +7,7 @@
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_gate.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 using config::Type;
@@ -219,4 +219,4 @@ TEST(ValueText, TextsKeepTheirLength) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

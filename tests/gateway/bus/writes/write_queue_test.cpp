@@ -9,7 +9,7 @@
 #include "gateway/bus/writes/route_queue.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::bus {
 namespace {
 
 /// No read-back is under way.
@@ -155,7 +155,7 @@ class RoutedSideTest : public ::testing::Test {
   }
 
   Member slave_;
-  PduCarrier carrier_;
+  protocols::PduCarrier carrier_;
   RouteQueue queue_;
   RoutedSide side_{queue_};
 };
@@ -206,4 +206,4 @@ TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::bus

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 using ::testing::ElementsAre;
@@ -28,8 +28,8 @@ config::Config MeterConfig() {
   config::Device device;
   device.name = "m1";
   device.options.Set("time_zone", std::string("+03:00"));
-  device.options.Set(kCorrectClock, std::int64_t{Duration(5s).count()});
-  device.options.Set(kCorrectClockMost, std::int64_t{Duration(60s).count()});
+  device.options.Set(protocols::kCorrectClock, std::int64_t{Duration(5s).count()});
+  device.options.Set(protocols::kCorrectClockMost, std::int64_t{Duration(60s).count()});
   device.slow = 1min;
   config::Point drift;
   drift.name = "clock_drift";
@@ -48,7 +48,7 @@ config::Config MeterConfig() {
   return config;
 }
 
-class ClockCorrectorTest : public ::testing::Test, private CommandSink {
+class ClockCorrectorTest : public ::testing::Test, private bus::CommandSink {
  protected:
   ClockCorrectorTest() {
     std::filesystem::remove_all(file_);
@@ -60,7 +60,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     corrector_ = std::make_unique<ClockCorrector>(ClockCorrector::Links{
         store_, *this,
         [this](const config::Config& config) {
-          auto tries = std::make_unique<DeviceMemory>(
+          auto tries = std::make_unique<records::DeviceMemory>(
               file_, config, [](const std::string&) {}, [](const std::string&) {});
           tries_ = tries.get();
           return tries;
@@ -73,7 +73,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     corrector_->OnHostClock(true);
   }
   void Show(double drift, Quality quality = Quality::good) {
-    const Sample sample{0, drift, quality};
+    const bus::Sample sample{0, drift, quality};
     store_.Update(0, std::span(&sample, 1), now_, 1ms);
   }
   void Pass(Duration time) {
@@ -88,7 +88,7 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
     Show(drift);
     std::exchange(asked_, {})[0].done({.read_back = true});
     Pass(1s);
-    while (tries_->kept() == DeviceMemory::Kept::waits) std::this_thread::yield();
+    while (tries_->kept() == records::DeviceMemory::Kept::waits) std::this_thread::yield();
     Pass(1s);
   }
   void AnswerWrite(const WriteResult& result) {
@@ -106,20 +106,20 @@ class ClockCorrectorTest : public ::testing::Test, private CommandSink {
       ("baudgate-clocks-" +
        std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + ".json");
   config::Config config_ = MeterConfig();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   Now now_{Instant(1000h), kTenPast};
-  std::vector<WriteCommand> asked_;
-  std::vector<DeniedWrite> denied_;
+  std::vector<bus::WriteCommand> asked_;
+  std::vector<bus::DeniedWrite> denied_;
   std::vector<std::string> told_;
-  DeviceMemory* tries_ = nullptr;
+  records::DeviceMemory* tries_ = nullptr;
   std::unique_ptr<ClockCorrector> corrector_;
 
  private:
-  bool Submit(WriteCommand command) override {
+  bool Submit(bus::WriteCommand command) override {
     asked_.push_back(std::move(command));
     return true;
   }
-  void OnNotTaken(const DeniedWrite& denied) override { denied_.push_back(denied); }
+  void OnNotTaken(const bus::DeniedWrite& denied) override { denied_.push_back(denied); }
 };
 
 TEST_F(ClockCorrectorTest, ReadsItOnceMoreAndWrites) {
@@ -255,7 +255,7 @@ TEST_F(ClockCorrectorTest, BeginsNothingWhenTheGatewayEnds) {
 }
 
 TEST(ClockCare, KeepsAwayFromHalfHoursAndMidnight) {
-  const CivilZone zone = CivilZone::Parse("+03:00").value();
+  const protocols::CivilZone zone = protocols::CivilZone::Parse("+03:00").value();
   const WallTime noon = kTenPast - std::chrono::minutes(10);
   const auto may = [&](int minutes) {
     return MayCorrectAt(noon + std::chrono::minutes(minutes), zone);
@@ -275,4 +275,4 @@ TEST(ClockCare, KeepsAwayFromHalfHoursAndMidnight) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

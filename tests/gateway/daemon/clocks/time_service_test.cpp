@@ -8,7 +8,7 @@
 
 #include "gateway/daemon/clocks/clock_corrector.h"
 
-namespace baudgate {
+namespace baudgate::daemon {
 namespace {
 
 struct Closes {
@@ -72,4 +72,4 @@ TEST(TimeService, SaysWhetherTheClockIsRight) {
 TEST(TimeService, MayBeMissing) { EXPECT_EQ(Ask(std::nullopt), std::nullopt); }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::daemon

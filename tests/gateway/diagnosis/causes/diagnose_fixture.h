@@ -11,7 +11,7 @@
 #include "protocols/spabus/protocol.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 
 /// What an exchange with this outcome mostly looks like.
 inline Symptom SymptomOf(Outcome outcome) {
@@ -36,28 +36,29 @@ inline Symptom SymptomOf(Outcome outcome) {
 class DiagnoseTest : public ::testing::Test {
  protected:
   DiagnoseTest() {
-    config_.lines[0].devices[1].traits = &SpabusProtocol().traits;
+    config_.lines[0].devices[1].traits = &protocols::SpabusProtocol().traits;
     record_.line = &config_.lines[0];
     record_.device = &config_.lines[0].devices[1];
     record_.points.resize(2);
-    for (PointRecord& point : record_.points) {
+    for (bus::PointRecord& point : record_.points) {
       point.reported = Quality::good;
-      point.read_at = kNow.instant;
+      point.read_at = status::kNow.instant;
     }
     neighbour_.line = record_.line;
     neighbour_.device = &config_.lines[0].devices[0];
-    neighbour_.status.state = DeviceState::online;
-    neighbour_.status.last_ok = kNow.instant - 1s;
+    neighbour_.status.state = bus::DeviceState::online;
+    neighbour_.status.last_ok = status::kNow.instant - 1s;
     Looked(neighbour_.status, Symptom::clean, 32);
-    line_.port = LineStatus::Port::open;
+    line_.port = bus::LineStatus::Port::open;
     Ended(Outcome::ok, 1000);
-    device().state = DeviceState::online;
-    device().last_ok = kNow.instant - 1s;
+    device().state = bus::DeviceState::online;
+    device().last_ok = status::kNow.instant - 1s;
   }
 
-  DeviceStatus& device() { return record_.status; }
+  bus::DeviceStatus& device() { return record_.status; }
   /// Each a second behind the one before.
-  void Looked(DeviceStatus& status, Symptom symptom, std::uint32_t count, Finding finding = {}) {
+  void Looked(bus::DeviceStatus& status, Symptom symptom, std::uint32_t count,
+              Finding finding = {}) {
     finding.symptom = symptom;
     for (std::uint32_t i = 0; i < count; ++i) {
       status.findings.Add(finding);
@@ -83,26 +84,26 @@ class DiagnoseTest : public ::testing::Test {
   }
   void NeverAnswered() {
     device() = {};
-    device().state = DeviceState::never_seen;
+    device().state = bus::DeviceState::never_seen;
   }
   /// Nobody else answers either.
   void Alone() { neighbour_.status.findings = {}; }
-  MinuteCounts& Minute() { return device().hour.At(kNow.instant); }
+  bus::MinuteCounts& Minute() { return device().hour.At(status::kNow.instant); }
 
   std::vector<std::string> Say() const {
-    const DeviceRecord both[] = {neighbour_, record_};
-    return DiagnoseDevice(line_, record_, both, kNow, kStarted);
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    return DiagnoseDevice(line_, record_, both, status::kNow, status::kStarted);
   }
   std::vector<std::string> SayOfLine() const {
-    const DeviceRecord both[] = {neighbour_, record_};
-    return DiagnoseLine(config_.lines[0], line_, both, kNow, kStarted);
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    return DiagnoseLine(config_.lines[0], line_, both, status::kNow, status::kStarted);
   }
 
-  Instant looked_ = kNow.instant - 1h;
-  config::Config config_ = TwoLines();
-  LineStatus line_;
-  DeviceRecord record_;
-  DeviceRecord neighbour_;
+  Instant looked_ = status::kNow.instant - 1h;
+  config::Config config_ = status::TwoLines();
+  bus::LineStatus line_;
+  bus::DeviceRecord record_;
+  bus::DeviceRecord neighbour_;
 };
 
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

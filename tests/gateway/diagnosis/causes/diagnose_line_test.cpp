@@ -12,7 +12,7 @@
 #include "gateway/diagnosis/causes/evidence.h"
 #include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using ::testing::ElementsAre;
@@ -20,15 +20,15 @@ using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
 TEST_F(DiagnoseTest, BehindAClosedPortTheLineSpeaks) {
-  device().state = DeviceState::offline;
-  line_.port = LineStatus::Port::closed;
+  device().state = bus::DeviceState::offline;
+  line_.port = bus::LineStatus::Port::closed;
   line_.port_text = "/dev/ttyUSB0: No such file or directory";
-  line_.port_since = kNow.wall - 3min;
+  line_.port_since = status::kNow.wall - 3min;
   EXPECT_THAT(Say(), IsEmpty());
   EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 3 min: /dev/ttyUSB0: No such file or "
                                        "directory"));
-  line_.port = LineStatus::Port::released;
-  line_.released_until = kNow.wall + 10min;
+  line_.port = bus::LineStatus::Port::released;
+  line_.released_until = status::kNow.wall + 10min;
   EXPECT_THAT(Say(), IsEmpty());
   EXPECT_THAT(SayOfLine(), ElementsAre("released: the port is lent until 14:23:20 UTC; 'baudgate "
                                        "release bay-1 --end' takes it back"));
@@ -47,7 +47,7 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
   EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
                                        "once, or a bus that does not echo (set 'echo: off')"));
   Looked(device(), Symptom::odd, 9);
-  device().state = neighbour_.status.state = DeviceState::offline;
+  device().state = neighbour_.status.state = bus::DeviceState::offline;
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
@@ -57,38 +57,38 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
 
 TEST_F(DiagnoseTest, TroubleOfALine) {
   const struct {
-    std::function<void(LineStatus&)> trouble;
+    std::function<void(bus::LineStatus&)> trouble;
     std::string sentence;
   } rows[] = {
-      {[](LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
+      {[](bus::LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
        "the request itself came back 12 times: set 'echo: strip' in the configuration"},
-      {[](LineStatus& line) { line.collisions = 1; },
+      {[](bus::LineStatus& line) { line.collisions = 1; },
        "the echo was missing or different once: two talkers at once, or a ring or bus that opens "
        "now and then: a loose plug, or a device that restarts"},
-      {[](LineStatus& line) { line.negotiations = 1; },
+      {[](bus::LineStatus& line) { line.negotiations = 1; },
        "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
        "raw TCP, without Telnet or RFC 2217"},
-      {[](LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
+      {[](bus::LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
        "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
        "bad termination, or a device with settings of its own"},
-      {[](LineStatus& line) { line.restored = 11; },
+      {[](bus::LineStatus& line) { line.restored = 11; },
        "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times "
        "(they were set again): keep it away from /dev/ttyUSB0"},
-      {[](LineStatus& line) { line.overruns = 5; },
+      {[](bus::LineStatus& line) { line.overruns = 5; },
        "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
-      {[](LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
+      {[](bus::LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
        "60 of 1000 bytes came when nothing was asked: noise between the replies (check bias "
        "resistors and termination), or a second master"},
-      {[](LineStatus& line) {
+      {[](bus::LineStatus& line) {
          for (const Duration ago : {Duration(2h), Duration(50min), Duration(1min)})
-           line.losses.Add(kNow.instant - ago);
+           line.losses.Add(status::kNow.instant - ago);
        },
        "the open port was lost 2 times in the last hour: loose plug, hub or power; the log has the "
        "times"},
   };
   line_.exchanges = 1000;
-  const LineStatus well = line_;
+  const bus::LineStatus well = line_;
   std::vector<std::string> all;
   for (const auto& row : rows) {
     line_ = well;
@@ -125,9 +125,9 @@ TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
 
 TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
-  for (int i = 0; i < 6; ++i) line_.losses.Add(kNow.instant - 1h + i * 1s);
+  for (int i = 0; i < 6; ++i) line_.losses.Add(status::kNow.instant - 1h + i * 1s);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "one restart";
-  for (int i = 0; i < 11; ++i) line_.losses.Add(kNow.instant - 1min + i * 5s);
+  for (int i = 0; i < 11; ++i) line_.losses.Add(status::kNow.instant - 1min + i * 5s);
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("the connection was lost 7 times in the last hour: look at the server's other "
@@ -137,34 +137,34 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
 
 TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
-  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min + i * 10s);
+  for (int i = 0; i < 3; ++i) line_.losses.Add(status::kNow.instant - 1min + i * 10s);
   NeverAnswered();
   Looked(device(), Symptom::tail_lost, 3);
   const auto says = ElementsAre(
       "the server closes the connection inside replies: look at it and the device behind it "
       "(firmware, limits)");
   EXPECT_THAT(SayOfLine(), says);
-  line_.port = LineStatus::Port::closed;
+  line_.port = bus::LineStatus::Port::closed;
   EXPECT_THAT(SayOfLine(), says);
 }
 
 TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
-  line_.port = LineStatus::Port::closed;
+  line_.port = bus::LineStatus::Port::closed;
   line_.port_text = "it closed the connection";
-  line_.port_since = kNow.wall - 500ms;
+  line_.port_since = status::kNow.wall - 500ms;
   EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 0.5 s: it closed the connection"));
-  for (int i = 0; i < 3; ++i) line_.losses.Add(kNow.instant - 1min + i * 10s);
+  for (int i = 0; i < 3; ++i) line_.losses.Add(status::kNow.instant - 1min + i * 10s);
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("the connection was lost 3 times")));
-  line_.port_since = kNow.wall - 1min;
+  line_.port_since = status::kNow.wall - 1min;
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("port closed for ")));
 }
 
 TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
   for (const Duration ago : {Duration(10min), Duration(2min), Duration(1min)})
-    line_.drops.Add(kNow.instant - ago);
+    line_.drops.Add(status::kNow.instant - ago);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
-  line_.drops.Add(kNow.instant - 3s);
+  line_.drops.Add(status::kNow.instant - 3s);
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("the server has ended the connection 3 times in the last minutes while "
@@ -175,19 +175,19 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
 TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
   using ::testing::HasSubstr;
   config_.lines[0].port = "tcp://10.0.0.9:4001";
-  const auto add = [this](RecentTimes& what, int times) {
-    for (int i = times; i > 0; --i) what.Add(kNow.instant - i * 20s);
+  const auto add = [this](bus::RecentTimes& what, int times) {
+    for (int i = times; i > 0; --i) what.Add(status::kNow.instant - i * 20s);
   };
   add(line_.losses, 4);
   line_.use = 0.2;
   struct Row {
-    RecentTimes ConnectionEnds::*what;
+    bus::RecentTimes bus::ConnectionEnds::*what;
     int asked;
     int idle;
     const char* says;
     std::uint32_t alike = 1;
   };
-  using Ends = ConnectionEnds;
+  using Ends = bus::ConnectionEnds;
   const Row table[] = {
       {&Ends::refused, 1, 3, "the next one was refused: the server, its program or modem restarts"},
       {&Ends::unreachable, 0, 4, "no host answered for a while: look at the power of the server"},
@@ -209,7 +209,7 @@ TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
 }
 
 TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
-  line_.losses.Add(kNow.instant - 1min);
+  line_.losses.Add(status::kNow.instant - 1min);
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
   using ::testing::EndsWith;
@@ -222,18 +222,18 @@ TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
 }
 
 TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
-  for (DeviceStatus* status : {&device(), &neighbour_.status}) {
-    status->state = DeviceState::offline;
-    status->last_ok = kNow.instant - 1min;
+  for (bus::DeviceStatus* status : {&device(), &neighbour_.status}) {
+    status->state = bus::DeviceState::offline;
+    status->last_ok = status::kNow.instant - 1min;
     Looked(*status, Symptom::silence, 20);
   }
-  DeviceRecord third = neighbour_;
+  bus::DeviceRecord third = neighbour_;
   third.device = &config_.lines[0].devices[0];
   third.status = {};
-  third.status.state = DeviceState::online;
+  third.status.state = bus::DeviceState::online;
   Looked(third.status, Symptom::clean, 32);
-  const DeviceRecord all[] = {neighbour_, record_, third};
-  EXPECT_THAT(DiagnoseDevice(line_, record_, all, kNow, kStarted)[0],
+  const bus::DeviceRecord all[] = {neighbour_, record_, third};
+  EXPECT_THAT(DiagnoseDevice(line_, record_, all, status::kNow, status::kStarted)[0],
               ::testing::HasSubstr("not a byte comes any more, as from feeder-1 since the same "
                                    "moment: look at what they share"));
 }
@@ -254,20 +254,20 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
   line_.parity_errors = 4;
   EXPECT_THAT(SayOfLine()[1],
               ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
-  neighbour_.status.state = DeviceState::disabled;
+  neighbour_.status.state = bus::DeviceState::disabled;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(
                             "check its power and wiring (A and B swapped?), then address (2)"))
       << "one device alone has a sentence of its own";
 }
 
 TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
-  line_.cut_since = kNow.wall - 3min;
+  line_.cut_since = status::kNow.wall - 3min;
   line_.collisions = 40;
   EXPECT_THAT(
       SayOfLine(),
       ElementsAre("the ring is open since 14:10:20 UTC, as requests come back no more: look "
                   "for a loose or broken fibre, or a device on it without power"));
-  device().state = DeviceState::offline;
+  device().state = bus::DeviceState::offline;
   EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
                                  "nothing about the device"));
 }
@@ -284,7 +284,7 @@ class MissedTest : public DiagnoseTest {
     for (int i = 0; i < 1000; ++i) device().round_trips.Add(38ms);
     for (int i = 0; i < 1000; ++i) neighbour_.status.round_trips.Add(348ms);
   }
-  MinuteCounts& Neighbours() { return neighbour_.status.hour.At(kNow.instant); }
+  bus::MinuteCounts& Neighbours() { return neighbour_.status.hour.At(status::kNow.instant); }
   static constexpr Duration kWatched = 4min;
   const std::string missed_ = "missed 25 % of its polls in the last minutes: ";
 };
@@ -353,8 +353,8 @@ TEST_F(MissedTest, ADeviceThatFailsItselfSaysWhyAndNoMore) {
 constexpr Instant kStart{1000s};
 
 /// 'o' is answered, 'x' fails, each a second behind the other.
-FailureRuns After(std::string_view exchanges) {
-  FailureRuns failures;
+bus::FailureRuns After(std::string_view exchanges) {
+  bus::FailureRuns failures;
   Instant now = kStart;
   for (const char exchange : exchanges) failures.Add(exchange == 'o', now += 1s);
   return failures;
@@ -367,7 +367,7 @@ std::string Times(int times, std::string_view part) {
 }
 
 /// "3.0 s every 15 s"; empty: losses.
-std::string Shown(const FailureRuns& failures) {
+std::string Shown(const bus::FailureRuns& failures) {
   const auto found = FindAbsences(failures);
   if (!found) return {};
   return FormatAge(found->length) + (found->period ? " every " + FormatAge(*found->period) : "");
@@ -428,7 +428,7 @@ TEST(Absences, OfTwoDevicesAtTheSameTime) {
   }
 }
 
-bool FailTogether(const FailureRuns& one, const FailureRuns& other) {
+bool FailTogether(const bus::FailureRuns& one, const bus::FailureRuns& other) {
   return CoincidencesOf(one, other).AreNoChance();
 }
 
@@ -443,7 +443,7 @@ TEST(Absences, SingleLossesOfTwoAtTheSameTime) {
 }
 
 TEST(Absences, OfManyAFewAreEnough) {
-  const FailureRuns few = After("oooooooooxooooooooxooooooooxoooooo");
+  const bus::FailureRuns few = After("oooooooooxooooooooxooooooooxoooooo");
   EXPECT_FALSE(FailTogether(few, few));
   Coincidences all = CoincidencesOf(few, few);
   all.Add(CoincidencesOf(few, few));
@@ -454,18 +454,18 @@ TEST(Absences, OfManyAFewAreEnough) {
 TEST(Absences, OutagesThatStrikeNowOneAndNowAnother) {
   const std::string quiet = "oooooooo";
   const std::string fails = "xooooooo";
-  const FailureRuns one = After(quiet + fails + quiet + fails + quiet + fails + quiet);
-  const FailureRuns other = After(quiet + quiet + fails + quiet + fails + quiet + fails + "o");
-  const FailureRuns random = After("oxoooooooooxoooooxooooooooooooooooooooooxoooooooox");
-  const auto period = [](std::initializer_list<const FailureRuns*> devices) {
+  const bus::FailureRuns one = After(quiet + fails + quiet + fails + quiet + fails + quiet);
+  const bus::FailureRuns other = After(quiet + quiet + fails + quiet + fails + quiet + fails + "o");
+  const bus::FailureRuns random = After("oxoooooooooxoooooxooooooooooooooooooooooxoooooooox");
+  const auto period = [](std::initializer_list<const bus::FailureRuns*> devices) {
     return SharedPeriod({devices.begin(), devices.size()});
   };
   EXPECT_EQ(period({&one, &other}), 8s);
   EXPECT_EQ(period({&one}), std::nullopt);
   EXPECT_EQ(period({&one, &random}), std::nullopt);
-  const FailureRuns always = After(quiet + fails + fails + fails + fails + fails);
+  const bus::FailureRuns always = After(quiet + fails + fails + fails + fails + fails);
   EXPECT_EQ(period({&always, &always}), 8s);
-  const FailureRuns once = After(quiet + fails + quiet + quiet + quiet + quiet);
+  const bus::FailureRuns once = After(quiet + fails + quiet + quiet + quiet + quiet);
   EXPECT_EQ(period({&always, &once}), std::nullopt) << "they are one device's own";
 }
 
@@ -484,8 +484,8 @@ TEST(Absences, TwoThatFailByChanceAreNotTogether) {
       for (int j = 0; j < 100; ++j) exchanges += fails(random) ? 'x' : 'o';
       return After(exchanges);
     };
-    const FailureRuns one = draw();
-    const FailureRuns other = draw();
+    const bus::FailureRuns one = draw();
+    const bus::FailureRuns other = draw();
     wrong += FailTogether(one, other) ? 1 : 0;
   }
   EXPECT_LE(wrong, 4) << "of 2000";
@@ -510,4 +510,4 @@ TEST(Absences, SilenceIsUsualWhereItHasEndedBefore) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -7,7 +7,7 @@
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using ::testing::ElementsAre;
@@ -15,9 +15,9 @@ using ::testing::IsEmpty;
 
 TEST_F(DiagnoseTest, PointsThatAreNotGood) {
   record_.age_limits[static_cast<std::size_t>(config::Group::fast)] = {3s, 9s};
-  record_.points[0].read_at = kNow.instant - 4s;
+  record_.points[0].read_at = status::kNow.instant - 4s;
   record_.points[0].reported = Quality::good;
-  record_.points[1].read_at = kNow.instant;
+  record_.points[1].read_at = status::kNow.instant;
   record_.points[1].reported = Quality::bad_sensor_failure;
   EXPECT_THAT(Say(),
               ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
@@ -42,7 +42,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
     Looked(device(), Symptom::no_number, 1, {.cause = row.stands, .remedy = row.remedy});
     EXPECT_THAT(Say()[1], ::testing::EndsWith("): " + row.says));
   }
-  line_.port_since = kNow.wall - 2s;
+  line_.port_since = status::kNow.wall - 2s;
   config_.lines[0].devices[1].points[1].group = config::Group::fast;
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("no good value")))
       << "its polls had no chance yet";
@@ -50,10 +50,10 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
 
 TEST_F(DiagnoseTest, AReader) {
   device().unasked = true;
-  device().last_ok = kNow.instant - 12s;
+  device().last_ok = status::kNow.instant - 12s;
   config_.lines[0].devices[1].max_age = 3s;
   record_.age_limits[static_cast<std::size_t>(config::Group::fast)] = {3s, 9s};
-  for (PointRecord& point : record_.points) point.read_at = kNow.instant - 12s;
+  for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant - 12s;
   EXPECT_THAT(Say(), ElementsAre("nothing has come for 12 s, and its max_age is shorter: check its "
                                  "power and its wire"));
   Looked(device(), Symptom::clean, 1, {.idle = 2s});
@@ -64,11 +64,11 @@ TEST_F(DiagnoseTest, AReader) {
   Looked(device(), Symptom::clean, 16, {.idle = 20s});
   EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter: raise its poll (or "
                                  "max_age) above that, or let it send more often"));
-  device().last_ok = kNow.instant - 70s;
+  device().last_ok = status::kNow.instant - 70s;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 70 s")))
       << "and not that this is normal";
-  device().last_ok = kNow.instant - 12s;
-  for (PointRecord& point : record_.points) point.read_at = kNow.instant;
+  device().last_ok = status::kNow.instant - 12s;
+  for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
   EXPECT_THAT(
       Say(),
@@ -107,8 +107,8 @@ TEST_F(DiagnoseTest, AReaderThatAnswersNoCommand) {
 
 TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
   device().unasked = true;
-  for (PointRecord& point : record_.points) {
-    point.read_at = kNow.instant;
+  for (bus::PointRecord& point : record_.points) {
+    point.read_at = status::kNow.instant;
     point.reported = Quality(Quality::bad_sensor_failure, Reason::not_ready);
   }
   EXPECT_THAT(Say(), ::testing::Each(::testing::Not(::testing::HasSubstr("no good value"))));
@@ -193,7 +193,7 @@ TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
 
 TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
-  its.traits = &ModbusRtuProtocol().traits;
+  its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
   // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B; with the words swapped:
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
@@ -213,7 +213,7 @@ TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
 /// Floats of a row that are read one register too far: with swapped words they look usual as well.
 TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
   config::Device& its = config_.lines[0].devices[1];
-  its.traits = &ModbusRtuProtocol().traits;
+  its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
   its.points.resize(3, its.points[0]);
   record_.points.resize(3, record_.points[0]);
@@ -303,11 +303,11 @@ TEST_F(DiagnoseTest, NothingIsSaidOfValuesInTheFirstPeriod) {
   config_.lines[0].devices[1].poll = 10s;
   record_.points[0].reported = Quality::bad_sensor_failure;
   record_.points[1].at_best = Quality::uncertain;
-  line_.port_since = kNow.wall - 9s;
+  line_.port_since = status::kNow.wall - 9s;
   EXPECT_THAT(Say(), IsEmpty());
-  line_.port_since = kNow.wall - 10s;
+  line_.port_since = status::kNow.wall - 10s;
   EXPECT_THAT(Say(), ::testing::SizeIs(1)) << "the other one is read every minute";
-  line_.port_since = kNow.wall - 1min;
+  line_.port_since = status::kNow.wall - 1min;
   EXPECT_THAT(Say(), ::testing::SizeIs(2));
 }
 
@@ -323,8 +323,8 @@ TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
 }
 
 TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
-  for (PointRecord& point : record_.points) {
-    point.read_at = kNow.instant;
+  for (bus::PointRecord& point : record_.points) {
+    point.read_at = status::kNow.instant;
     point.reported = Quality::good;
   }
   record_.points[0].at_best = Quality::uncertain;
@@ -345,4 +345,4 @@ TEST_F(DiagnoseTest, PointsWithoutAValueAlthoughTheDeviceAnswers) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -10,7 +10,7 @@
 #include "gateway/diagnosis/causes/words.h"
 #include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
 
 using ::testing::ElementsAre;
@@ -52,7 +52,7 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
        "it says 'unsupported' to 32 of 32 requests: does the profile fit the device and its "
        "options?"},
   };
-  const DeviceStatus well = device();
+  const bus::DeviceStatus well = device();
   for (const auto& row : rows) {
     device() = well;
     Ended(row.outcome, SymptomOf(row.outcome), row.count, row.reason,
@@ -96,8 +96,8 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
        "its replies come damaged at the same times as those of ",
        ": a bad contact or noise in what they share: check cable, termination and ground"},
   };
-  const DeviceStatus well = device();
-  const DeviceStatus beside = neighbour_.status;
+  const bus::DeviceStatus well = device();
+  const bus::DeviceStatus beside = neighbour_.status;
   for (const auto& row : rows) {
     device() = well;
     neighbour_.status = beside;
@@ -117,7 +117,7 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
 TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
-    for (DeviceStatus* status : {&device(), &neighbour_.status}) {
+    for (bus::DeviceStatus* status : {&device(), &neighbour_.status}) {
       looked_ = begin;
       Looked(*status, Symptom::silence, 3, {.idle = 600ms});
       Looked(*status, Symptom::clean, 13, {.idle = 50ms});
@@ -162,8 +162,8 @@ TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
   line_.echoed = 0xFFFFFFFF;
   EXPECT_THAT(Say(), IsEmpty()) << "the line's sentence tells why";
   line_.echoed = 0;
-  device().hour.At(kNow.instant) = {};
-  device().hour.At(kNow.instant - 61min).outages = 9;
+  device().hour.At(status::kNow.instant) = {};
+  device().hour.At(status::kNow.instant - 61min).outages = 9;
   EXPECT_THAT(Say(), IsEmpty());
 }
 
@@ -208,7 +208,7 @@ TEST_F(DiagnoseTest, ReadingsThatAreNotConfirmed) {
 }
 
 TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
-  for (PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
+  for (bus::PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
   device().queries = {{.first_point = 0, .points = 1},
                       {.first_point = 1, .points = 1, .in_vain = 5, .symptom = Symptom::odd}};
   device().last_reason = "6 values came where 8 channels are configured";
@@ -301,7 +301,7 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   const std::string address = std::exchange(its.address, "0");
   EXPECT_THAT(Say()[0],
               ::testing::HasSubstr("every device answers to address 0: give each its own"));
-  its.traits = &SpabusProtocol().traits;
+  its.traits = &protocols::SpabusProtocol().traits;
   its.address = address;
   Looked(device(), Symptom::clean, 30);
   Looked(device(), Symptom::master_beside, 2, {.cause = "another master", .remedy = "take it off"});
@@ -334,12 +334,12 @@ TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
 
 TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldomAndForAnHour) {
   device().doubled = 1;
-  device().last_doubled = kNow.instant - 50min;
+  device().last_doubled = status::kNow.instant - 50min;
   EXPECT_THAT(Say(), IsEmpty()) << "once is a repeat that met its reply";
   device().doubled = 2;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
                          "doubled: a second, different reply came behind one 2 times: ")));
-  device().last_doubled = kNow.instant - 61min;
+  device().last_doubled = status::kNow.instant - 61min;
   EXPECT_THAT(Say(), IsEmpty());
 }
 
@@ -349,7 +349,7 @@ TEST_F(DiagnoseTest, AClockThatIsNotSet) {
 }
 
 TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {
-  device().state = DeviceState::degraded;
+  device().state = bus::DeviceState::degraded;
   Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
   EXPECT_THAT(
       Say(), ElementsAre(
@@ -379,8 +379,8 @@ TEST(Reason, IsShortened) {
 
 TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   line_.notice_bound = 9s;
-  device().state = DeviceState::offline;
-  device().last_ok = kNow.instant - 12min;
+  device().state = bus::DeviceState::offline;
+  device().last_ok = status::kNow.instant - 12min;
   Ended(Outcome::no_reply, 34);
   EXPECT_THAT(Say(), ElementsAre("offline for 12 min: not a byte comes any more: check its power "
                                  "and its wire, or whether its settings were changed",
@@ -401,8 +401,8 @@ TEST_F(DiagnoseTest, WhatAModemSaidBeforeTheSilenceIsItsCause) {
   for (const bool answered_since : {false, true}) {
     Looked(device(), Symptom::text_beside, 1, said);
     if (answered_since) Looked(device(), Symptom::clean, 1);
-    device().state = DeviceState::offline;
-    device().last_ok = kNow.instant - 12min;
+    device().state = bus::DeviceState::offline;
+    device().last_ok = status::kNow.instant - 12min;
     Ended(Outcome::no_reply, 34);
     EXPECT_EQ(Say()[0],
               answered_since
@@ -413,27 +413,27 @@ TEST_F(DiagnoseTest, WhatAModemSaidBeforeTheSilenceIsItsCause) {
 }
 
 TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameMoment) {
-  device().state = neighbour_.status.state = DeviceState::offline;
-  device().last_ok = kNow.instant - 12min;
+  device().state = neighbour_.status.state = bus::DeviceState::offline;
+  device().last_ok = status::kNow.instant - 12min;
   for (const bool together : {true, false}) {
     neighbour_.status.last_ok = *device().last_ok + (together ? 1s : 1min);
-    const DeviceRecord both[] = {neighbour_, record_};
-    EXPECT_EQ(Gather(line_, record_, both, kNow).fell, together ? "feeder-1" : "");
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    EXPECT_EQ(Gather(line_, record_, both, status::kNow).fell, together ? "feeder-1" : "");
   }
 }
 
 TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {
-  device().state = DeviceState::offline;
-  device().last_ok = kNow.instant - 300ms;
+  device().state = bus::DeviceState::offline;
+  device().last_ok = status::kNow.instant - 300ms;
   Ended(Outcome::ok, 2);
   EXPECT_THAT(Say(), ::testing::IsEmpty());
-  neighbour_.status.state = DeviceState::offline;
+  neighbour_.status.state = bus::DeviceState::offline;
   EXPECT_THAT(Say(), ::testing::IsEmpty()) << "nor is its line, whose port was lent";
   EXPECT_THAT(SayOfLine(), ::testing::IsEmpty());
 }
 
 TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
-  device().state = DeviceState::offline;
+  device().state = bus::DeviceState::offline;
   Ended(Outcome::line_down, 1, "the port is closed");
   EXPECT_THAT(Say(), ElementsAre("not asked since the port was opened"));
   NeverAnswered();
@@ -444,7 +444,7 @@ TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
 }
 
 TEST_F(DiagnoseTest, DisabledDevices) {
-  device().state = DeviceState::disabled;
+  device().state = bus::DeviceState::disabled;
   EXPECT_THAT(
       Say(),
       ElementsAre("taken out of use at run time; 'baudgate enable bay-1.feeder-2' brings it back"));
@@ -453,4 +453,4 @@ TEST_F(DiagnoseTest, DisabledDevices) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

@@ -9,25 +9,28 @@
 #include "tests/gateway/outputs/status/hypotheses_fixture.h"
 #include "tests/support/file_cases.h"
 
-namespace baudgate::control {
+namespace baudgate::diagnosis {
 namespace {
+
+using status::HypothesesTest;
+using enum Symptom;
 
 TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
   const Finding few = {
       .bytes = 25, .expected = 85, .cause = "22 bytes came where 82 answer the request"};
   const struct {
-    const Protocol& protocol;
+    const protocols::Protocol& protocol;
     std::size_t good;
     std::string block;
-  } rows[] = {{ModbusRtuProtocol(), 21, "8"},
-              {ModbusTcpProtocol(), 25, "8"},
-              {ModbusAsciiProtocol(), 43, "8"},
-              {ModbusRtuProtocol(), 0, "1"}};
+  } rows[] = {{protocols::ModbusRtuProtocol(), 21, "8"},
+              {protocols::ModbusTcpProtocol(), 25, "8"},
+              {protocols::ModbusAsciiProtocol(), 43, "8"},
+              {protocols::ModbusRtuProtocol(), 0, "1"}};
   for (const auto& row : rows) {
     config_.lines[0].devices[1].traits = &row.protocol.traits;
-    std::vector<Seen> seen = {{odd, 9, few}};
+    std::vector<status::Seen> seen = {{odd, 9, few}};
     if (row.good > 0) seen.push_back({clean, 2, {.bytes = row.good, .expected = row.good}});
-    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .state = kHere}),
+    EXPECT_EQ(SayOf({.seen = seen, .says = {}, .state = status::kHere}),
               "it gives fewer registers than are asked for (22 bytes came where 82 answer the "
               "request): set block: " +
                   row.block + " in the configuration");
@@ -37,34 +40,39 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
 /// A request that is never answered may contain such a byte by chance.
 TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
   constexpr std::uint8_t kXon = 0b00100;
-  const QueryCount good = {.first_point = 0, .points = 1};
-  const QueryCount dead = {
+  const bus::QueryCount good = {.first_point = 0, .points = 1};
+  const bus::QueryCount dead = {
       .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
-  QueryCount other = dead;
+  bus::QueryCount other = dead;
   other.asked = 0;
-  QueryCount cut = other;  // the reply has such a byte
+  bus::QueryCount cut = other;  // the reply has such a byte
   cut.symptom = tail_lost;
   const std::string says =
       "requests fail that contain 11, and no others: switch XON/XOFF off at the converter or "
       "serial server";
-  const Seen silent = {silence, 16};
-  EXPECT_EQ(SayOf({{{clean, 16}, silent}, {}, kAnswered | kHere, {good, dead, dead}}), says);
+  const status::Seen silent = {silence, 16};
+  EXPECT_EQ(
+      SayOf({{{clean, 16}, silent}, {}, status::kAnswered | status::kHere, {good, dead, dead}}),
+      says);
   EXPECT_THAT(Say(), ::testing::ElementsAre(says));
-  EXPECT_EQ(SayOf({{{clean, 16}, silent}, {}, kAnswered | kHere, {good, dead, dead, cut}}), says);
+  EXPECT_EQ(
+      SayOf(
+          {{{clean, 16}, silent}, {}, status::kAnswered | status::kHere, {good, dead, dead, cut}}),
+      says);
   const struct {
-    std::vector<Seen> seen;
-    std::vector<QueryCount> queries;
+    std::vector<status::Seen> seen;
+    std::vector<bus::QueryCount> queries;
   } others[] = {{{{clean, 16}, silent}, {good, dead}},
                 {{{clean, 16}, silent}, {good, dead, dead, other}},
                 {{{clean, 16, {.asked = kXon}}, silent}, {good, dead, dead}}};
   for (const auto& row : others) {
-    EXPECT_NE(SayOf({row.seen, {}, kAnswered | kHere, row.queries}), says);
+    EXPECT_NE(SayOf({row.seen, {}, status::kAnswered | status::kHere, row.queries}), says);
   }
 }
 
 /// Noise on the line looks otherwise each time.
 TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
-  const auto mixed = [this](DeviceStatus& status) {
+  const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
     for (const Symptom symptom : {damaged, noise, end_lost, bad_check}) Looked(status, symptom, 1);
   };
@@ -82,7 +90,7 @@ TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
 TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
   Looked(device(), damaged, 12);
   neighbour_.status.last_ok.reset();
-  neighbour_.status.state = DeviceState::never_seen;
+  neighbour_.status.state = bus::DeviceState::never_seen;
   Looked(neighbour_.status, silence, 32);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged: feeder-1, which never "
                                              "answers, may have its address (2) as well"));
@@ -90,13 +98,13 @@ TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
 
 /// Each exchange hears a part of it.
 TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
-  device().state = DeviceState::offline;
-  device().last_ok = kNow.instant - 30s;
+  device().state = bus::DeviceState::offline;
+  device().last_ok = status::kNow.instant - 30s;
   Looked(device(), noise, 20);
   line_.babble = 3000;  // at 9600 bit/s
-  line_.babble_since = kNow.instant - 30s;
+  line_.babble_since = status::kNow.instant - 30s;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("bytes come without an end"));
-  line_.babble_since = kNow.instant - 10min;
+  line_.babble_since = status::kNow.instant - 10min;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
 }
 
@@ -110,7 +118,7 @@ TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
 
 /// Meters that answer at once damage each other.
 TEST_F(HypothesesTest, AllDevicesAnswerToACommonAddress) {
-  config_.lines[0].devices[1].traits = &Set4tmProtocol().traits;
+  config_.lines[0].devices[1].traits = &protocols::Set4tmProtocol().traits;
   Looked(device(), tail_lost, 12, {.bytes = 8, .expected = 16});
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies break off"));
   config_.lines[0].devices[1].address = "0";
@@ -127,12 +135,12 @@ Symptom SymptomNamed(std::string_view name) {
 }
 
 /// "late 4 | time=380ms | cause=a text".
-Seen SeenOf(const std::string& line) {
+status::Seen SeenOf(const std::string& line) {
   const std::string between = " | ";
   std::size_t at = line.find(between);
   const std::size_t space = line.find(' ');
-  Seen seen{SymptomNamed(line.substr(0, space)),
-            static_cast<std::uint32_t>(std::stoul(line.substr(space)))};
+  status::Seen seen{SymptomNamed(line.substr(0, space)),
+                    static_cast<std::uint32_t>(std::stoul(line.substr(space)))};
   while (at != std::string::npos) {
     at += between.size();
     const std::size_t equals = line.find('=', at);
@@ -164,11 +172,11 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   EXPECT_GT(cases.size(), 80U);
   for (const FileCase& one : cases) {
     SCOPED_TRACE(one.place);
-    Row row;
-    for (const auto& [word, flag] : {std::pair("answered", kAnswered),
-                                     {"here", kHere},
-                                     {"neighbour", kNeighbour},
-                                     {"server", kServer}}) {
+    status::Row row;
+    for (const auto& [word, flag] : {std::pair("answered", status::kAnswered),
+                                     {"here", status::kHere},
+                                     {"neighbour", status::kNeighbour},
+                                     {"server", status::kServer}}) {
       if (one.given[0].find(word) != std::string::npos) row.state |= flag;
     }
     for (std::size_t i = 1; i < one.given.size(); ++i) row.seen.push_back(SeenOf(one.given[i]));
@@ -191,11 +199,11 @@ TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
   Looked(device(), silence, 20);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("get no answer")) << "now there are more of these";
   device().findings = {};
-  device().findings.Add({.symptom = damaged}, kNow.instant - 5min);
-  device().findings.Add({.symptom = damaged}, kNow.instant - 5min);
+  device().findings.Add({.symptom = damaged}, status::kNow.instant - 5min);
+  device().findings.Add({.symptom = damaged}, status::kNow.instant - 5min);
   for (int i = 0; i < 2; ++i) {
-    device().findings.Add({.symptom = clean}, kNow.instant);
-    device().findings.Add({.symptom = silence}, kNow.instant);
+    device().findings.Add({.symptom = clean}, status::kNow.instant);
+    device().findings.Add({.symptom = silence}, status::kNow.instant);
   }
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("get no answer")) << "those of two minutes count";
 }
@@ -237,11 +245,11 @@ TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
 /// What it says now and then of requests that are answered well at other times.
 TEST_F(HypothesesTest, MisfitsNowAndThen) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
-  Row row = {{{clean, 20}, {odd, 5, wide}}, "", kAnswered | kHere};
+  status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};
   const std::string said = "number '+02.51' is 6 characters wide, not 7: ";
   EXPECT_EQ(SayOf(row), said + "set width");
   config::Device& meant = config_.lines[0].devices[1];
-  meant.traits = &DconProtocol().traits;
+  meant.traits = &protocols::DconProtocol().traits;
   meant.options.Set("checksum", false);
   EXPECT_EQ(SayOf(row), said + "set width") << "no value was ever read";
   row.queries = {{.points = 1}};
@@ -255,7 +263,7 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
   row.seen.pop_back();
   meant.options.Set("checksum", true);
   EXPECT_EQ(SayOf(row), said + "set width");
-  meant.traits = &ModbusRtuProtocol().traits;
+  meant.traits = &protocols::ModbusRtuProtocol().traits;
   row.seen[1].finding = {.cause = "14 bytes came where 4 answer the request"};
   EXPECT_EQ(SayOf(row),
             "some replies belong to other requests (14 bytes came where 4 answer the request): "
@@ -267,11 +275,11 @@ TEST_F(HypothesesTest, OfMessagesThatMostlyAreRightTheOthersAreDamaged) {
   const auto say = [&](std::uint32_t good) {
     NeverAnswered();
     device().unasked = true;
-    device().last_ok = kNow.instant;
+    device().last_ok = status::kNow.instant;
     Looked(device(), clean, good);
     Looked(device(), other_setting, 10, other);
-    const DeviceRecord both[] = {neighbour_, record_};
-    const Evidence evidence = Gather(line_, record_, both, kNow);
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    const Evidence evidence = Gather(line_, record_, both, status::kNow);
     return Judge(evidence).front()->say(evidence);
   };
   EXPECT_EQ(say(5), "its messages do not end with 0x0D: set end");
@@ -301,11 +309,11 @@ TEST_F(HypothesesTest, OfMessagesThatComeByThemselves) {
   for (const auto& row : rows) {
     NeverAnswered();
     device().unasked = true;
-    if (row.answered) device().last_ok = kNow.instant;
+    if (row.answered) device().last_ok = status::kNow.instant;
     if (row.answered) Looked(device(), clean, 8);
     Looked(device(), row.symptom, 10, row.finding);
-    const DeviceRecord both[] = {neighbour_, record_};
-    const Evidence evidence = Gather(line_, record_, both, kNow);
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    const Evidence evidence = Gather(line_, record_, both, status::kNow);
     EXPECT_THAT(Judge(evidence).front()->say(evidence), ::testing::StartsWith(row.says));
   }
 }
@@ -315,8 +323,8 @@ TEST_F(HypothesesTest, CheckValuesThatAreWrongInAnyWayAreDamaged) {
   for (const char* const by : {"01", "20", "08", "01", "80", "04", "20", "10"}) {
     Looked(device(), bad_check, 1, {.cause = "a text", .remedy = by});
   }
-  const DeviceRecord both[] = {neighbour_, record_};
-  const Evidence evidence = Gather(line_, record_, both, kNow);
+  const bus::DeviceRecord both[] = {neighbour_, record_};
+  const Evidence evidence = Gather(line_, record_, both, status::kNow);
   EXPECT_THAT(Judge(evidence).front()->say(evidence),
               ::testing::StartsWith("its replies have a wrong check value"));
 }
@@ -327,7 +335,7 @@ TEST_F(HypothesesTest, SettingsNameTheCheckValue) {
   const std::string settings =
       "bit rate, parity, checksum and protocol (9600 7E1, checksum on here, spabus)";
   EXPECT_EQ(Settings(record_), settings);
-  for (const unsigned state : {0U, 0U + kNeighbour}) {
+  for (const unsigned state : {0U, 0U + status::kNeighbour}) {
     EXPECT_THAT(SayOf({{{silence, 20}}, {}, state}), ::testing::HasSubstr(settings));
     EXPECT_THAT(SayOf({{{noise, 20}}, {}, state}), ::testing::HasSubstr(settings));
   }
@@ -336,4 +344,4 @@ TEST_F(HypothesesTest, SettingsNameTheCheckValue) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::diagnosis

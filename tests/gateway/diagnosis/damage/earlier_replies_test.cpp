@@ -14,16 +14,16 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
-class EarlierRepliesTest : public ::testing::Test, protected ToyMembers {
+class EarlierRepliesTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
   /// An exchange of 1 s. `came`: in the order in which it comes; `own`: which of these is the
   /// reply.
-  void Exchange(const Member& member, std::string_view asked,
+  void Exchange(const bus::Member& member, std::string_view asked,
                 const std::vector<std::string_view>& came = {}, std::string_view own = {}) {
-    exchange_.Begin(member, AskFor(asked), member.times, now_);
+    exchange_.Begin(member, bus::AskFor(asked), member.times, now_);
     earlier_.OnBegin(exchange_, {});
     for (const std::string_view body : came) exchange_.Hear(ToyReply(body), now_ + 50ms);
     if (!own.empty()) exchange_.Take(ToyReply(own));
@@ -89,7 +89,7 @@ TEST_F(EarlierRepliesTest, WhatAnswersNoRequestIsLeftAsItIs) {
 
 TEST_F(EarlierRepliesTest, ARequestThatComesBackLateIsNoOtherMasters) {
   Exchange(a, "?A1\r");
-  exchange_.Begin(b, AskFor("?B1\r"), b.times, now_);
+  exchange_.Begin(b, bus::AskFor("?B1\r"), b.times, now_);
   earlier_.OnBegin(exchange_, {});
   exchange_.Hear(ToBytes("?A2\r"), now_ + 50ms);
   EXPECT_FALSE(earlier_.IsLateEcho(exchange_));
@@ -112,14 +112,14 @@ TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
 /// The rest of "!A1=5" comes in the exchange behind it.
 TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   const Bytes whole = ToyReply("A1=5");
-  exchange_.Begin(a, AskFor("?A1\r"), a.times, now_);
+  exchange_.Begin(a, bus::AskFor("?A1\r"), a.times, now_);
   earlier_.OnBegin(exchange_, {});
   exchange_.Hear(View(whole).first(4), now_ + 50ms);
   exchange_.End(Outcome::partial);
   earlier_.NoteSilence(exchange_);
   earlier_.OnBroken(exchange_);
   EXPECT_FALSE(earlier_.FindRest(exchange_)) << "not in its own";
-  exchange_.Begin(b, AskFor("?B1\r"), b.times, now_ + 1s);
+  exchange_.Begin(b, bus::AskFor("?B1\r"), b.times, now_ + 1s);
   earlier_.OnBegin(exchange_, {});
   exchange_.Hear(View(whole).subspan(4), now_ + 1050ms);
   exchange_.End(Outcome::no_reply);
@@ -198,14 +198,14 @@ TEST(TakenReplies, TellThatATextLacksCharacters) {
 
 // ---------------- A reply that comes behind other requests tells by its number how late it is.
 
-class NumberedRequestsTest : public ::testing::Test, protected ToyMembers {
+class NumberedRequestsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
   NumberedRequestsTest() {
     numbered_.tcp = true;
     a.protocol = &numbered_;
   }
   void Send(std::uint8_t number, Instant now, Duration reply_time = {}) {
-    Request request;
+    protocols::Request request;
     request.bytes = {0, number, 3};
     request.reply = reply_time;
     sent_.OnSent(a, request, now);
@@ -215,7 +215,7 @@ class NumberedRequestsTest : public ::testing::Test, protected ToyMembers {
     return late ? std::optional(late->after) : std::nullopt;
   }
 
-  Protocol numbered_ = ToyProtocol();
+  protocols::Protocol numbered_ = ToyProtocol();
   NumberedRequests sent_;
 };
 
@@ -288,4 +288,4 @@ TEST(ReplyLag, OneThatComesByItselfBeginsANewCount) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

@@ -13,7 +13,7 @@
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
-namespace baudgate {
+namespace baudgate::diagnosis {
 namespace {
 
 class ServerGreetingTest : public ::testing::Test {
@@ -78,9 +78,9 @@ TEST(ChangedBytes, OneOrTwoBytesAreLostInside) {
   }
 }
 
-class HeardExchangeTest : public ::testing::Test, protected ToyMembers {
+class HeardExchangeTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  HeardExchangeTest() { exchange_.Begin(a, AskFor("?A1\r"), a.times, kStart); }
+  HeardExchangeTest() { exchange_.Begin(a, bus::AskFor("?A1\r"), a.times, kStart); }
 
   std::string Before() { return ToText(exchange_.BesideReply().first); }
   std::string Behind() { return ToText(exchange_.BesideReply().second); }
@@ -110,7 +110,7 @@ TEST_F(HeardExchangeTest, MoreIsToldOnceAndOnlyBehindItsEnd) {
 TEST_F(HeardExchangeTest, TheSilenceBeforeItCountsFromTheLatestByteInOrOut) {
   EXPECT_EQ(exchange_.idle(), kLongIdle);
   exchange_.Hear(ToBytes("A1=5\r"), kStart + 50ms);
-  exchange_.Begin(a, AskFor("?A2\r"), a.times, kStart + 80ms);
+  exchange_.Begin(a, bus::AskFor("?A2\r"), a.times, kStart + 80ms);
   EXPECT_EQ(exchange_.idle(), 30ms);
   EXPECT_TRUE(exchange_.heard().empty());
 }
@@ -187,11 +187,11 @@ TEST(OtherBitRate, NothingElseIsTakenForIt) {
 
 // ---------------- How the replies of a device look in general.
 
-class ReplyHabitsTest : public ::testing::Test, protected ToyMembers {
+class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
   /// `own`: the reply that is taken; empty: none.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
-    exchange_.Begin(a, AskFor(asked), a.times, kStart);
+    exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);
     for (const Bytes& bytes : came) exchange_.Hear(bytes, kStart + 50ms);
     if (!own.empty()) exchange_.Take(own);
@@ -243,4 +243,4 @@ TEST_F(ReplyHabitsTest, ATextThatLacksTheSameCharacterAgainIsOfAnotherForm) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::diagnosis

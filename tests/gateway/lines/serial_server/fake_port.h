@@ -9,7 +9,7 @@
 
 namespace baudgate::test {
 
-class FakePort final : public Transport {
+class FakePort final : public transports::Transport {
  public:
   void Open() override { open = true; }
   void Close() override { open = false; }
@@ -42,13 +42,13 @@ class FakePort final : public Transport {
     calls.push_back(std::string("purge") + (input ? " input" : "") + (output ? " output" : ""));
   }
   std::optional<ModemLines> ReadModemLines() const override { return modem; }
-  Status Set(PortSwitch which, bool on) override {
+  Status Set(transports::PortSwitch which, bool on) override {
     constexpr const char* kNames[] = {"dtr", "rts", "break"};
     if (no_switches) return Error{"no such line"};
     calls.push_back(std::string(kNames[static_cast<int>(which)]) + (on ? " on" : " off"));
     return {};
   }
-  PortCounters Counters() const override { return counters; }
+  transports::PortCounters Counters() const override { return counters; }
   std::string Describe() const override { return "fake"; }
 
   bool open = true;
@@ -62,7 +62,7 @@ class FakePort final : public Transport {
   std::vector<std::string> calls;
   config::SerialSettings serial;
   std::optional<ModemLines> modem;
-  PortCounters counters;
+  transports::PortCounters counters;
 };
 
 }  // namespace baudgate::test

@@ -16,9 +16,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-TraceRecord Sent(const std::string& device, const std::string& hex = "3E 31") {
-  TraceRecord record;
-  record.kind = TraceRecord::Kind::sent;
+records::TraceRecord Sent(const std::string& device, const std::string& hex = "3E 31") {
+  records::TraceRecord record;
+  record.kind = records::TraceRecord::Kind::sent;
   record.device = device;
   record.hex = hex;
   record.text = ">1";
@@ -92,7 +92,7 @@ TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
 TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   StartServer();
   asio::io_context io;
-  ControlServer second(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  ControlServer second(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
   const Status taken = second.Listen();
   ASSERT_FALSE(taken);
   EXPECT_THAT(taken.error(), HasSubstr("another process answers there"));
@@ -101,16 +101,16 @@ TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
 
   config_.socket = (directory_ / "notes.txt").string();
   std::ofstream(config_.socket) << "precious";
-  ControlServer third(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  ControlServer third(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
   EXPECT_THAT(third.Listen().error(), HasSubstr("not a socket"));
   EXPECT_EQ(std::filesystem::file_size(config_.socket), 8U);
 
   config_.socket = (directory_ / "missing" / "x.sock").string();
-  ControlServer fourth(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  ControlServer fourth(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
   EXPECT_THAT(fourth.Listen().error(), HasSubstr("missing/x.sock: No such file"));
 
   config_.socket = "/tmp/" + std::string(200, 'x');
-  ControlServer fifth(config_, store_, lines_, lines_, {"9", kStarted}, io);
+  ControlServer fifth(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
   EXPECT_THAT(fifth.Listen().error(), HasSubstr("longer than"));
 }
 
@@ -161,7 +161,7 @@ TEST_F(ControlTest, ATraceOfOneDeviceLeavesTheOthersOut) {
   Ask(client, R"({"command":"trace","target":"bay-1","device":"feeder-2"})");
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
   lines_.Push(0, Sent("feeder-1"));
-  TraceRecord note;
+  records::TraceRecord note;
   note.text = "records were dropped";
   lines_.Push(0, note);
   lines_.Push(0, Sent("feeder-2"));
@@ -274,7 +274,7 @@ TEST_F(ControlTest, SixteenTracesLeaveRoomForAQuestionAndForNoTrace) {
 
 /// So many points that an answer does not fit into the buffers of a socket.
 config::Config WithManyPoints() {
-  config::Config config = TwoLines();
+  config::Config config = status::TwoLines();
   config::Point point;
   for (int i = 0; i < 20'000; ++i) {
     point.name = "point_with_a_long_name_" + std::to_string(i);
@@ -312,13 +312,13 @@ TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   RawClient client = Connect();
   Ask(client, kTrace);
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
-  TraceRecord record;
-  record.kind = TraceRecord::Kind::received;
+  records::TraceRecord record;
+  record.kind = records::TraceRecord::Kind::received;
   record.device = "feeder-1";
   record.hex = std::string(600, '4');
   // Far more than the buffers of the socket and the queue hold together.
   for (int i = 0; i < 50'000; ++i) lines_.Push(0, record);
-  TraceRecord last;
+  records::TraceRecord last;
   last.text = "the last";
   bool noted = false;
   int received = 0;

@@ -27,7 +27,8 @@ std::vector<std::string> FakeLines::calls() {
 
 void FakeLines::Release(std::uint32_t line, Duration time) {
   Note("release " + std::to_string(line) + " for " + FormatDuration(time));
-  store_.UpdateLine(line, [](LineStatus& status) { status.port = LineStatus::Port::released; });
+  store_.UpdateLine(line,
+                    [](bus::LineStatus& status) { status.port = bus::LineStatus::Port::released; });
 }
 
 void FakeLines::Offer(std::uint32_t line, config::PortServer server, Duration time) {
@@ -37,26 +38,27 @@ void FakeLines::Offer(std::uint32_t line, config::PortServer server, Duration ti
 
 void FakeLines::TakeBack(std::uint32_t line) {
   Note("take back " + std::to_string(line));
-  SetOpen(store_, line, "serial");
+  status::SetOpen(store_, line, "serial");
 }
 
 void FakeLines::SetInUse(std::uint32_t device, bool in_use) {
   Note((in_use ? "use " : "do not use ") + std::to_string(device));
 }
 
-std::shared_ptr<TraceQueue> FakeLines::Trace(std::uint32_t line, std::function<void()> wake) {
-  auto queue = std::make_shared<TraceQueue>(std::move(wake));
+std::shared_ptr<records::TraceQueue> FakeLines::Trace(std::uint32_t line,
+                                                      std::function<void()> wake) {
+  auto queue = std::make_shared<records::TraceQueue>(std::move(wake));
   const std::lock_guard lock(mutex_);
   traces_[line].push_back(queue);
   return queue;
 }
 
-std::vector<TraceRecord> FakeLines::Recorded(std::uint32_t) { return recorded; }
+std::vector<records::TraceRecord> FakeLines::Recorded(std::uint32_t) { return recorded; }
 
-bool FakeLines::Submit(WriteCommand command) {
+bool FakeLines::Submit(bus::WriteCommand command) {
   std::string call = command.client + (command.writes().empty() ? " reads" : " writes");
   for (const std::uint32_t point : command.reads()) call += " " + std::to_string(point);
-  for (const PointWrite& write : command.writes()) {
+  for (const bus::PointWrite& write : command.writes()) {
     call += " " + std::to_string(write.point) + "=" + ToText(write.raw);
   }
   Note(call + " of device " + std::to_string(command.device));
@@ -69,11 +71,11 @@ bool FakeLines::Submit(WriteCommand command) {
   return true;
 }
 
-void FakeLines::OnNotTaken(const DeniedWrite& denied) {
+void FakeLines::OnNotTaken(const bus::DeniedWrite& denied) {
   Note(denied.client + " may not write " + ToText(denied.value) + ": " + denied.reason);
 }
 
-bool FakeLines::Push(std::uint32_t line, const TraceRecord& record) {
+bool FakeLines::Push(std::uint32_t line, const records::TraceRecord& record) {
   const std::lock_guard lock(mutex_);
   bool taken = false;
   for (const auto& weak : traces_[line]) {
@@ -122,7 +124,7 @@ ControlTest::~ControlTest() {
   std::filesystem::remove_all(directory_, ignored);
 }
 
-void ControlTest::StartServerWith(GatewayInfo info) {
+void ControlTest::StartServerWith(status::GatewayInfo info) {
   server_.emplace(config_, store_, lines_, lines_, std::move(info), io_, limits_);
   listening_ = server_->Listen();
   thread_ = std::thread([this] {

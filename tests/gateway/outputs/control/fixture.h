@@ -27,43 +27,44 @@ namespace baudgate::control {
 inline constexpr const char* kStatus = R"({"command":"status"})";
 inline constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
 
-class FakeLines final : public LineControl, public CommandSink {
+class FakeLines final : public lines::LineControl, public bus::CommandSink {
  public:
-  explicit FakeLines(PointStore& store) : store_(store) {}
+  explicit FakeLines(bus::PointStore& store) : store_(store) {}
 
   void Release(std::uint32_t line, Duration time) override;
   void Offer(std::uint32_t line, config::PortServer server, Duration time) override;
   void TakeBack(std::uint32_t line) override;
   void SetInUse(std::uint32_t device, bool in_use) override;
-  std::shared_ptr<TraceQueue> Trace(std::uint32_t line, std::function<void()> wake) override;
-  std::vector<TraceRecord> Recorded(std::uint32_t line) override;
-  const Protocol* FindProtocol(const std::string&) const override { return protocol; }
+  std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
+                                             std::function<void()> wake) override;
+  std::vector<records::TraceRecord> Recorded(std::uint32_t line) override;
+  const protocols::Protocol* FindProtocol(const std::string&) const override { return protocol; }
 
   /// Answered at once with `result`, unless the queue is full, or it is to be held.
-  bool Submit(WriteCommand command) override;
-  void OnNotTaken(const DeniedWrite& denied) override;
+  bool Submit(bus::WriteCommand command) override;
+  void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   WriteResult result{.read_back = true};
-  std::promise<WriteCommand>* hold = nullptr;  ///< takes the next command
+  std::promise<bus::WriteCommand>* hold = nullptr;  ///< takes the next command
   bool full = false;
-  const Protocol* protocol = nullptr;  ///< of every name
+  const protocols::Protocol* protocol = nullptr;  ///< of every name
 
   /// False when nobody follows the line.
-  bool Push(std::uint32_t line, const TraceRecord& record);
+  bool Push(std::uint32_t line, const records::TraceRecord& record);
   /// Waits for an event, for as long as a broken machine may need.
   bool WaitForTraces(std::uint32_t line, std::size_t count);
   std::vector<std::string> calls();
 
-  std::vector<TraceRecord> recorded;  ///< of every line; set it before the server starts
+  std::vector<records::TraceRecord> recorded;  ///< of every line; set it before the server starts
 
  private:
   std::size_t Traces(std::uint32_t line);
   void Note(const std::string& call);
 
-  PointStore& store_;
+  bus::PointStore& store_;
   std::mutex mutex_;
   std::vector<std::string> calls_;
-  std::map<std::uint32_t, std::vector<std::weak_ptr<TraceQueue>>> traces_;
+  std::map<std::uint32_t, std::vector<std::weak_ptr<records::TraceQueue>>> traces_;
 };
 
 /// Sends one line and gives the next that comes.
@@ -84,18 +85,18 @@ class RuntimeDirectory {
 
 class ControlTest : public ::testing::Test {
  protected:
-  explicit ControlTest(config::Config config = TwoLines());
+  explicit ControlTest(config::Config config = status::TwoLines());
   ~ControlTest() override;
 
-  void StartServer() { StartServerWith({"1.2.3", kStarted}); }
-  void StartServerWith(GatewayInfo info);
+  void StartServer() { StartServerWith({"1.2.3", status::kStarted}); }
+  void StartServerWith(status::GatewayInfo info);
   void StopServer();
   RawClient Connect() const { return RawClient(path()); }
   std::string path() const { return config_.socket; }
 
   std::filesystem::path directory_;
   config::Config config_;
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   FakeLines lines_{store_};
   Limits limits_;
   asio::io_context io_{1};

@@ -18,25 +18,25 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// '?' reads; the second byte is a password; CR ends a telegram.
-const TelegramRule kRule = {"?!",
-                            [](View written, const ParsedOptions&) -> Result<Bytes> {
-                              Bytes frame(written.begin(), written.end());
-                              if (frame.size() > 4)
-                                return Error{"a telegram has four bytes at most"};
-                              frame.push_back(0x0D);
-                              return frame;
-                            },
-                            [](View request, const ParsedOptions&) { return request[0] == '?'; }};
+const protocols::TelegramRule kRule = {
+    "?!",
+    [](View written, const protocols::ParsedOptions&) -> Result<Bytes> {
+      Bytes frame(written.begin(), written.end());
+      if (frame.size() > 4) return Error{"a telegram has four bytes at most"};
+      frame.push_back(0x0D);
+      return frame;
+    },
+    [](View request, const protocols::ParsedOptions&) { return request[0] == '?'; }};
 
-const Protocol& HandProtocol() {
-  static const Protocol kProtocol = {.name = "spabus",
-                                     .expect =
-                                         [](View, const ParsedOptions&) {
-                                           Expectation expect;
-                                           expect.secrets = {{1, 1}};
-                                           return expect;
-                                         },
-                                     .telegram = &kRule};
+const protocols::Protocol& HandProtocol() {
+  static const protocols::Protocol kProtocol = {.name = "spabus",
+                                                .expect =
+                                                    [](View, const protocols::ParsedOptions&) {
+                                                      protocols::Expectation expect;
+                                                      expect.secrets = {{1, 1}};
+                                                      return expect;
+                                                    },
+                                                .telegram = &kRule};
   return kProtocol;
 }
 
@@ -48,15 +48,15 @@ class TelegramRequestsTest : public ::testing::Test {
     std::string later;
     const Reply reply = service_.Answer(R"({"command":"ask","target":")" + target +
                                             R"(","telegram":")" + telegram + "\"" + more + "}",
-                                        {"user:anna", 1}, kNow,
+                                        {"user:anna", 1}, status::kNow,
                                         [&later](const std::string& text) { later = text; });
     return reply.text.empty() ? later : reply.text;
   }
 
-  config::Config config_ = TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
   FakeLines lines_{store_};
-  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", status::kStarted}};
 };
 
 TEST_F(TelegramRequestsTest, AReadGoesToTheFirstDeviceOfTheLine) {
@@ -114,16 +114,16 @@ class ServiceTest : public ::testing::Test {
  protected:
   std::string Ask(const std::string& request) {
     std::string later;
-    const Reply reply = service_.Answer(request, {"user:anna", 1}, kNow,
+    const Reply reply = service_.Answer(request, {"user:anna", 1}, status::kNow,
                                         [&later](const std::string& text) { later = text; });
     wish_ = reply.trace;
     return reply.text.empty() ? later : reply.text;
   }
 
-  config::Config config_ = TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
   FakeLines lines_{store_};
-  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", status::kStarted}};
   std::optional<TraceWish> wish_;
 };
 
@@ -157,8 +157,8 @@ TEST_F(ServiceTest, APortThatSomebodyHasIsNotReleasedToAnother) {
               HasSubstr("is released to another program until"));
   Ask(R"({"command":"take_back","target":"io"})");
   const auto set = [this](const std::string& why) {
-    store_.UpdateLine(1, [&](LineStatus& status) {
-      PortService service;
+    store_.UpdateLine(1, [&](bus::LineStatus& status) {
+      bus::PortService service;
       service.place = "127.0.0.1:4002";
       service.visit.emplace().client = "10.0.0.7:40000";
       service.visit->why = why;
@@ -210,7 +210,8 @@ TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
       {R"("status","target":["io"])", "'target' of 'status' is a text"},
   };
   for (const auto& [request, says] : wrong) {
-    const Json answer = Json::parse(Ask(std::string(R"({"command":)") + request + "}"));
+    const status::Json answer =
+        status::Json::parse(Ask(std::string(R"({"command":)") + request + "}"));
     EXPECT_EQ(answer.value("error", ""), "usage") << request;
     EXPECT_THAT(answer.value("message", ""), HasSubstr(says)) << request;
   }
@@ -255,18 +256,18 @@ TEST_F(ServiceTest, UnknownNamesSayWhatThereIs) {
 }
 
 TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
-  TraceRecord record;
-  record.kind = TraceRecord::Kind::received;
+  records::TraceRecord record;
+  record.kind = records::TraceRecord::Kind::received;
   record.hex = "3C 31";
   for (const char* device : {"feeder-1", "feeder-2"}) {
     record.device = device;
     lines_.recorded.push_back(record);
   }
-  const Json all = Json::parse(Ask(R"({"command":"recorded","target":"bay-1"})"));
+  const status::Json all = status::Json::parse(Ask(R"({"command":"recorded","target":"bay-1"})"));
   ASSERT_EQ(all["records"].size(), 2U);
   EXPECT_EQ(all["records"][0], ToText(lines_.recorded[0]));
-  const Json one =
-      Json::parse(Ask(R"({"command":"recorded","target":"bay-1","device":"feeder-2"})"));
+  const status::Json one =
+      status::Json::parse(Ask(R"({"command":"recorded","target":"bay-1","device":"feeder-2"})"));
   ASSERT_EQ(one["records"].size(), 1U);
   EXPECT_THAT(one["records"][0].get<std::string>(), HasSubstr("feeder-2 < 3C 31"));
   EXPECT_FALSE(wish_);
@@ -276,7 +277,7 @@ TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
 // answered.
 
 config::Config WithWrites() {
-  config::Config config = TwoLines();
+  config::Config config = status::TwoLines();
   config::Point setting;
   setting.name = "setting";
   setting.type = config::Type::int16;
@@ -298,7 +299,7 @@ class PointRequestsTest : public ::testing::Test {
  protected:
   std::string Ask(const std::string& request) {
     std::string later;
-    const Reply reply = service_.Answer(request, {"user:anna", 1}, kNow,
+    const Reply reply = service_.Answer(request, {"user:anna", 1}, status::kNow,
                                         [&later](const std::string& text) { later = text; });
     return reply.text.empty() ? later : reply.text;
   }
@@ -309,9 +310,9 @@ class PointRequestsTest : public ::testing::Test {
   }
 
   config::Config config_ = WithWrites();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   FakeLines lines_{store_};
-  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", kStarted}};
+  RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", status::kStarted}};
 };
 
 TEST_F(PointRequestsTest, AWriteGoesToTheLineAndItsEndComesBack) {
@@ -369,14 +370,15 @@ TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
 }
 
 TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
-  const Sample sample{0, std::int64_t{5}, Quality::good};
-  store_.Update(2, {&sample, 1}, kNow, 10ms);
-  const Json one = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  const bus::Sample sample{0, std::int64_t{5}, Quality::good};
+  store_.Update(2, {&sample, 1}, status::kNow, 10ms);
+  const status::Json one =
+      status::Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
   EXPECT_EQ(one["read"], true);
   ASSERT_EQ(one["points"].size(), 1U);
   EXPECT_EQ(one["points"][0]["point"], "setting");
   EXPECT_EQ(one["points"][0]["value"], 5);
-  const Json all = Json::parse(Ask(R"({"command":"read","target":"io.ai-1"})"));
+  const status::Json all = status::Json::parse(Ask(R"({"command":"read","target":"io.ai-1"})"));
   EXPECT_EQ(all["points"].size(), config_.lines[1].devices[0].points.size() - 1)
       << "trip cannot be read";
   EXPECT_EQ(lines_.calls().at(0), "user:anna reads 0 of device 2");
@@ -384,14 +386,16 @@ TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
 
 TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
   lines_.result = {.reason = "the device is offline"};
-  const Json answer = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  const status::Json answer =
+      status::Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
   EXPECT_EQ(answer["read"], false);
   EXPECT_EQ(answer["reason"], "the device is offline");
   EXPECT_EQ(answer["points"][0]["value"], nullptr);
   EXPECT_EQ(answer["points"][0]["fresh"], false);
-  const Sample sample{0, std::int64_t{5}, Quality::good};
-  store_.Update(2, {&sample, 1}, {kNow.instant - 1s, kNow.wall - 1s}, 10ms);
-  const Json old = Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
+  const bus::Sample sample{0, std::int64_t{5}, Quality::good};
+  store_.Update(2, {&sample, 1}, {status::kNow.instant - 1s, status::kNow.wall - 1s}, 10ms);
+  const status::Json old =
+      status::Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
   EXPECT_EQ(old["points"][0]["value"], 5);
   EXPECT_EQ(old["points"][0]["fresh"], false) << "it is from before";
   lines_.full = true;
@@ -413,10 +417,10 @@ class WaitingWrite : public ControlTest {
   bool abandoned() const { return command_.abandoned && *command_.abandoned; }
 
   std::optional<RawClient> client_;
-  WriteCommand command_;
+  bus::WriteCommand command_;
 
  private:
-  std::promise<WriteCommand> held_;
+  std::promise<bus::WriteCommand> held_;
 };
 
 TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {

@@ -23,7 +23,7 @@ using ::testing::Not;
 /// Pages of two.
 struct FakeAudit final : audit::AuditSource {
   audit::AuditState state() const override { return shown; }
-  std::optional<PastRequests> Past() const override { return past; }
+  std::optional<bus::PastRequests> Past() const override { return past; }
   Result<audit::Page> Read(const audit::PageQuery& query) const override {
     if (hangs) {
       reading.release();
@@ -46,7 +46,7 @@ struct FakeAudit final : audit::AuditSource {
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
-  std::optional<PastRequests> past = PastRequests();
+  std::optional<bus::PastRequests> past = bus::PastRequests();
   std::vector<audit::WriteRecord> records;
 };
 
@@ -54,11 +54,11 @@ class WritesTest : public ControlTest {
  protected:
   ~WritesTest() override { StopServer(); }  // while there is a disk to read
   WritesTest() {
-    audit_.shown.disk = Disk::fine;
+    audit_.shown.disk = records::Disk::fine;
     for (int i = 1; i <= 5; ++i) {
       audit::WriteRecord record;
       record.seq = i;
-      record.time = record.last = kNow.wall + i * 1s;
+      record.time = record.last = status::kNow.wall + i * 1s;
       record.client = "192.0.2.5:40312";
       record.line = "bay-1";
       record.device = "feeder-1";
@@ -77,7 +77,7 @@ class WritesTest : public ControlTest {
   int Run(bool json = false, std::optional<WallTime> since = {}) {
     out_.str({});
     err_.str({});
-    WritesOptions options;
+    tools::WritesOptions options;
     options.json = json;
     options.since = since;
     options.socket = path();
@@ -85,7 +85,7 @@ class WritesTest : public ControlTest {
   }
 
   FakeAudit audit_;
-  GatewayInfo info_{"1.2.3", kStarted};
+  status::GatewayInfo info_{"1.2.3", status::kStarted};
   std::ostringstream out_;
   std::ostringstream err_;
 };
@@ -118,7 +118,7 @@ TEST_F(WritesTest, AReloadWaitsForNoDisk) {
   const std::weak_ptr<config::Config> held = before;
   handler.Apply(std::move(before), nullptr);
   std::promise<std::string> page;
-  handler.Answer(R"({"command":"writes"})", {"user:anna", 1}, kNow,
+  handler.Answer(R"({"command":"writes"})", {"user:anna", 1}, status::kNow,
                  [&page](std::string text) { page.set_value(std::move(text)); });
   audit_.reading.acquire();
   handler.Apply(std::make_shared<config::Config>(config_), nullptr);
@@ -136,7 +136,7 @@ TEST_F(WritesTest, AllPagesOneObjectALine) {
   std::istringstream lines(out_.str());
   int seq = 0;
   for (std::string line; std::getline(lines, line);) {
-    const Json record = Json::parse(line);
+    const status::Json record = status::Json::parse(line);
     EXPECT_EQ(record["seq"], ++seq);
     EXPECT_EQ(record["old"], 0.5);
     EXPECT_EQ(record["new"], seq);
@@ -187,9 +187,9 @@ TEST_F(WritesTest, LongNamesKeepTheirColumns) {
 
 TEST_F(WritesTest, SinceLeavesOutWhatWasBefore) {
   Start();
-  EXPECT_EQ(Run(true, kNow.wall + 4s), 0);
+  EXPECT_EQ(Run(true, status::kNow.wall + 4s), 0);
   EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 2);
-  EXPECT_EQ(Run(false, kNow.wall + 1h), 0);
+  EXPECT_EQ(Run(false, status::kNow.wall + 1h), 0);
   EXPECT_THAT(out_.str(), HasSubstr("nothing has been written since then"));
 }
 
@@ -217,17 +217,18 @@ TEST_F(WritesTest, TroubleIsTold) {
 }
 
 TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
-  audit_.shown = {Disk::failing, "events.db: disk full", kNow.wall, true, 3, 2, "events.db"};
+  audit_.shown = {
+      records::Disk::failing, "events.db: disk full", status::kNow.wall, true, 3, 2, "events.db"};
   Start();
   EXPECT_EQ(Run(), 0);
   EXPECT_THAT(err_.str(), HasSubstr("baudgate: audit: events.db: disk full"));
   const RawClient client = Connect();
-  const Json status = Json::parse(Ask(client, R"({"command":"status"})"));
+  const status::Json status = status::Json::parse(Ask(client, R"({"command":"status"})"));
   EXPECT_EQ(status["audit"]["state"], "failing");
   EXPECT_EQ(status["audit"]["mode"], "require");
   EXPECT_EQ(status["audit"]["waiting"], 3);
   EXPECT_EQ(status["audit"]["lost"], 2);
-  const std::string text = RenderStatus(status, "", {});
+  const std::string text = tools::RenderStatus(status, "", {});
   EXPECT_THAT(text, HasSubstr("audit: events.db: disk full; writes to points are refused"));
   EXPECT_THAT(text, HasSubstr("audit: 2 records of writes lost"));
 }
@@ -236,10 +237,10 @@ TEST_F(WritesTest, AFileThatWasPutAsideIsInTheStatusWhileItIsThere) {
   audit_.shown.file = "/var/lib/gate/events.db";
   audit_.shown.put_aside = {"events.db.bad", "events.db.bad2"};
   Start();
-  const Json status = Json::parse(Ask(Connect(), R"({"command":"status"})"));
+  const status::Json status = status::Json::parse(Ask(Connect(), R"({"command":"status"})"));
   EXPECT_EQ(status["audit"]["put_aside"].size(), 2U);
   EXPECT_THAT(
-      RenderStatus(status, "", {}),
+      tools::RenderStatus(status, "", {}),
       HasSubstr("audit: /var/lib/gate/events.db.bad (and 1 more) was damaged and put aside"));
 }
 
@@ -249,9 +250,9 @@ TEST_F(WritesTest, StrangeRequestsAreHarmless) {
   for (const char* request :
        {R"({"command":"writes","after":"x"})", R"({"command":"writes","since_ms":[]})",
         R"({"command":"writes","order":7})", R"({"command":"writes","after":1e300})"}) {
-    EXPECT_EQ(Json::parse(Ask(client, request)).value("error", ""), "usage") << request;
+    EXPECT_EQ(status::Json::parse(Ask(client, request)).value("error", ""), "usage") << request;
   }
-  const Json page = Json::parse(
+  const status::Json page = status::Json::parse(
       Ask(client,
           R"({"command":"writes","after":-9223372036854775808,"since_ms":9223372036854775807})"));
   EXPECT_TRUE(page.contains("records"));
@@ -302,21 +303,23 @@ class AlarmsTest : public ::testing::Test {
     events_.Add(4, "feeder-1", "");
     events_.Add(5, "removed", "current");
   }
-  Json Ask(const std::string& command, const std::string& more) {
+  status::Json Ask(const std::string& command, const std::string& more) {
     std::string later;
     const Reply reply =
-        service_.Answer(R"({"command":")" + command + "\"" + more + "}", {"user:anna", 1}, kNow,
-                        [&later](const std::string& text) { later = text; });
-    return Json::parse(reply.text.empty() ? later : reply.text);
+        service_.Answer(R"({"command":")" + command + "\"" + more + "}", {"user:anna", 1},
+                        status::kNow, [&later](const std::string& text) { later = text; });
+    return status::Json::parse(reply.text.empty() ? later : reply.text);
   }
-  Json Ack(const std::string& target) { return Ask("ack", R"(,"target":")" + target + "\""); }
+  status::Json Ack(const std::string& target) {
+    return Ask("ack", R"(,"target":")" + target + "\"");
+  }
 
   FakeEvents events_;
-  config::Config config_ = TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
   FakeLines lines_{store_};
-  GatewayInfo Info() {
-    GatewayInfo info{"1.2.3", kStarted};
+  status::GatewayInfo Info() {
+    status::GatewayInfo info{"1.2.3", status::kStarted};
     info.events = &events_;
     return info;
   }
@@ -324,7 +327,7 @@ class AlarmsTest : public ::testing::Test {
 };
 
 TEST_F(AlarmsTest, AreListedByTheirEvents) {
-  const Json page = Ask("alarms", "");
+  const status::Json page = Ask("alarms", "");
   ASSERT_EQ(page["records"].size(), 3U);
   EXPECT_EQ(page["records"][0]["seq"], 4);
   EXPECT_EQ(page["records"][0]["state"], "active");
@@ -332,10 +335,10 @@ TEST_F(AlarmsTest, AreListedByTheirEvents) {
   EXPECT_EQ(page["more"], false);
   EXPECT_EQ(Ask("alarms", ",\"after\":5")["records"].size(), 1U);
   for (int i = 0; i < 300; ++i) events_.Add(10 + i, "feeder-2", "current");
-  const Json first = Ask("alarms", "");
+  const status::Json first = Ask("alarms", "");
   EXPECT_EQ(first["records"].size(), events::kPage);
   EXPECT_EQ(first["more"], true);
-  const Json second = Ask("alarms", ",\"after\":" + first["next"].dump());
+  const status::Json second = Ask("alarms", ",\"after\":" + first["next"].dump());
   EXPECT_EQ(second["records"].size(), 303U - events::kPage);
   EXPECT_EQ(second["more"], false);
 }

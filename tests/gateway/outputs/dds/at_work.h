@@ -29,7 +29,7 @@ class AtWork : public ::testing::Test {
   }
 
   const config::Config config_ = MakeConfig(1, 1);
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   Published heard_;
   std::unique_ptr<DdsSubscriber> subscriber_;
   std::unique_ptr<DdsPublisher> publisher_;

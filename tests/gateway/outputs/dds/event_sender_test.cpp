@@ -188,7 +188,7 @@ struct SampleLoad {
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
     for (;;) {
-      Changes changes;
+      bus::Changes changes;
       if (sender.idle()) {
         feed->Drain(Instant(), changes);
         sender.Add(changes);
@@ -202,8 +202,8 @@ struct SampleLoad {
 
   Now now{Instant() + 1h, WallTime(77s)};
   const config::Config config = OnePoint();
-  PointStore store{config};
-  std::shared_ptr<ChangeFeed> feed = store.Subscribe();
+  bus::PointStore store{config};
+  std::shared_ptr<bus::ChangeFeed> feed = store.Subscribe();
   testing::RememberingWriter writer;
   Supply supply;
   SampleSender sender{config, store, writer, {}, now, &supply};

@@ -49,9 +49,9 @@ inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {
   return config;
 }
 
-inline void Set(PointStore& store, std::uint32_t device, std::uint32_t point, Value value,
+inline void Set(bus::PointStore& store, std::uint32_t device, std::uint32_t point, Value value,
                 Quality quality = Quality::good) {
-  const Sample sample{point, std::move(value), quality};
+  const bus::Sample sample{point, std::move(value), quality};
   store.Update(device, std::span(&sample, 1), ReadClocks(), 5ms);
 }
 
@@ -175,7 +175,7 @@ class ThroughLink : public SampleWriter {
 };
 
 /// A publisher on Fast DDS; null and a failure of the test when there can be none.
-inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, PointStore& store) {
+inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, bus::PointStore& store) {
   auto writer = CreateFastWriter(config, store);
   EXPECT_TRUE(writer.ok()) << writer.error();
   if (!writer.ok()) return nullptr;

@@ -133,7 +133,7 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
 
 TEST(Hostile, BrokenDatagramsEndNothing) {
   const config::Config config = MakeConfig(1, 5);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());

@@ -23,7 +23,7 @@
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/own_network.h"
 
-namespace baudgate {
+namespace baudgate::dds {
 namespace {
 
 namespace fast = eprosima::fastdds::dds;
@@ -84,7 +84,7 @@ class Interfaces : public ::testing::Test {
 
   OwnNetwork network_;
   config::Config config_ = dds::testing::MakeConfig(1, 1);
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
 };
 
 TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
@@ -176,7 +176,7 @@ class FarGateway : public Interfaces {
   /// What `watch` says beside the points.
   std::string Watch(std::vector<Steps::Step> steps) {
     Steps output(std::move(steps));
-    WatchOptions options;
+    tools::WatchOptions options;
     options.domain = dds::testing::TestDomain();
     options.interfaces = {kInterface};
     options.seconds = 20s;
@@ -214,4 +214,4 @@ TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::dds

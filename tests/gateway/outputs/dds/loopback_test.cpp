@@ -31,7 +31,7 @@ std::unique_ptr<DdsSubscriber> Subscribe(Published& heard) {
 
 TEST(Loopback, ASubscriberSeesImageChangeAndDevice) {
   const config::Config config = MakeConfig(1, 3);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   const auto subscriber = Subscribe(heard);
   const auto publisher = Publish(config, store);
@@ -45,13 +45,13 @@ TEST(Loopback, ASubscriberSeesImageChangeAndDevice) {
   EXPECT_EQ(sample.unit, "A");
   EXPECT_EQ(sample.quality, 0xC0);
   EXPECT_TRUE(std::isnan(heard.points[{"feeder-0", "p0"}].value));
-  store.UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::online; });
+  store.UpdateStatus(0, [](bus::DeviceStatus& status) { status.state = bus::DeviceState::online; });
   EXPECT_TRUE(heard.WaitFor([&] { return heard.devices["feeder-0"].state == 1; }));
 }
 
 TEST(Loopback, TwoThousandPointsArriveWhole) {
   const config::Config config = MakeConfig(20, 100);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   const auto subscriber = Subscribe(heard);
   const auto publisher = Publish(config, store);
@@ -72,7 +72,7 @@ TEST(Loopback, TwoThousandPointsArriveWhole) {
 
 TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
   const config::Config config = MakeConfig(90, 100);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   const auto subscriber = Subscribe(heard);
   auto publisher = Publish(config, store);
@@ -85,7 +85,7 @@ TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
 
 TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
   const config::Config config = MakeConfig(4, 100);
-  PointStore store(config);
+  bus::PointStore store(config);
   const auto publisher = Publish(config, store);
   Published first;
   auto early = Subscribe(first);
@@ -102,7 +102,7 @@ TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
 
 TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   const config::Config config = MakeConfig(2, 50);
-  PointStore store(config);
+  bus::PointStore store(config);
   Set(store, 1, 7, 7.5);
   Published heard;
   std::map<Published::Key, PointSample> last;
@@ -129,7 +129,7 @@ TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
 
 TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeLater) {
   const config::Config config = MakeConfig(2, 3);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   const auto subscriber = Subscribe(heard);
   const auto publisher = Publish(config, store);
@@ -159,7 +159,7 @@ TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeL
 
 TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
   const config::Config config = MakeConfig(1, 1);
-  PointStore store(config);
+  bus::PointStore store(config);
   const std::int64_t before = ReadClocks().wall.time_since_epoch().count();
   auto publisher = Publish(config, store);
   Published heard;
@@ -191,8 +191,8 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
   const config::Config config = MakeConfig(1, 1);
   config::Config other = config;
   other.name = "substation-8";
-  PointStore store(config);
-  PointStore other_store(other);
+  bus::PointStore store(config);
+  bus::PointStore other_store(other);
   std::mutex mutex;
   std::set<std::string> gateways;
   Published heard;
@@ -217,7 +217,7 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
 
 TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
   const config::Config config = MakeConfig(1, 30);
-  PointStore store(config);
+  bus::PointStore store(config);
   Published heard;
   SubscriberOptions options = TestSubscriber();
   options.max_instances = 10;
@@ -231,7 +231,7 @@ TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
 TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
   config::Config config = MakeConfig(1, 1);
   config.dds.interfaces = {"192.0.2.1"};
-  const PointStore store(config);
+  const bus::PointStore store(config);
   const auto writer = CreateFastWriter(config, store);
   ASSERT_FALSE(writer.ok());
   EXPECT_THAT(writer.error(), ::testing::HasSubstr("192.0.2.1"));

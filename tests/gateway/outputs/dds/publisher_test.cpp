@@ -41,7 +41,7 @@ class TellingWriter : public RememberingWriter {
 
 TEST(Publisher, SendsOnItsThreadUntilItIsStopped) {
   const config::Config config = MakeConfig(2, 2);
-  PointStore store(config);
+  bus::PointStore store(config);
   const auto writer = std::make_shared<TellingWriter>();
   auto publisher = std::move(*DdsPublisher::Create(config, store, writer));
   testing::Set(store, 1, 1, 2.5);
@@ -54,7 +54,7 @@ TEST(Publisher, SendsOnItsThreadUntilItIsStopped) {
 TEST(Publisher, RefusesNamesThatAreNoKeys) {
   config::Config config = MakeConfig(1, 1);
   config.lines[0].devices[0].points[0].name = std::string(65, 'p');
-  PointStore store(config);
+  bus::PointStore store(config);
   const auto publisher = DdsPublisher::Create(config, store, std::make_unique<RememberingWriter>());
   ASSERT_FALSE(publisher.ok());
   EXPECT_THAT(publisher.error(), ::testing::HasSubstr("longer than 64"));
@@ -102,7 +102,7 @@ class ChangingWriter : public RememberingWriter {
 
 TEST(Publisher, SendsEverythingToWhoeverComesAndNothingToNobody) {
   const config::Config config = MakeConfig(1, 1);
-  PointStore store(config);
+  bus::PointStore store(config);
   auto writer = std::make_shared<ChangingWriter>();
   auto publisher = std::move(*DdsPublisher::Create(config, store, writer));
   testing::Set(store, 0, 0, 1.5);
@@ -250,27 +250,27 @@ TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
 
 TEST(PublishPlan, ADeviceIsSentOnceASecond) {
   PublishPlan plan({}, {}, 1, kStart);
-  ASSERT_TRUE(plan.WantsDevice(0, DeviceState::online, kStart));
-  plan.DeviceSent(0, DeviceState::online, kStart);
-  EXPECT_FALSE(plan.WantsDevice(0, DeviceState::online, kStart + 300ms));
+  ASSERT_TRUE(plan.WantsDevice(0, bus::DeviceState::online, kStart));
+  plan.DeviceSent(0, bus::DeviceState::online, kStart);
+  EXPECT_FALSE(plan.WantsDevice(0, bus::DeviceState::online, kStart + 300ms));
   EXPECT_LE(plan.NextDue(), kStart + 1s);
   std::vector<std::uint32_t> due;
   plan.TakeDueDevices(kStart + 999ms, 10, due);
   EXPECT_TRUE(due.empty());
   plan.TakeDueDevices(kStart + 1s, 10, due);
   ASSERT_EQ(due.size(), 1U);
-  EXPECT_TRUE(plan.WantsDevice(0, DeviceState::online, kStart + 1s));
+  EXPECT_TRUE(plan.WantsDevice(0, bus::DeviceState::online, kStart + 1s));
 }
 
 TEST(PublishPlan, AChangeOfStateGoesOutAtOnce) {
   PublishPlan plan({}, {}, 1, kStart);
-  plan.DeviceSent(0, DeviceState::online, kStart);
-  EXPECT_TRUE(plan.WantsDevice(0, DeviceState::offline, kStart + 1ms));
+  plan.DeviceSent(0, bus::DeviceState::online, kStart);
+  EXPECT_TRUE(plan.WantsDevice(0, bus::DeviceState::offline, kStart + 1ms));
 }
 
 TEST(PublishPlan, ADeviceHasAHeartbeatToo) {
   PublishPlan plan({.heartbeat = 10s}, {}, 1, kStart);
-  plan.DeviceSent(0, DeviceState::online, kStart);
+  plan.DeviceSent(0, bus::DeviceState::online, kStart);
   std::vector<std::uint32_t> due;
   plan.TakeDueDevices(kStart + 7s, 10, due);
   EXPECT_TRUE(due.empty());

@@ -25,14 +25,14 @@ struct Sending {
 
   void Set(std::uint32_t device, std::uint32_t point, Value value,
            Quality quality = Quality::good) {
-    const Sample sample{point, std::move(value), quality};
+    const bus::Sample sample{point, std::move(value), quality};
     store.Update(device, std::span(&sample, 1), now, 5ms);
   }
   /// What the publisher's thread does in this time.
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
     for (;;) {
-      Changes changes;
+      bus::Changes changes;
       if (sender.idle()) {
         feed->Drain(Instant(), changes);
         sender.Add(changes);
@@ -49,8 +49,8 @@ struct Sending {
   }
   Now now{Instant() + 1h, WallTime(77s)};
   const config::Config config;
-  PointStore store;
-  std::shared_ptr<ChangeFeed> feed = store.Subscribe();
+  bus::PointStore store;
+  std::shared_ptr<bus::ChangeFeed> feed = store.Subscribe();
   RememberingWriter writer;
   std::vector<std::pair<log::Level, std::string>> lines;
   SampleSender sender{
@@ -192,8 +192,8 @@ TEST(SampleSender, TheHeartbeatRepeatsWhatDoesNotChange) {
 
 TEST(SampleSender, DeviceStatusCarriesCountersAndState) {
   Sending run(MakeConfig(1, 1));
-  run.store.UpdateStatus(0, [](DeviceStatus& status) {
-    status.state = DeviceState::online;
+  run.store.UpdateStatus(0, [](bus::DeviceStatus& status) {
+    status.state = bus::DeviceState::online;
     status.last_outcome = Outcome::corrupt;
     status.last_ok = Instant(1s);
     status.last_ok_wall = WallTime(77s);
@@ -222,7 +222,7 @@ TEST(SampleSender, DeviceStatusCarriesCountersAndState) {
 TEST(SampleSender, CountersThatMoveAreSentOnceASecond) {
   Sending run(MakeConfig(1, 1));
   for (int i = 0; i < 100; ++i) {
-    run.store.UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
+    run.store.UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
     run.RunFor(100ms);
   }
   EXPECT_GE(run.writer.devices.size(), 10U);
@@ -334,7 +334,7 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   run.RunFor(0ms);
   ASSERT_THAT(run.writer.devices, SizeIs(::testing::Ge(1U)));
   EXPECT_EQ(run.writer.devices.front().device, "feeder-0");
-  EXPECT_EQ(run.writer.devices.front().state, static_cast<int>(DeviceState::disabled));
+  EXPECT_EQ(run.writer.devices.front().state, static_cast<int>(bus::DeviceState::disabled));
   ASSERT_THAT(run.writer.reopened, SizeIs(1));
   EXPECT_EQ(run.writer.reopened[0].points, 2U + 512) << "what is gone needs no room";
   run.sender.OnReload(run.now.instant);

@@ -80,7 +80,7 @@ class SecureTest : public ::testing::Test {
   const PkiFolder folder_{"secure"};
   const PkiFolder stranger_{"stranger"};
   config::Config config_ = MakeConfig(1, 1);
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   Published heard_;
   std::unique_ptr<DdsSubscriber> subscriber_;
   DatagramSender attacker_{TestDomain()};
@@ -113,11 +113,11 @@ TEST_F(SecureTest, AStrangersSamplesAreNotBelieved) {
   config::Config strange = config_;
   strange.dds.security = stranger_.Of("substation-7");
   strange.name = "strange";
-  PointStore strange_store{strange};
+  bus::PointStore strange_store{strange};
   config::Config open = config_;
   open.dds.security = {};
   open.name = "open";
-  PointStore open_store{open};
+  bus::PointStore open_store{open};
   const auto first = Publish(strange, strange_store);
   const auto second = Publish(open, open_store);
   const auto publisher = Publish(config_, store_);
@@ -195,7 +195,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
   XMLProfileManager::library_settings(settings);
   config_.lines[0].devices[0].name = "plinthstation";
-  PointStore store{config_};
+  bus::PointStore store{config_};
   const auto watched = [&](const config::DdsSecurity& gateway, const config::DdsSecurity& reader) {
     config_.dds.security = gateway;
     Published heard;

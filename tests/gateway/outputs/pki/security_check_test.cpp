@@ -229,16 +229,16 @@ TEST(DemoPki, MoreComeFromTheSameAuthorityAndNothingIsWrittenOver) {
 TEST(Certs, SaysWhatToWriteAndWhatItWouldNotDo) {
   const PkiFolder folder("certs");
   std::ostringstream out, err;
-  EXPECT_EQ(RunCerts({folder.path(), {"sub-7"}, 1}, out, err), 0) << err.str();
+  EXPECT_EQ(tools::RunCerts({folder.path(), {"sub-7"}, 1}, out, err), 0) << err.str();
   EXPECT_THAT(out.str(), HasSubstr("dds: { security: " + folder.In("sub-7") + " }"));
   EXPECT_THAT(out.str(), HasSubstr("watch --security " + folder.In("subscriber-1")));
-  EXPECT_EQ(RunCerts({folder.path(), {}, 1}, out, err), 0) << err.str();
+  EXPECT_EQ(tools::RunCerts({folder.path(), {}, 1}, out, err), 0) << err.str();
   EXPECT_THAT(out.str(), HasSubstr("watch --security " + folder.In("subscriber-2")));
-  EXPECT_EQ(RunCerts({folder.path(), {}, {}}, out, err), 4);
+  EXPECT_EQ(tools::RunCerts({folder.path(), {}, {}}, out, err), 4);
   EXPECT_THAT(err.str(), HasSubstr("has an authority; name what it is to issue"));
-  EXPECT_EQ(RunCerts({folder.path(), {"sub-7"}, 0}, out, err), 4);
+  EXPECT_EQ(tools::RunCerts({folder.path(), {"sub-7"}, 0}, out, err), 4);
   EXPECT_THAT(err.str(), HasSubstr("is there already; no file is overwritten"));
-  EXPECT_EQ(RunCerts({folder.path(), {"../x"}, 0}, out, err), 2);
+  EXPECT_EQ(tools::RunCerts({folder.path(), {"../x"}, 0}, out, err), 2);
   EXPECT_FALSE(std::filesystem::exists(folder.path().parent_path() / "x"));
 }
 

@@ -9,7 +9,7 @@
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/diagnosis/causes/diagnose_fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 using enum Symptom;
 
@@ -30,12 +30,12 @@ struct Row {
   std::vector<Seen> seen;
   std::string says;
   unsigned state = 0;
-  std::vector<QueryCount> queries{};
+  std::vector<bus::QueryCount> queries{};
 
   bool Is(unsigned flag) const { return (state & flag) != 0; }
 };
 
-class HypothesesTest : public DiagnoseTest {
+class HypothesesTest : public diagnosis::DiagnoseTest {
  protected:
   /// Each cause that is said, as docs/status.md calls it, with its sentence.
   std::vector<std::pair<std::string, std::string>> CausesOf(const Row& row) {
@@ -44,22 +44,23 @@ class HypothesesTest : public DiagnoseTest {
                                   ? config::SerialSettings{.baud = config::SerialSettings::kNoWire}
                                   : TwoLines().lines[0].serial;
     const config::Traits* const traits = config_.lines[0].devices[1].traits;
-    if (row.Is(kServer)) config_.lines[0].devices[1].traits = &ModbusTcpProtocol().traits;
+    if (row.Is(kServer))
+      config_.lines[0].devices[1].traits = &protocols::ModbusTcpProtocol().traits;
     NeverAnswered();
     device().timing.reply = 100ms;
     device().timing.gap = 50ms;
-    device().state = row.Is(kAnswered) ? DeviceState::offline : DeviceState::never_seen;
-    if (row.Is(kHere)) device().state = DeviceState::degraded;
+    device().state = row.Is(kAnswered) ? bus::DeviceState::offline : bus::DeviceState::never_seen;
+    if (row.Is(kHere)) device().state = bus::DeviceState::degraded;
     if (row.Is(kAnswered)) device().last_ok = kNow.instant - 1min;
     for (const Seen& seen : row.seen) Looked(device(), seen.symptom, seen.count, seen.finding);
     device().exchanges = 30;
     device().queries = row.queries;
     neighbour_.status.findings = {};
     if (row.Is(kNeighbour)) Looked(neighbour_.status, clean, 32);
-    const DeviceRecord both[] = {neighbour_, record_};
-    const Evidence evidence = Gather(line_, record_, both, kNow);
+    const bus::DeviceRecord both[] = {neighbour_, record_};
+    const diagnosis::Evidence evidence = diagnosis::Gather(line_, record_, both, kNow);
     std::vector<std::pair<std::string, std::string>> causes;
-    for (const Hypothesis* hypothesis : Judge(evidence)) {
+    for (const diagnosis::Hypothesis* hypothesis : Judge(evidence)) {
       causes.emplace_back(hypothesis->cause, hypothesis->say(evidence));
     }
     config_.lines[0].devices[1].traits = traits;
@@ -72,4 +73,4 @@ class HypothesesTest : public DiagnoseTest {
   }
 };
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

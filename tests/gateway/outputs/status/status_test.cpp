@@ -8,7 +8,7 @@
 #include "gateway/tools/cli/client/status_view.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 namespace {
 
 using ::testing::ElementsAre;
@@ -25,9 +25,10 @@ class StatusTest : public ::testing::Test {
     AddExchanges(store_, 0, Outcome::ok, 8, {kNow.instant - 300ms, kNow.wall - 300ms}, 120ms);
     AddExchanges(store_, 1, Outcome::ok, 10, {kNow.instant - 12min, kNow.wall - 12min}, 24ms);
     AddExchanges(store_, 1, Outcome::no_reply, 90, kNow);
-    store_.UpdateStatus(1, [](DeviceStatus& status) { status.state = DeviceState::offline; });
+    store_.UpdateStatus(
+        1, [](bus::DeviceStatus& status) { status.state = bus::DeviceState::offline; });
     store_.SetOverride(1, Quality::bad_communication);
-    store_.UpdateLine(0, [](LineStatus& status) {
+    store_.UpdateLine(0, [](bus::LineStatus& status) {
       status.use = 0.38;
       status.notice_bound = 9s;
       status.probes = 80;
@@ -35,11 +36,11 @@ class StatusTest : public ::testing::Test {
       status.bytes_out = 9'000;
       status.busy = 68min;
     });
-    store_.UpdateLine(1, [](LineStatus& status) {
+    store_.UpdateLine(1, [](bus::LineStatus& status) {
       status.port_text = "/dev/ttyUSB1: No such file or directory";
       status.port_since = kNow.wall - 3min;
     });
-    const Sample samples[] = {{0, 1.25, Quality::good}};
+    const bus::Sample samples[] = {{0, 1.25, Quality::good}};
     store_.Update(0, samples, {kNow.instant - 300ms, kNow.wall - 300ms}, 24ms);
   }
 
@@ -49,14 +50,14 @@ class StatusTest : public ::testing::Test {
     return StatusJson(config_, store_, {"1.2.3", kStarted}, found, kNow);
   }
   std::string Frame(std::size_t width, std::size_t height) const {
-    return RenderStatusFrame(Status(), {.width = width, .height = height});
+    return tools::RenderStatusFrame(Status(), {.width = width, .height = height});
   }
   std::string Shown(const std::string& target = {}) const {
-    return RenderStatus(Status(target), target, {});
+    return tools::RenderStatus(Status(target), target, {});
   }
 
   config::Config config_ = TwoLines();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
 };
 
 TEST_F(StatusTest, TheOverviewHasATableOfLinesOneOfDevicesAndASentenceForEachTrouble) {
@@ -110,9 +111,9 @@ io: port closed for 3 min: /dev/ttyUSB1: No such file or
 }
 
 TEST(StatusFrame, PartsShareTheHeight) {
-  EXPECT_THAT(Shares(20, {3, 50, 50}), ElementsAre(3, 8, 9));
-  EXPECT_THAT(Shares(20, {3, 4, 5}), ElementsAre(3, 4, 5));
-  EXPECT_THAT(Shares(0, {3, 0}), ElementsAre(0, 0));
+  EXPECT_THAT(tools::Shares(20, {3, 50, 50}), ElementsAre(3, 8, 9));
+  EXPECT_THAT(tools::Shares(20, {3, 4, 5}), ElementsAre(3, 4, 5));
+  EXPECT_THAT(tools::Shares(0, {3, 0}), ElementsAre(0, 0));
 }
 
 /// `text` without what stands behind `last` in its row: a new counter is listed there.
@@ -148,7 +149,7 @@ bay-1.feeder-2: its return is noticed within 9.0 s
 }
 
 TEST_F(StatusTest, ADeviceHasItsPoints) {
-  store_.UpdateStatus(0, [](DeviceStatus& status) {
+  store_.UpdateStatus(0, [](bus::DeviceStatus& status) {
     status.last_reason = "no answer";
     status.late = 2;
     status.lateness = 80ms;
@@ -177,7 +178,7 @@ all is well
 
 TEST_F(StatusTest, ADeviceTellsHowItWantsToBeAsked) {
   EXPECT_THAT(Shown("bay-1.feeder-1"), Not(HasSubstr("learned")));
-  store_.UpdateStatus(0, [](DeviceStatus& status) { status.learned = "at most 4 items"; });
+  store_.UpdateStatus(0, [](bus::DeviceStatus& status) { status.learned = "at most 4 items"; });
   EXPECT_THAT(Shown("bay-1.feeder-1"), HasSubstr("\n  learned     at most 4 items\n"));
   EXPECT_EQ(Status()["lines"][0]["devices"][0]["learned"], "at most 4 items");
   EXPECT_EQ(Status()["lines"][0]["devices"][1]["learned"], "");
@@ -185,16 +186,16 @@ TEST_F(StatusTest, ADeviceTellsHowItWantsToBeAsked) {
 
 TEST_F(StatusTest, AnOpenRingStandsInTheTableOfLines) {
   EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], nullptr);
-  store_.UpdateLine(0, [](LineStatus& status) { status.cut_since = kNow.wall - 3min; });
+  store_.UpdateLine(0, [](bus::LineStatus& status) { status.cut_since = kNow.wall - 3min; });
   EXPECT_THAT(Shown(), HasSubstr("\nbay-1  open, no echo "));
   EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], "2026-09-21T14:10:20.000Z");
 }
 
 TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
-  store_.UpdateStatus(1, [](DeviceStatus& status) { status = {}; });
+  store_.UpdateStatus(1, [](bus::DeviceStatus& status) { status = {}; });
   store_.SetOverride(1, std::nullopt);
   AddExchanges(store_, 1, Outcome::ok, 10, kNow);
-  const Sample samples[] = {{0, 1.25, Quality::good}};
+  const bus::Sample samples[] = {{0, 1.25, Quality::good}};
   store_.Update(1, samples, kNow, 24ms);
   EXPECT_THAT(Shown("bay-1"), ::testing::EndsWith("\nall is well\n"));
 }
@@ -211,9 +212,9 @@ TEST(FilesJson, SaysWhenNoFileIsLeftAndWhatCannotBeWritten) {
 }
 
 TEST_F(StatusTest, AGatewayJustStartedHasNoNumbersYet) {
-  const PointStore fresh(config_);
-  const std::string text =
-      RenderStatus(StatusJson(config_, fresh, {"1.2.3", kNow.instant}, std::nullopt, kNow), {}, {});
+  const bus::PointStore fresh(config_);
+  const std::string text = tools::RenderStatus(
+      StatusJson(config_, fresh, {"1.2.3", kNow.instant}, std::nullopt, kNow), {}, {});
   EXPECT_THAT(text, HasSubstr("bay-1: port closed: not opened yet"));
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
@@ -237,7 +238,7 @@ TEST_F(StatusTest, JsonHasEveryCounterUnderItsUsualName) {
 }
 
 TEST_F(StatusTest, JsonHasWhatADeviceTookAndHowItIsNow) {
-  store_.UpdateStatus(0, [](DeviceStatus& status) { status.busy = 1500ms; });
+  store_.UpdateStatus(0, [](bus::DeviceStatus& status) { status.busy = 1500ms; });
   const Json device = Status()["lines"][0]["devices"][0];
   EXPECT_EQ(device["busy_ms"], 1500);
   EXPECT_EQ(device["recent"],
@@ -268,7 +269,7 @@ TEST_F(StatusTest, OneDeviceComesAloneAndWithItsValues) {
 }
 
 TEST_F(StatusTest, BytesOfADeviceInAReasonDoNoHarm) {
-  store_.UpdateStatus(1, [](DeviceStatus& status) {
+  store_.UpdateStatus(1, [](bus::DeviceStatus& status) {
     status.last_outcome = Outcome::corrupt;
     status.last_reason = "\x1b[2J\xFF";
   });
@@ -277,4 +278,4 @@ TEST_F(StatusTest, BytesOfADeviceInAReasonDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -11,7 +11,7 @@
 
 #include "gateway/bus/points/counted.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 /// Without the keys that `expected` does not have: new counters change no test.
 inline nlohmann::ordered_json Known(const nlohmann::ordered_json& json,
@@ -44,4 +44,4 @@ std::vector<std::string> TroublesOfKeys(const std::string& of) {
   return troubles;
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -6,7 +6,7 @@
 #include "tests/gateway/outputs/status/table_docs.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 /// With a table of its own.
 struct Toy {
@@ -17,22 +17,22 @@ struct Toy {
   std::optional<Duration> bound;
   std::optional<Instant> last = kNow.instant - 2s;
   WallTime seen = kNow.wall - 3s;
-  DeviceState state = DeviceState::offline;
+  bus::DeviceState state = bus::DeviceState::offline;
   std::uint64_t Twice() const { return 2 * resets; }
 };
 
 template <typename Visit>
 void VisitFields(const Toy*, Visit visit) {
-  visit(Counted<&Toy::resets>{.label = "resets"});
-  visit(NotInJson<&Toy::hidden>());
-  visit(Counted<&Toy::busy>{.key = "busy_ms"});
-  visit(Counted<&Toy::wait>{.key = "wait_us", .label = "wait", .place = -1});
-  visit(Counted<&Toy::bound>{.key = "bound_ms"});
-  visit(Counted<&Toy::last>{.key = "age_ms"});
-  visit(Counted<&Toy::seen>());
-  visit(Counted<&Toy::seen>{.key = "seen_ms"});
-  visit(Counted<&Toy::state>());
-  visit(Counted<&Toy::Twice>{.key = "twice"});
+  visit(bus::Counted<&Toy::resets>{.label = "resets"});
+  visit(bus::NotInJson<&Toy::hidden>());
+  visit(bus::Counted<&Toy::busy>{.key = "busy_ms"});
+  visit(bus::Counted<&Toy::wait>{.key = "wait_us", .label = "wait", .place = -1});
+  visit(bus::Counted<&Toy::bound>{.key = "bound_ms"});
+  visit(bus::Counted<&Toy::last>{.key = "age_ms"});
+  visit(bus::Counted<&Toy::seen>());
+  visit(bus::Counted<&Toy::seen>{.key = "seen_ms"});
+  visit(bus::Counted<&Toy::state>());
+  visit(bus::Counted<&Toy::Twice>{.key = "twice"});
 }
 
 namespace {
@@ -50,15 +50,15 @@ TEST(Tables, ARowIsAllThatTheJsonNeeds) {
 }
 
 TEST(Tables, EachKeyStandsOnceAndInTheDocumentation) {
-  EXPECT_THAT(TroublesOfKeys<LineStatus>("of a line"), IsEmpty());
-  EXPECT_THAT(TroublesOfKeys<DeviceStatus>("of a device"), IsEmpty());
-  EXPECT_THAT(TroublesOfKeys<MinuteCounts>("of a device"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::LineStatus>("of a line"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::DeviceStatus>("of a device"), IsEmpty());
+  EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
 }
 
 /// As of a device that has done nothing. The order is public, too.
 TEST(Tables, TheJsonOfADeviceIsAsEver) {
   Json json;
-  AddFields(DeviceStatus(), kNow, json);
+  AddFields(bus::DeviceStatus(), kNow, json);
   const Json none = nullptr;
   const Json outcomes = Json::parse(R"({"ok":0,"no_reply":0,"partial":0,"corrupt":0,
     "unexpected":0,"busy":0,"refused":0,"unsupported":0,"line_down":0})");
@@ -99,7 +99,7 @@ TEST(Tables, TheJsonOfADeviceIsAsEver) {
 }
 
 TEST(Tables, TheJsonOfALineIsAsEver) {
-  LineStatus line;
+  bus::LineStatus line;
   line.collisions = 2;
   line.echoes = 1;
   line.busy = 68min;
@@ -115,4 +115,4 @@ TEST(Tables, TheJsonOfALineIsAsEver) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::status

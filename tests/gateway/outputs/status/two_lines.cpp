@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 namespace {
 
 config::Device MakeDevice(const std::string& name, const std::string& address,
@@ -41,16 +41,16 @@ config::Config TwoLines() {
   return config;
 }
 
-void SetOpen(PointStore& store, std::uint32_t line, const std::string& text) {
-  store.UpdateLine(line, [&](LineStatus& status) {
-    status.port = LineStatus::Port::open;
+void SetOpen(bus::PointStore& store, std::uint32_t line, const std::string& text) {
+  store.UpdateLine(line, [&](bus::LineStatus& status) {
+    status.port = bus::LineStatus::Port::open;
     status.port_text = text;
     status.port_since = kNow.wall - 3h;
   });
 }
 
-void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std::uint32_t count,
-                  Now at, Duration round_trip) {
+void AddExchanges(bus::PointStore& store, std::uint32_t device, Outcome outcome,
+                  std::uint32_t count, Now at, Duration round_trip) {
   const auto add = [&](auto& status) {
     status.exchanges += count;
     status.outcomes[static_cast<std::size_t>(outcome)] += count;
@@ -58,7 +58,7 @@ void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std:
       status.round_trips.Add(round_trip);
     }
   };
-  store.UpdateStatus(device, [&](DeviceStatus& status) {
+  store.UpdateStatus(device, [&](bus::DeviceStatus& status) {
     add(status);
     status.last_outcome = outcome;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -68,9 +68,9 @@ void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std:
     if (!ProvesLife(outcome)) return;
     status.last_ok = at.instant;
     status.last_ok_wall = at.wall;
-    if (status.state == DeviceState::never_seen) status.state = DeviceState::online;
+    if (status.state == bus::DeviceState::never_seen) status.state = bus::DeviceState::online;
   });
   store.UpdateLine(store.LineIndex(store.line(device)), add);
 }
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -7,7 +7,7 @@
 #include "config/model/config.h"
 #include "gateway/bus/points/point_store.h"
 
-namespace baudgate::control {
+namespace baudgate::status {
 
 /// Lines bay-1 (feeder-1, feeder-2) and io (ai-1).
 config::Config TwoLines();
@@ -17,8 +17,8 @@ inline constexpr Instant kStarted{1h};
 inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};  // 2026-09-21T14:13:20Z
 
 /// Puts numbers into the store as a line would.
-void SetOpen(PointStore& store, std::uint32_t line, const std::string& text);
-void AddExchanges(PointStore& store, std::uint32_t device, Outcome outcome, std::uint32_t count,
-                  Now at, Duration round_trip = 20ms);
+void SetOpen(bus::PointStore& store, std::uint32_t line, const std::string& text);
+void AddExchanges(bus::PointStore& store, std::uint32_t device, Outcome outcome,
+                  std::uint32_t count, Now at, Duration round_trip = 20ms);
 
-}  // namespace baudgate::control
+}  // namespace baudgate::status

@@ -17,7 +17,7 @@ class FakeEvents final : public events::EventSource {
  public:
   events::EventsState state() const override {
     events::EventsState state;
-    state.disk = Disk::fine;
+    state.disk = records::Disk::fine;
     state.newest = 412;
     state.oldest = 1;
     state.alarms_active = 1;

@@ -46,14 +46,14 @@ class WebTest : public ::testing::Test {
     return Client().Get(path, more);
   }
   void Put(std::uint32_t device, std::uint32_t point, double value) {
-    const Sample sample{point, Value(value), Quality::good};
+    const bus::Sample sample{point, Value(value), Quality::good};
     store_.Update(device, {&sample, 1}, ReadClocks(), 20ms);
   }
 
-  config::Config config_ = control::TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
   control::FakeLines lines_{store_};
-  control::GatewayInfo info_;
+  status::GatewayInfo info_;
   Limits limits_;
   std::uint16_t port_ = 0;
   std::unique_ptr<WebServer> server_;

@@ -35,7 +35,7 @@ Reply HttpClient::Head() {
     if (!line->empty() && line->back() == '\r') line->pop_back();
     if (line->empty()) break;
     const std::size_t colon = line->find(':');
-    const std::string name = config::Lower(line->substr(0, colon));
+    const std::string name = Lower(line->substr(0, colon));
     std::string value(Trim(std::string_view(*line).substr(colon + 1)));
     reply.headers.emplace(name, std::move(value));
   }

@@ -11,7 +11,7 @@
 namespace baudgate::web {
 namespace {
 
-using control::kNow;
+using status::kNow;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -33,12 +33,12 @@ std::string ReadAll(Stream& stream) {
 class LivePointsTest : public ::testing::Test {
  protected:
   void Put(std::uint32_t device, std::uint32_t point, double value, Now at) {
-    const std::array<Sample, 1> samples = {{{point, Value(value), Quality::good}}};
+    const std::array<bus::Sample, 1> samples = {{{point, Value(value), Quality::good}}};
     store_.Update(device, samples, at, 20ms);
   }
 
-  config::Config config_ = control::TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
   LivePoints live_{store_, nullptr};
 };
 

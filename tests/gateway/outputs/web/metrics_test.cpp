@@ -25,17 +25,17 @@
 namespace baudgate::web {
 namespace {
 
-using control::kNow;
+using status::kNow;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 class MetricsTest : public ::testing::Test {
  protected:
   MetricsTest() {
-    control::SetOpen(store_, 0, "serial");
-    control::AddExchanges(store_, 0, Outcome::ok, 3, kNow);
-    control::AddExchanges(store_, 0, Outcome::no_reply, 1, kNow);
-    store_.UpdateLine(0, [](LineStatus& status) { status.spent = {1s, 0s, 0s, 0s, 2s, 0s}; });
+    status::SetOpen(store_, 0, "serial");
+    status::AddExchanges(store_, 0, Outcome::ok, 3, kNow);
+    status::AddExchanges(store_, 0, Outcome::no_reply, 1, kNow);
+    store_.UpdateLine(0, [](bus::LineStatus& status) { status.spent = {1s, 0s, 0s, 0s, 2s, 0s}; });
     Put(0, {Value(1.25), Quality::good});
     Put(1, {Value(0.5), {Quality::bad_sensor_failure, Reason::open_sensor}});
   }
@@ -44,13 +44,13 @@ class MetricsTest : public ::testing::Test {
     Quality quality;
   };
   void Put(std::uint32_t point, const Reading& reading) {
-    const std::array<Sample, 1> samples = {{{point, reading.value, reading.quality}}};
+    const std::array<bus::Sample, 1> samples = {{{point, reading.value, reading.quality}}};
     store_.Update(0, samples, {kNow.instant - 1500ms, kNow.wall - 1500ms}, 20ms);
   }
-  std::string Text() { return MetricsText(config_, store_, {"1.2.3", control::kStarted}, kNow); }
+  std::string Text() { return MetricsText(config_, store_, {"1.2.3", status::kStarted}, kNow); }
 
-  config::Config config_ = control::TwoLines();
-  PointStore store_{config_};
+  config::Config config_ = status::TwoLines();
+  bus::PointStore store_{config_};
 };
 
 TEST_F(MetricsTest, AreTheStoreAsText) {
@@ -101,11 +101,11 @@ TEST_F(MetricsTest, TheLinesOfAMetricStandTogetherBehindItsType) {
 TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
   modbus::TrafficStatus traffic;
   traffic.functions = {{"0.0.0.0:502", 4, 0, 12}, {"0.0.0.0:502", 0, 1, 3}};
-  OutputList outputs;
-  outputs.push_back(std::make_unique<FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
-  outputs.push_back(
-      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{Series(kDdsSamples, 77)}));
-  const control::GatewayInfo info{"1.2.3", control::kStarted, &outputs};
+  outputs::OutputList outputs;
+  outputs.push_back(std::make_unique<outputs::FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
+  outputs.push_back(std::make_unique<outputs::FakeOutput>(
+      "dds", nullptr, std::vector<outputs::Series>{outputs::Series(dds::kDdsSamples, 77)}));
+  const status::GatewayInfo info{"1.2.3", status::kStarted, &outputs};
   const std::string text = MetricsText(config_, store_, info, kNow);
   for (const char* line : {"baudgate_modbus_requests_total{listener=\"0.0.0.0:502\",function=\"4\","
                            "exception=\"none\"} 12\n",
@@ -118,16 +118,16 @@ TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
 
 TEST_F(MetricsTest, LabelsAreEscaped) {
   config_.lines[1].devices[0].points[0].unit = "a\"b\\c\nd";
-  const std::array<Sample, 1> samples = {{{0, Value(true), Quality::good}}};
+  const std::array<bus::Sample, 1> samples = {{{0, Value(true), Quality::good}}};
   store_.Update(2, samples, kNow, 20ms);
   EXPECT_THAT(Text(), HasSubstr(R"(point="current",unit="a\"b\\c\nd"} 1)"));
 }
 
 TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
   for (std::uint32_t device = 0; device < 3; ++device) {
-    control::AddExchanges(store_, device, Outcome::ok, 1, kNow);
+    status::AddExchanges(store_, device, Outcome::ok, 1, kNow);
     for (std::uint32_t point = 0; point < 2; ++point) {
-      const std::array<Sample, 1> samples = {{{point, Value(1.0), Quality::good}}};
+      const std::array<bus::Sample, 1> samples = {{{point, Value(1.0), Quality::good}}};
       store_.Update(device, samples, kNow, 20ms);
     }
   }
@@ -143,9 +143,10 @@ std::string PageOfMetrics() {
 }
 
 TEST(Metrics, TheDocumentationSaysHowManySeriesThereAre) {
-  EXPECT_THAT(PageOfMetrics(),
-              HasSubstr("Three a point, " + std::to_string(SeriesIn<DeviceStatus>()) +
-                        " a device, " + std::to_string(SeriesIn<LineStatus>()) + " a line;"));
+  EXPECT_THAT(
+      PageOfMetrics(),
+      HasSubstr("Three a point, " + std::to_string(outputs::SeriesIn<bus::DeviceStatus>()) +
+                " a device, " + std::to_string(outputs::SeriesIn<bus::LineStatus>()) + " a line;"));
 }
 
 TEST_F(MetricsTest, AreAllInTheDocumentation) {
@@ -153,12 +154,12 @@ TEST_F(MetricsTest, AreAllInTheDocumentation) {
   FakeEvents events;
   modbus::TrafficStatus traffic;
   traffic.functions = {{"0.0.0.0:502", 4, 0, 12}};
-  OutputList outputs;
-  outputs.push_back(std::make_unique<FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
-  outputs.push_back(
-      std::make_unique<FakeOutput>("dds", nullptr, std::vector<Series>{Series(kDdsSamples, 77)}));
-  const control::GatewayInfo info{
-      .version = "1.2.3", .started = control::kStarted, .outputs = &outputs, .events = &events};
+  outputs::OutputList outputs;
+  outputs.push_back(std::make_unique<outputs::FakeOutput>("modbus", nullptr, MetricsOf(traffic)));
+  outputs.push_back(std::make_unique<outputs::FakeOutput>(
+      "dds", nullptr, std::vector<outputs::Series>{outputs::Series(dds::kDdsSamples, 77)}));
+  const status::GatewayInfo info{
+      .version = "1.2.3", .started = status::kStarted, .outputs = &outputs, .events = &events};
   std::istringstream lines(MetricsText(config_, store_, info, kNow));
   std::size_t metrics = 0;
   for (std::string line, type, seen; std::getline(lines, line);) {
@@ -185,25 +186,25 @@ struct Toy {
   std::uint32_t resets = 7;
   Duration busy = 1500ms;
   std::uint32_t untold = 1;
-  RoundTrips trips{};
+  bus::RoundTrips trips{};
 };
 
 template <typename Visit>
 void VisitFields(const Toy*, Visit visit) {
-  visit(Counted<&Toy::resets>{.metric = "toy_resets_total", .help = "Resets."});
-  visit(NotInJson<&Toy::busy>{.metric = "toy_busy_seconds", .help = "Busy."});
-  visit(Counted<&Toy::untold>());
-  visit(NotInJson<&Toy::trips>{.metric = "toy_trip_seconds", .help = "Trips."});
+  visit(bus::Counted<&Toy::resets>{.metric = "toy_resets_total", .help = "Resets."});
+  visit(bus::NotInJson<&Toy::busy>{.metric = "toy_busy_seconds", .help = "Busy."});
+  visit(bus::Counted<&Toy::untold>());
+  visit(bus::NotInJson<&Toy::trips>{.metric = "toy_trip_seconds", .help = "Trips."});
 }
 
 namespace {
 
 TEST(Families, FollowFromTheRowsOfATable) {
-  Families<Toy> families;
+  outputs::Families<Toy> families;
   families.Add(Toy(), "device=\"a\"");
   families.Add({.resets = 8}, "device=\"b\"");
   std::string text;
-  for (const Series& series : families.all()) series.AppendTo(text);
+  for (const outputs::Series& series : families.all()) series.AppendTo(text);
   EXPECT_THAT(text, ::testing::StartsWith("# HELP toy_resets_total Resets.\n"
                                           "# TYPE toy_resets_total counter\n"
                                           "toy_resets_total{device=\"a\"} 7\n"
@@ -212,7 +213,8 @@ TEST(Families, FollowFromTheRowsOfATable) {
                                           "# TYPE toy_busy_seconds gauge\n"
                                           "toy_busy_seconds{device=\"a\"} 1.5\n"));
   EXPECT_THAT(text, HasSubstr("# TYPE toy_trip_seconds histogram\n"));
-  EXPECT_EQ(SeriesIn<Toy>(), 2 + SeriesIn<LineStatus>() - 1 - kLineUses);
+  EXPECT_EQ(outputs::SeriesIn<Toy>(),
+            2 + outputs::SeriesIn<bus::LineStatus>() - 1 - bus::kLineUses);
 }
 
 /// A row that names a metric, but whose type has no values, would be left out without a word.
@@ -220,20 +222,20 @@ template <typename T>
 void ExpectValues() {
   VisitFields(static_cast<const T*>(nullptr), [](auto row) {
     using Member = std::remove_cvref_t<decltype(std::invoke(row.member, T()))>;
-    const bool has_values = requires { EachValue(Member(), AddValue()); };
+    const bool has_values = requires { outputs::EachValue(Member(), outputs::AddValue()); };
     EXPECT_TRUE(row.metric.empty() || has_values) << row.metric;
   });
 }
 
 TEST(Families, EveryRowWithAMetricHasValues) {
-  ExpectValues<LineStatus>();
-  ExpectValues<DeviceStatus>();
+  ExpectValues<bus::LineStatus>();
+  ExpectValues<bus::DeviceStatus>();
   ExpectValues<modbus::RouteStatus>();
 }
 
 // ---------------- Every example of docs/api.md is asked for, and the answer has the same form.
 
-using control::Json;
+using status::Json;
 
 struct Example {
   std::string request;  ///< "GET /api/v1/status", "POST /login {…}"
@@ -282,7 +284,7 @@ TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
   FakeEvents events;
   info_.events = &events;
   info_.history = std::make_shared<FakeHistory>();
-  info_.reload = [] { return control::ReloadState{}; };
+  info_.reload = [] { return status::ReloadState{}; };
   config_.web.acknowledge = true;
   config_.lines[0].devices[0].points[0].modbus = 0;
   Put(0, 0, 1.25);

@@ -16,7 +16,7 @@
 namespace baudgate::web {
 namespace {
 
-using control::Json;
+using status::Json;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -201,7 +201,7 @@ TEST_F(WebTest, ATraceIsFollowed) {
   HttpClient client = Client();
   client.Open("/api/v1/trace?line=bay-1");
   ASSERT_TRUE(lines_.WaitForTraces(0, 1));
-  TraceRecord record;
+  records::TraceRecord record;
   record.device = "feeder-1";
   record.text = "offline: \"no_reply\"";
   EXPECT_TRUE(lines_.Push(0, record));
@@ -394,7 +394,7 @@ TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
   for (std::size_t i = 0; i < 20'000; ++i) {
     config_.lines[0].devices[0].points[i].name = "p" + std::to_string(i);
   }
-  PointStore store(config_);
+  bus::PointStore store(config_);
   limits_.answers = 10'000'000;
   limits_.idle = 1min;  // none of them is dropped meanwhile, however slow the machine is
   auto opened = WebServer::Open(config_.web, nullptr);
@@ -455,7 +455,7 @@ TEST_F(WebTest, AViewerWhoReadsNothingIsDroppedAndNobodyElseNotices) {
   for (std::size_t i = 0; i < 400; ++i) {
     config_.lines[0].devices[0].points[i].name = "p" + std::to_string(i);
   }
-  PointStore store(config_);
+  bus::PointStore store(config_);
   Stop();
   auto opened = WebServer::Open(config_.web, nullptr);
   ASSERT_TRUE(opened);
@@ -466,7 +466,7 @@ TEST_F(WebTest, AViewerWhoReadsNothingIsDroppedAndNobodyElseNotices) {
   stalled.raw().Send("GET /api/v1/points/stream HTTP/1.1\r\n" + stalled.Host() + "\r\n");
   HttpClient good = Client();
   good.Open("/api/v1/points/stream");
-  std::vector<Sample> samples(400);
+  std::vector<bus::Sample> samples(400);
   int events = 0;
   for (int round = 0; round < 15; ++round) {  // two seconds
     for (std::uint32_t i = 0; i < 400; ++i) samples[i] = {i, Value(round + 0.5), Quality::good};

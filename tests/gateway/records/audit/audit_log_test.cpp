@@ -42,7 +42,7 @@ class AuditLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  static void Await(const AuditLog& log, Disk disk) {
+  static void Await(const AuditLog& log, records::Disk disk) {
     while (log.state().disk != disk) std::this_thread::yield();
   }
 
@@ -64,7 +64,7 @@ TEST_F(AuditLogTest, KeepsAndCompletes) {
     log->End(*ticket, {WriteEnd::ok, {}, 3ms});
     log->Note(RouteWrite("b", 1), ReadClocks().instant);
     log->Note(RouteWrite("b", 2), ReadClocks().instant);
-    EXPECT_EQ(log->state().disk, Disk::fine);
+    EXPECT_EQ(log->state().disk, records::Disk::fine);
   }
   const auto rows = ReadAll(file());
   ASSERT_EQ(rows.size(), 2U);
@@ -98,17 +98,17 @@ TEST_F(AuditLogTest, ManyThreadsShareCommitsAndNothingIsLost) {
 TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
   disk.Hang(true);
   const auto first = log->Begin(WrittenPoint("a"));
   disk.WaitUntilItHangs();
   EXPECT_EQ(log->WaitFor(*first, Instant{}), Written::late) << "the time is over";
-  EXPECT_EQ(log->state().disk, Disk::stalled);
+  EXPECT_EQ(log->state().disk, records::Disk::stalled);
   const auto second = log->Begin(WrittenPoint("b"));
   EXPECT_EQ(log->WaitFor(*second, Ever()), Written::late) << "known to hang: nobody waits for it";
   EXPECT_EQ(log->state().waiting, 2U);
   disk.Hang(false);
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
   EXPECT_EQ(log->WaitFor(*second, Ever()), Written::yes);
   ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
   EXPECT_THAT(heard()[0],
@@ -119,16 +119,16 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
 TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
   disk.Hang(true);
   log->Begin(WrittenPoint("a"));
   disk.WaitUntilItHangs();
-  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::fine);
+  for (int ticks = 0; ticks < records::FileWatch::kMostTicks; ++ticks) log->Watch();
+  EXPECT_EQ(log->state().disk, records::Disk::fine);
   log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::stalled);
+  EXPECT_EQ(log->state().disk, records::Disk::stalled);
   disk.Hang(false);
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
 }
 
 TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
@@ -136,7 +136,7 @@ TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
   const auto ticket = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*ticket, Ever()), Written::yes);
   std::filesystem::resize_file(file().string() + "-wal", 0);
-  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  for (int ticks = 0; ticks < records::FileWatch::kLookEvery; ++ticks) log->Watch();
   while (heard().size() < 2) std::this_thread::yield();
   EXPECT_THAT(heard()[0], HasSubstr("its write-ahead log (-wal) was shortened or damaged"));
   EXPECT_THAT(heard()[1], HasSubstr("writes are recorded again"));
@@ -149,7 +149,7 @@ TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
   disk.Hang(true);
   const auto log = Start(file().string(), disk.vfs());
   disk.WaitUntilItHangs();
-  EXPECT_EQ(log->state().disk, Disk::opening);
+  EXPECT_EQ(log->state().disk, records::Disk::opening);
   const auto page = log->Read({.after = 7, .since = {}});
   disk.Hang(false);
   ASSERT_TRUE(page) << page.error();
@@ -165,7 +165,7 @@ TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
     log->WaitFor(*log->Begin(record), Ever());
   }
   const auto log = Start(file());
-  std::optional<PastRequests> past;
+  std::optional<bus::PastRequests> past;
   while (!(past = log->Past())) std::this_thread::yield();
   ASSERT_EQ(past->all.size(), 1U);
   EXPECT_TRUE(past->complete);
@@ -175,7 +175,7 @@ TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
 
 TEST_F(AuditLogTest, WhileTheFileCanNotBeReadThePastIsNotKnown) {
   const auto log = Start(file() / "no folder");
-  Await(*log, Disk::failing);
+  Await(*log, records::Disk::failing);
   const auto past = log->Past();
   ASSERT_TRUE(past) << "best effort: writes go on";
   EXPECT_FALSE(past->complete);
@@ -184,7 +184,7 @@ TEST_F(AuditLogTest, WhileTheFileCanNotBeReadThePastIsNotKnown) {
 TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
   disk.write_error = SQLITE_FULL;
   const auto first = log->Begin(WrittenPoint("a"));
   EXPECT_EQ(log->WaitFor(*first, Ever()), Written::failing);
@@ -195,7 +195,7 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   EXPECT_THAT(log->Trouble(), HasSubstr("full"));
   EXPECT_EQ(log->state().waiting, 2U);
   disk.write_error = 0;
-  Await(*log, Disk::fine);
+  Await(*log, records::Disk::fine);
   EXPECT_EQ(log->state().waiting, 0U);
   EXPECT_EQ(heard().size(), 2U);
 }
@@ -221,7 +221,7 @@ TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
   ASSERT_EQ(log->WaitFor(*first, Ever()), Written::yes);
   std::filesystem::remove_all(folder_);
   log->Begin(WrittenPoint("b"));
-  Await(*log, Disk::failing);
+  Await(*log, records::Disk::failing);
 }
 
 TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {

@@ -15,19 +15,19 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-struct Lines final : CommandSink {
-  bool Submit(WriteCommand command) override {
+struct Lines final : bus::CommandSink {
+  bool Submit(bus::WriteCommand command) override {
     if (full) return false;
     commands.push_back(std::move(command));
     return true;
   }
-  void OnNotTaken(const DeniedWrite& one) override { denied += one.point ? 1 : 0; }
+  void OnNotTaken(const bus::DeniedWrite& one) override { denied += one.point ? 1 : 0; }
   bool full = false;
   int denied = 0;
-  std::vector<WriteCommand> commands;
+  std::vector<bus::WriteCommand> commands;
 };
 
-const RequestId kRequest = {"hmi-1", 7, "feeder-1 group 3"};
+const bus::RequestId kRequest = {"hmi-1", 7, "feeder-1 group 3"};
 
 config::Config OneDevice() {
   config::Config config;
@@ -51,20 +51,21 @@ class AuditedWritesTest : public ::testing::Test {
   void Make(config::Audit audit = config::Audit::best_effort) {
     writes_.emplace(store_, lines_, log_, audit, [this] { return Now{now_, kWall}; });
   }
-  WriteCommand Command(std::vector<std::uint32_t> points = {1}) {
-    WriteCommand command;
+  bus::WriteCommand Command(std::vector<std::uint32_t> points = {1}) {
+    bus::WriteCommand command;
     command.device = 0;
     command.client = "192.0.2.5:40312";
     for (const std::uint32_t point : points) {
-      std::get<Writes>(command.kind).push_back({point, std::int64_t{303}, 12.5, 30.3});
+      std::get<bus::Writes>(command.kind).push_back({point, std::int64_t{303}, 12.5, 30.3});
     }
     command.deadline = now_ + 5s;
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     return command;
   }
   /// As its line ends it, from a state in which it may end so.
-  static void End(WriteCommand& command, const WriteResult& result) {
-    for (const auto state : {WriteState::queued, WriteState::sent, WriteState::reading_back}) {
+  static void End(bus::WriteCommand& command, const WriteResult& result) {
+    for (const auto state :
+         {bus::WriteState::queued, bus::WriteState::sent, bus::WriteState::reading_back}) {
       if (MayEnd(state, result.end)) command.state = state;
     }
     command.End(result);
@@ -78,7 +79,7 @@ class AuditedWritesTest : public ::testing::Test {
   }
 
   const config::Config config_ = OneDevice();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   Lines lines_;
   RememberingLog log_;
   Instant now_ = kStart;
@@ -124,7 +125,7 @@ TEST_F(AuditedWritesTest, RecordsAndCommandsHaveOneOrderWhoeverSubmitsAtOnce) {
   for (int client = 0; client < 4; ++client) {
     clients.emplace_back([this, client] {
       for (int i = 0; i < 200; ++i) {
-        WriteCommand command = Command();
+        bus::WriteCommand command = Command();
         command.client = std::to_string(client) + " " + std::to_string(i);
         writes_->Submit(std::move(command));
       }
@@ -170,8 +171,8 @@ TEST_F(AuditedWritesTest, RequireRefusesWithoutARecord) {
   EXPECT_EQ(lines_.denied, 2) << "who counts";
   EXPECT_EQ(results_[1].end, WriteEnd::denied);
   EXPECT_THAT(Ends(), ElementsAre("denied")) << "its record, should it get to the disk, says so";
-  WriteCommand by_hand = Command({});
-  by_hand.kind = std::make_shared<Telegram>();
+  bus::WriteCommand by_hand = Command({});
+  by_hand.kind = std::make_shared<bus::Telegram>();
   writes_->Submit(std::move(by_hand));
   writes_->HandOn();
   EXPECT_EQ(results_.size(), 3U);

@@ -36,7 +36,7 @@ inline WriteRecord RouteWrite(const std::string& client, std::int64_t value) {
   return record;
 }
 
-inline std::vector<WriteRecord> ReadAll(Database& database,
+inline std::vector<WriteRecord> ReadAll(records::Database& database,
                                         PageQuery::Order order = PageQuery::Order::seq) {
   std::vector<WriteRecord> all;
   PageQuery query;
@@ -56,7 +56,7 @@ inline std::vector<WriteRecord> ReadAll(Database& database,
 
 inline std::vector<WriteRecord> ReadAll(const std::filesystem::path& file,
                                         const std::string& vfs = {}) {
-  Database database(file.string(), Database::Mode::write, vfs);
+  records::Database database(file.string(), records::Database::Mode::write, vfs);
   EXPECT_TRUE(database.is_open()) << database.error();
   return ReadAll(database);
 }

@@ -83,15 +83,15 @@ TEST_F(WriteTableTest, RequestsOfAnEarlierRunAreReadTheLatestFirst) {
     denied.kind = Kind::denied;
     Add(book, denied, WriteEnd::denied);
     ASSERT_TRUE(Keep(audit, book));
-    EXPECT_EQ(ReadAll(file())[1].request, (RequestId{"hmi-1", 7, "feeder-1 group 3"}));
+    EXPECT_EQ(ReadAll(file())[1].request, (bus::RequestId{"hmi-1", 7, "feeder-1 group 3"}));
   }
   AuditFile again(file());
   ASSERT_TRUE(again.Open()->ok);
-  Database database(file().string(), Database::Mode::read);
+  records::Database database(file().string(), records::Database::Mode::read);
   const auto past = ReadRequests(database, kWall + 3s);
   ASSERT_TRUE(past) << past.error();
   ASSERT_EQ(past->size(), 2U) << "what was denied was never done";
-  EXPECT_EQ((*past)[0].id, (RequestId{"hmi-2", kHighest, "feeder-1 group 4"}));
+  EXPECT_EQ((*past)[0].id, (bus::RequestId{"hmi-2", kHighest, "feeder-1 group 4"}));
   EXPECT_EQ((*past)[0].end, WriteEnd::unknown) << "the gateway was stopped before it had ended";
   EXPECT_EQ((*past)[1].id.seq, 7U);
   EXPECT_EQ((*past)[1].end, WriteEnd::ok);
@@ -101,10 +101,10 @@ TEST_F(WriteTableTest, RequestsOfAnEarlierRunAreReadTheLatestFirst) {
 
 TEST_F(WriteTableTest, IsDurableAndSaysWhatItIs) {
   ASSERT_TRUE(Open().ok);
-  Database database(file().string(), Database::Mode::write);
+  records::Database database(file().string(), records::Database::Mode::write);
   EXPECT_EQ(ToText(database.First("PRAGMA journal_mode")), "wal");
-  EXPECT_EQ(database.First("PRAGMA application_id"), Value(kEventsApplication));
-  EXPECT_EQ(database.First("PRAGMA user_version"), Value(kEventsVersion));
+  EXPECT_EQ(database.First("PRAGMA application_id"), Value(records::kEventsApplication));
+  EXPECT_EQ(database.First("PRAGMA user_version"), Value(records::kEventsVersion));
   AuditFile again(file());
   EXPECT_TRUE(again.Open()->ok);
 }
@@ -132,7 +132,7 @@ TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
   EXPECT_EQ(rows[1].reason, "because");
   EXPECT_EQ(rows[2].end, WriteEnd::ok) << "of repeats the outcome is known";
   EXPECT_EQ(rows[2].count, 7U);
-  Database database(file().string(), Database::Mode::write);
+  records::Database database(file().string(), records::Database::Mode::write);
   EXPECT_EQ(ReadAll(database, PageQuery::Order::settled).size(), 3U);
 }
 
@@ -143,7 +143,7 @@ TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
     Add(book, WrittenPoint("a"));
     ASSERT_TRUE(Keep(audit, book));
   }
-  Database database(file().string(), Database::Mode::write);
+  records::Database database(file().string(), records::Database::Mode::write);
   ASSERT_TRUE(database.Execute("DELETE FROM writes"));
   AuditFile audit(file());
   AuditBook book;
@@ -234,7 +234,7 @@ TEST_F(WriteTableTest, PagesOverwrittenWithGarbageAreFound) {
 
 TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
   ASSERT_TRUE(Open().ok);
-  Database database(file().string(), Database::Mode::write);
+  records::Database database(file().string(), records::Database::Mode::write);
   ASSERT_TRUE(database.Execute(
       "INSERT INTO writes VALUES (1,'odd',-9223372036854775808,9223372036854775807,x'00FF',1,2,3,"
       "x'01','text',9e999,'OK','',-5,-7,'x',x'00','-1',7)"));
@@ -250,7 +250,7 @@ TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
 
 TEST_F(WriteTableTest, ANewerFileIsLeftAlone) {
   ASSERT_TRUE(Open().ok);
-  Database database(file().string(), Database::Mode::write);
+  records::Database database(file().string(), records::Database::Mode::write);
   ASSERT_TRUE(database.Execute("PRAGMA user_version=99"));
   const auto opened = Open();
   EXPECT_FALSE(opened.ok);
@@ -454,15 +454,15 @@ TEST(RoutedRecord, OfManyValuesSixteenAreTold) {
 
 class WitnessTest : public ::testing::Test {
  protected:
-  const WriteRecord& After(const RoutedReply& reply, bool broadcast = false) {
+  const WriteRecord& After(const bus::RoutedReply& reply, bool broadcast = false) {
     const Bytes pdu = {6, 0, 1, 0, 2};
     RoutedWrite write = Write(pdu);
     write.broadcast = broadcast;
-    Witness::Watch(std::make_shared<Witness>(log_, write), [](RoutedReply) {})(reply);
+    Witness::Watch(std::make_shared<Witness>(log_, write), [](bus::RoutedReply) {})(reply);
     return log_.noted.back();
   }
-  static RoutedReply Reply(Outcome outcome, bool sent, Bytes pdu = {}) {
-    RoutedReply reply;
+  static bus::RoutedReply Reply(Outcome outcome, bool sent, Bytes pdu = {}) {
+    bus::RoutedReply reply;
     reply.outcome = outcome;
     reply.sent = sent;
     reply.pdu = std::move(pdu);

@@ -15,7 +15,7 @@
 #include "gateway/records/disk/events_file.h"
 #include "gateway/records/disk/state_folder.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 namespace fs = std::filesystem;
@@ -341,4 +341,4 @@ TEST(DiskCalls, ADiskThatHangsHoldsNobodyAndNothingIsLost) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -14,7 +14,7 @@
 
 #include "gateway/records/disk/state_folder.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 class EventsFileTest : public ::testing::Test {
@@ -30,7 +30,7 @@ class EventsFileTest : public ::testing::Test {
   std::filesystem::path file() const { return folder_ / "events.db"; }
   std::filesystem::path log() const { return folder_ / "events.db-wal"; }
   static std::string First(Database& database, const std::string& sql) {
-    return ToText(database.First(sql));
+    return baudgate::ToText(database.First(sql));
   }
   void OpenBoth() {
     const auto writer = std::make_shared<EventsWriter>();
@@ -55,7 +55,7 @@ class EventsFileTest : public ::testing::Test {
         "SELECT coalesce(group_concat(name), '') FROM (SELECT name FROM event_cursors ORDER BY "
         "name='old' DESC, name)");
     EXPECT_TRUE(HasValue(names)) << reader.error();
-    return ToText(names);
+    return baudgate::ToText(names);
   }
 
   std::unique_ptr<EventsConnection> one_;
@@ -386,4 +386,4 @@ TEST_F(EventsFileTest, AnotherFileInItsPlaceIsLeftAsItIs) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

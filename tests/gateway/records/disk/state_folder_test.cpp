@@ -10,7 +10,7 @@
 #include "gateway/records/disk/device_memory.h"
 #include "gateway/records/disk/disk.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 namespace fs = std::filesystem;
@@ -282,4 +282,4 @@ TEST(FileWatch, WhatWaitsOrIsWrittenForTooLongIsLate) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -261,7 +261,7 @@ States Follow(const std::vector<EventRecord>& events) {
 }
 
 std::vector<EventRecord> ReadAll(const std::string& vfs) {
-  Database database(audit::kEventsFile, Database::Mode::read, vfs);
+  records::Database database(audit::kEventsFile, records::Database::Mode::read, vfs);
   std::vector<EventRecord> all;
   PageQuery query;
   for (bool more = true; more;) {

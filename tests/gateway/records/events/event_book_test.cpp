@@ -181,8 +181,8 @@ config::Device Relay() {
 }
 
 TEST(EventRecord, HasTheWordsOfTheProfile) {
-  const SaidTime said{11s, 1min};
-  const EventBatch batch{
+  const protocols::SaidTime said{11s, 1min};
+  const protocols::EventBatch batch{
       {{0, 1, said, ""}, {2, 1, said, ""}, {3, 51, said, "7"}, {0, 9, said, ""}, {0, 0, {}, "?"}},
       {},
       "",
@@ -213,7 +213,7 @@ TEST(EventRecord, MarksItsAlarm) {
   relay.event_texts[0].alarm = config::AlarmPriority::high;
   relay.event_texts[0].until = 2;
   relay.event_texts[2].alarm = config::AlarmPriority::low;
-  const EventBatch batch{
+  const protocols::EventBatch batch{
       {{0, 1, {}, ""}, {3, 2, {}, ""}, {3, 51, {}, ""}, {2, 1, {}, ""}}, {}, "", false, false};
   const auto records = RecordsOf(batch, "bay-1", relay, kHappened, {});
   EXPECT_EQ(records[0].mark.step, AlarmMark::Step::raise);
@@ -232,7 +232,7 @@ TEST(EventRecord, CutsNoCharacterInTwo) {
 }
 
 TEST(EventRecord, CutsLongTexts) {
-  const EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, {}, "", false, false};
+  const protocols::EventBatch batch{{{0, 9, {}, std::string(1000, 'x')}}, {}, "", false, false};
   EXPECT_EQ(RecordsOf(batch, "l", Relay(), kHappened, {})[0].text.size(), kLongestText);
 }
 

@@ -158,7 +158,7 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
 
 TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   audit::FaultyDisk disk;
-  const auto opened = OpenEvents("/events.db", disk.vfs());
+  const auto opened = records::OpenEvents("/events.db", disk.vfs());
   Events events;
   EventTable table(*opened.database);
   ASSERT_TRUE(table.Write(events.Of({0, 1, 1, 0})));
@@ -214,7 +214,7 @@ EventRecord RecordOf(std::int64_t seq, const std::string& device = "feeder-1") {
 
 class EventPageTest : public ::testing::Test {
  protected:
-  EventPageTest() : opened_(OpenEvents("/events.db", disk_.vfs())) {}
+  EventPageTest() : opened_(records::OpenEvents("/events.db", disk_.vfs())) {}
 
   Page Read(const PageQuery& query) {
     auto page = ReadPage(*opened_.database, query);
@@ -223,7 +223,7 @@ class EventPageTest : public ::testing::Test {
   }
 
   audit::FaultyDisk disk_;
-  OpenedEvents opened_;
+  records::OpenedEvents opened_;
 };
 
 TEST_F(EventPageTest, GivesBackWhatWentIn) {

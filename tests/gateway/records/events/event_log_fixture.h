@@ -21,7 +21,7 @@ namespace baudgate::events {
 class EventLogTest : public audit::FolderTest {
  protected:
   std::unique_ptr<EventLog> Start(const std::filesystem::path& path, const std::string& vfs = {},
-                                  std::shared_ptr<EventsWriter> writer = {},
+                                  std::shared_ptr<records::EventsWriter> writer = {},
                                   bool tells_own = false) {
     EventLog::Options options;
     options.tells_own = tells_own;

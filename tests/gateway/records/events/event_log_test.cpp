@@ -32,7 +32,7 @@ TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
   EXPECT_EQ(Texts(*log), (std::vector<std::string>{"a", "b", "c"}));
   EXPECT_EQ(log->state().newest, 3);
   EXPECT_EQ(log->state().repeats, 1U);
-  EXPECT_EQ(log->state().disk, Disk::fine);
+  EXPECT_EQ(log->state().disk, records::Disk::fine);
 }
 
 TEST_F(EventLogTest, WaitsForADiskThatFails) {
@@ -42,13 +42,13 @@ TEST_F(EventLogTest, WaitsForADiskThatFails) {
   AwaitKept(1);
   disk.write_error = SQLITE_FULL;
   log->queue().Add(BatchOf(0, "b"));
-  while (log->state().disk != Disk::failing) std::this_thread::yield();
+  while (log->state().disk != records::Disk::failing) std::this_thread::yield();
   EXPECT_EQ(log->state().waiting, 1U);
   EXPECT_EQ(Fed(), (std::vector<std::string>{"a"})) << "nothing is shown before its commit";
   EXPECT_FALSE(log->state().trouble.empty());
   disk.write_error = 0;
   AwaitKept(2);
-  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  while (log->state().disk != records::Disk::fine) std::this_thread::yield();
   EXPECT_EQ(log->state().newest, 2);
   EXPECT_EQ(Fed(), (std::vector<std::string>{"a", "b"}));
   const auto lines = heard();
@@ -59,7 +59,7 @@ TEST_F(EventLogTest, WaitsForADiskThatFails) {
 
 TEST_F(EventLogTest, SaysSoWhereThereIsNoPlace) {
   const auto log = Start({});
-  EXPECT_EQ(log->state().disk, Disk::failing);
+  EXPECT_EQ(log->state().disk, records::Disk::failing);
   EXPECT_FALSE(log->Read({}));
 }
 
@@ -110,7 +110,7 @@ TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
   AwaitKept(1);
   {
     // Behind its head nothing is right any more.
-    Database other(file().string(), Database::Mode::write);
+    records::Database other(file().string(), records::Database::Mode::write);
     ASSERT_TRUE(other.EmptyLog());
     constexpr int kHeader = 100;
     std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
@@ -119,13 +119,13 @@ TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
   }
   EXPECT_FALSE(log->Read({}));
   EXPECT_TRUE(log->state().put_aside.empty());
-  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  for (int ticks = 0; ticks < records::FileWatch::kLookEvery; ++ticks) log->Watch();
   while (log->state().put_aside.empty()) std::this_thread::yield();
   EXPECT_THAT(log->state().put_aside, ElementsAre(file().filename().string() + ".bad"));
   EXPECT_THAT(heard(), Contains(HasSubstr("is damaged (")));
   EXPECT_TRUE(log->Read({})) << "a new one has begun";
   std::filesystem::remove(file().string() + ".bad");
-  for (int ticks = 0; ticks < FileWatch::kLookEvery; ++ticks) log->Watch();
+  for (int ticks = 0; ticks < records::FileWatch::kLookEvery; ++ticks) log->Watch();
   while (!log->state().put_aside.empty()) std::this_thread::yield();
 }
 
@@ -136,16 +136,16 @@ TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
   AwaitKept(1);
   disk.write_error = SQLITE_FULL;
   log->queue().Add(BatchOf(0, "b"));
-  while (log->state().disk != Disk::failing) std::this_thread::yield();
+  while (log->state().disk != records::Disk::failing) std::this_thread::yield();
   disk.write_error = 0;
   while (log->state().newest < 3) std::this_thread::yield();
-  EXPECT_EQ(log->state().disk, Disk::fine);
+  EXPECT_EQ(log->state().disk, records::Disk::fine);
   EXPECT_EQ(log->state().waiting, 0U);
 }
 
 /// Both write without a pause: neither is ever told that the file is busy.
 TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
-  const auto writer = std::make_shared<EventsWriter>();
+  const auto writer = std::make_shared<records::EventsWriter>();
   const auto log = Start(file(), {}, writer);
   audit::AuditLog writes({.file = file(),
                           .writer = writer,
@@ -280,7 +280,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   while (log->Alarms()[0].state != AlarmState::acknowledged) std::this_thread::yield();
   while (AlarmsIn(heard()).size() < 2) std::this_thread::yield();
   disk.write_error = 0;
-  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  while (log->state().disk != records::Disk::fine) std::this_thread::yield();
   log->queue().Tell(Raised("next"));
   while (AlarmsIn(heard()).size() < 3) std::this_thread::yield();
   EXPECT_THAT(AlarmsIn(heard()),
@@ -296,17 +296,18 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
   disk.Hang(true);
   log->queue().Tell(Raised("first"));
   disk.WaitUntilItHangs();
-  for (int ticks = 0; ticks < FileWatch::kMostTicks; ++ticks) log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::fine) << "it may just be slow";
+  for (int ticks = 0; ticks < records::FileWatch::kMostTicks; ++ticks) log->Watch();
+  EXPECT_EQ(log->state().disk, records::Disk::fine) << "it may just be slow";
   log->queue().Tell(Raised("second"));
   log->Watch();
-  EXPECT_EQ(log->state().disk, Disk::stalled);
+  EXPECT_EQ(log->state().disk, records::Disk::stalled);
   EXPECT_EQ(log->state().alarms_active, 2U);
   EXPECT_THAT(heard(), Contains(HasSubstr("warn: events: the disk does not answer in time")));
   EXPECT_NE(Ack(*log, {.all = true, .by = "user:anna"}).trouble, "") << "nobody waits for it";
   log->Watch();
   disk.Hang(false);
-  while (log->state().disk != Disk::fine || log->state().waiting > 0) std::this_thread::yield();
+  while (log->state().disk != records::Disk::fine || log->state().waiting > 0)
+    std::this_thread::yield();
   log->queue().Tell(Raised("third"));
   while (AlarmsIn(heard()).size() < 5) std::this_thread::yield();
   EXPECT_THAT(AlarmsIn(heard()),
@@ -342,7 +343,7 @@ TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
   }
   const auto log = Start(file());
   EXPECT_EQ(Ack(*log, {.line = "bay-1", .device = "feeder-2"}).alarms, 0U);
-  while (log->state().disk != Disk::fine) std::this_thread::yield();
+  while (log->state().disk != records::Disk::fine) std::this_thread::yield();
   EXPECT_EQ(Ack(*log, of_device).alarms, 1U);
   const auto alarms = log->Alarms();
   ASSERT_EQ(alarms.size(), 2U);
@@ -354,7 +355,7 @@ TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
   std::filesystem::remove(file());
   log->queue().Tell(Raised("c"));
   while (log->state().newest < 5) std::this_thread::yield();
-  Database database(file().string(), Database::Mode::read);
+  records::Database database(file().string(), records::Database::Mode::read);
   EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
 }
 
@@ -458,7 +459,7 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   ASSERT_EQ(log->state().consumers.size(), 1U);
   EXPECT_EQ(log->state().consumers[0].lost, 180);
   cursors_->Set("dds", {501, false});
-  for (Database database(file().string(), Database::Mode::read);;) {
+  for (records::Database database(file().string(), records::Database::Mode::read);;) {
     if (ToText(database.First("SELECT seq FROM event_cursors")) == "501") break;
     std::this_thread::yield();
   }

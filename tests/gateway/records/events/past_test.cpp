@@ -23,8 +23,8 @@ using audit::FaultyDisk;
 const SourceNames kMeters = {{"bay", "meter-1"}, {"bay", "meter-2"}};
 constexpr Duration kSpan = 30min;
 
-PastRecord RecordAt(std::int64_t n) {
-  PastRecord record{"load_1", n * kSpan, kSpan, {}};
+protocols::PastRecord RecordAt(std::int64_t n) {
+  protocols::PastRecord record{"load_1", n * kSpan, kSpan, {}};
   record.values = {{"active_import", static_cast<double>(n), Quality::good, "kW"},
                    {"active_export", 0.5, Quality::uncertain_sub_normal, "kW"}};
   return record;
@@ -46,7 +46,7 @@ class Gateway {
     if (opened) book_.OnOpened(opened->contents.last, opened->contents.said);
     return book_.said(kMeters[source]);
   }
-  bool Keep(Source source, const std::string& said, std::vector<PastRecord> records) {
+  bool Keep(Source source, const std::string& said, std::vector<protocols::PastRecord> records) {
     const auto& [line, device] = kMeters[source];
     book_.Add({.source = source,
                .said = said,
@@ -65,7 +65,7 @@ class Gateway {
 };
 
 std::vector<PastRow> ReadAll(const FaultyDisk& disk, PastQuery query) {
-  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
+  records::Database database(audit::kEventsFile, records::Database::Mode::read, disk.vfs());
   std::vector<PastRow> rows;
   for (bool more = true; more;) {
     auto page = ReadPast(database, query);
@@ -84,7 +84,7 @@ TEST(Past, IsReadBackByItsTimes) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
-  std::vector<PastRecord> records;
+  std::vector<protocols::PastRecord> records;
   for (std::int64_t n = 0; n < 2500; ++n) records.push_back(RecordAt(n));
   ASSERT_TRUE(gateway.Keep(0, "2500", records));
   ASSERT_TRUE(gateway.Keep(1, "1", {RecordAt(7)}));
@@ -103,7 +103,7 @@ TEST(Past, IsReadBackByItsTimes) {
   some.since = WallTime(10 * kSpan);
   some.until = WallTime(12 * kSpan);
   EXPECT_EQ(ReadAll(disk, some).size(), 2U);
-  Database database(audit::kEventsFile, Database::Mode::read, disk.vfs());
+  records::Database database(audit::kEventsFile, records::Database::Mode::read, disk.vfs());
   EXPECT_FALSE(ReadPast(database, QueryOf("meter-1", "load_2.active_import"))->known);
   EXPECT_FALSE(ReadPast(database, QueryOf("meter-3"))->known);
 }
@@ -135,7 +135,7 @@ TEST(Past, TheOldestGiveWay) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
-  Database database(audit::kEventsFile, Database::Mode::write, disk.vfs());
+  records::Database database(audit::kEventsFile, records::Database::Mode::write, disk.vfs());
   PastTable table(database, 100);
   for (std::int64_t n = 0; n < 80; ++n) ASSERT_TRUE(table.Insert("bay", "meter-1", {RecordAt(n)}));
   const auto rows = ReadAll(disk, QueryOf());
@@ -160,7 +160,7 @@ TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
           const auto said = gateway.Said(0);
           if (!said) continue;
           std::int64_t n = said->empty() ? 0 : std::stoll(*said);
-          std::vector<PastRecord> records;
+          std::vector<protocols::PastRecord> records;
           for (auto more = 1 + random() % 6; more > 0; --more) records.push_back(RecordAt(n++));
           if (gateway.Keep(0, std::to_string(n), records))
             promised = n;
@@ -195,7 +195,9 @@ WallTime At(sys_days day, Duration time) { return WallTime(day) + time; }
 const sys_days kDay = 2026y / 11 / 23;
 const sys_days kNewYear = 2027y / 1 / 1;
 
-std::optional<SaidTime> Seconds(Duration time) { return SaidTime{time, 1min}; }
+std::optional<protocols::SaidTime> Seconds(Duration time) {
+  return protocols::SaidTime{time, 1min};
+}
 
 PlacedTime PlaceOne(Duration said, WallTime received, std::optional<Duration> oldest) {
   return Place({Seconds(said)}, received, oldest).front();
@@ -286,7 +288,7 @@ TEST(PlacedTime, OfNothingSaidIsWhenItWasHeard) {
 
 TEST(PlacedTime, OfAWholeDateIsThatDate) {
   const WallTime date = At(kDay, 9h);
-  const auto placed = Place({SaidTime{date.time_since_epoch(), {}}}, At(kDay, 10h), 1s);
+  const auto placed = Place({protocols::SaidTime{date.time_since_epoch(), {}}}, At(kDay, 10h), 1s);
   EXPECT_EQ(placed[0].time, date);
   EXPECT_EQ(placed[0].quality, ClockQuality::device);
 }

@@ -15,11 +15,9 @@
 #include "gateway/records/events/record_table.h"
 #include "tests/gateway/records/audit/fixture.h"
 
-namespace baudgate {
+namespace baudgate::events {
 namespace {
 
-using events::KeptRecord;
-using events::RecordState;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -51,7 +49,7 @@ class RecordServiceTest : public ::testing::Test {
         service_(store_,
                  {.clocks = [this] { return now_; },
                   .ask =
-                      [this](WriteCommand command) {
+                      [this](bus::WriteCommand command) {
                         if (takes_) asked_.push_back(std::move(command));
                         return takes_;
                       },
@@ -71,7 +69,7 @@ class RecordServiceTest : public ::testing::Test {
   }
   void Read(std::uint32_t point, double value, Quality quality = Quality::good) {
     Pass(100ms);
-    const Sample sample{point, value, quality};
+    const bus::Sample sample{point, value, quality};
     store_.Update(0, std::span(&sample, 1), now_, 1ms);
   }
   void Answer(WriteResult result = {.read_back = true}) {
@@ -97,8 +95,8 @@ class RecordServiceTest : public ::testing::Test {
 
   Now now_{Instant(1h), WallTime(std::chrono::hours(498'000))};
   const config::Config config_;
-  PointStore store_{config_};
-  std::vector<WriteCommand> asked_;
+  bus::PointStore store_{config_};
+  std::vector<bus::WriteCommand> asked_;
   bool takes_ = true;
   std::vector<KeptRecord> kept_;
   RecordService service_;
@@ -260,7 +258,7 @@ TEST_F(RecordServiceTest, NobodyIsAskedBeforeTheLinesAreThere) {
   RecordService early(store_,
                       {.clocks = [this] { return now_; },
                        .ask =
-                           [this](WriteCommand command) {
+                           [this](bus::WriteCommand command) {
                              asked_.push_back(std::move(command));
                              return true;
                            },
@@ -290,7 +288,7 @@ TEST_F(RecordServiceTest, AfterAReloadTheDeviceOwesItUnderItsNewNumber) {
   EXPECT_EQ(asked_[0].device, 1U);
   for (const std::uint32_t point : {0U, 2U}) {
     Pass(100ms);
-    const Sample sample{point, 5.0, Quality::good};
+    const bus::Sample sample{point, 5.0, Quality::good};
     store_.Update(1, std::span(&sample, 1), now_, 1ms);
   }
   Answer();
@@ -323,7 +321,7 @@ TEST_F(SilentServiceTest, ADeviceWithoutEventsOfItsOwnHasNothingMoreToTell) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::events
 
 namespace baudgate::events {
 namespace {
@@ -571,7 +569,7 @@ TEST_F(RecordTest, EachKindHasNumbersOfItsOwnAndEachRecordIsThereOnce) {
 }
 
 TEST_F(RecordTest, GoesWithItsEvent) {
-  OpenedEvents opened = OpenEvents(path());
+  records::OpenedEvents opened = records::OpenEvents(path());
   ASSERT_TRUE(opened.database);
   EventTable table(*opened.database, 2);
   ASSERT_TRUE(

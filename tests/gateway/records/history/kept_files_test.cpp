@@ -234,7 +234,7 @@ TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
     std::vector<std::string> heard;
     const auto hear = [&heard](const std::string& text) { heard.push_back(text); };
     HistoryView view({.folder = folder(), .warn = hear, .inform = hear});
-    view.Update([](HistoryState& state) { state.disk = Disk::fine; });
+    view.Update([](HistoryState& state) { state.disk = records::Disk::fine; });
     harm();
     const auto all = [&] { return view.Read({.point = "bay.f1.a"})->records.size(); };
     EXPECT_EQ(all(), 11U) << "what it holds is missing: two values, and a gap";

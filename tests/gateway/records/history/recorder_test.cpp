@@ -30,7 +30,7 @@ class RecorderTest : public ::testing::Test {
     line.devices.push_back(device);
     config_.lines.push_back(line);
     config_.history.points = {{.device = 0, .point = 0}, {.device = 0, .point = 2}};
-    store_ = std::make_unique<PointStore>(config_);
+    store_ = std::make_unique<bus::PointStore>(config_);
     feed_ = store_->Subscribe();
     recorder_ = std::make_unique<Recorder>(config_.history, *store_, now_);
   }
@@ -44,7 +44,7 @@ class RecorderTest : public ::testing::Test {
     store_->Update(0, {&sample, 1}, now_, 1ms);
   }
   void Take(std::size_t room = 1000) {
-    Changes changes;
+    bus::Changes changes;
     feed_->Drain({}, changes);
     recorder_->Take(changes, now_, room, out_);
   }
@@ -59,12 +59,12 @@ class RecorderTest : public ::testing::Test {
     return texts;
   }
 
-  using Sample_ = baudgate::Sample;
+  using Sample_ = bus::Sample;
   static constexpr Millis kBegin = 1'790'000'040'000;  // a whole minute
   Now now_{Instant(1h), ToWall(kBegin)};
   config::Config config_;
-  std::unique_ptr<PointStore> store_;
-  std::shared_ptr<ChangeFeed> feed_;
+  std::unique_ptr<bus::PointStore> store_;
+  std::shared_ptr<bus::ChangeFeed> feed_;
   std::unique_ptr<Recorder> recorder_;
   Batch out_;
 };

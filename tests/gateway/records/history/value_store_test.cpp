@@ -189,10 +189,10 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
     const DayFile::Opened opened = file.Open();
     ASSERT_TRUE(opened.ok) << file.error();
     EXPECT_EQ(opened.put_aside, "");
-    Database database(path, Database::Mode::read, disk.vfs());
+    records::Database database(path, records::Database::Mode::read, disk.vfs());
     std::vector<Entry> entries;
-    Statement chunks(database, "SELECT bytes FROM chunks ORDER BY first");
-    while (chunks.Next() == Statement::Step::row) {
+    records::Statement chunks(database, "SELECT bytes FROM chunks ORDER BY first");
+    while (chunks.Next() == records::Statement::Step::row) {
       const auto chunk = DecodeChunk(chunks.Blob(0));
       ASSERT_TRUE(chunk);
       entries.insert(entries.end(), chunk->begin(), chunk->end());
@@ -216,8 +216,8 @@ TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   for (const auto& [name, application] :
        {std::pair(DayFileName(kBegin), kValuesApplication),
         std::pair(std::string("trends.db"), kTrendsApplication)}) {
-    Database file((folder() / name).string(), Database::Mode::read);
-    EXPECT_EQ(file.First("PRAGMA user_version"), Value(KnownVersion(application))) << name;
+    records::Database file((folder() / name).string(), records::Database::Mode::read);
+    EXPECT_EQ(file.First("PRAGMA user_version"), Value(records::KnownVersion(application))) << name;
   }
 }
 
@@ -256,7 +256,7 @@ class HistoryLogTest : public FolderTest {
     line.devices = {device};
     config_.lines = {line};
     config_.history.points = {{.device = 0, .point = 0}};
-    store_ = std::make_unique<PointStore>(config_);
+    store_ = std::make_unique<bus::PointStore>(config_);
   }
   std::unique_ptr<HistoryLog> Start(const std::filesystem::path& folder,
                                     const std::string& vfs = {}) {
@@ -280,7 +280,7 @@ class HistoryLogTest : public FolderTest {
     return std::make_unique<HistoryLog>(std::move(options));
   }
   void Set(std::int64_t value) {
-    const baudgate::Sample sample{0, value, Quality::good};
+    const bus::Sample sample{0, value, Quality::good};
     store_->Update(0, {&sample, 1}, ReadClocks(), 1ms);
   }
   void Hear(const std::string& text) {
@@ -306,7 +306,7 @@ class HistoryLogTest : public FolderTest {
   }
 
   config::Config config_;
-  std::unique_ptr<PointStore> store_;
+  std::unique_ptr<bus::PointStore> store_;
   std::function<bool()> taken_;
 
  private:
@@ -320,7 +320,7 @@ class HistoryLogTest : public FolderTest {
 TEST_F(HistoryLogTest, WhatCannotBeReadIsNotSilentlyMissing) {
   const auto path = folder();
   const auto log = Start(path);
-  Await([&] { return log->view()->state().disk == Disk::fine; });
+  Await([&] { return log->view()->state().disk == records::Disk::fine; });
   const Millis yesterday = FloorTo(ToMillis(ReadClocks().wall), kDay) - kDay;
   const std::string damaged = DayFileName(yesterday);
   std::ofstream(path / damaged) << std::string(8192, 'x');
@@ -344,9 +344,9 @@ TEST_F(HistoryLogTest, KeepsOverRestarts) {
     Await([&] { return log->view()->state().counters.kept == 1; });
     Set(2);
     Await([&] { return log->view()->state().counters.kept == 2; });
-    Await([&] { return log->view()->state().disk == Disk::fine; });
+    Await([&] { return log->view()->state().disk == records::Disk::fine; });
   }
-  store_ = std::make_unique<PointStore>(config_);
+  store_ = std::make_unique<bus::PointStore>(config_);
   const auto log = Start(path);
   Set(2);
   Await([&] { return log->view()->Read({.point = "bay.f1.a"})->records.size() == 4; });
@@ -387,17 +387,18 @@ TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());
   Set(1);
-  Await([&] { return log->view()->state().disk == Disk::fine; });
+  Await([&] { return log->view()->state().disk == records::Disk::fine; });
   disk.write_error = SQLITE_FULL;
   Set(2);
-  Await([&] { return log->view()->state().disk == Disk::failing; });
+  Await([&] { return log->view()->state().disk == records::Disk::failing; });
   const auto before = log->view()->state().counters.readings;
   for (int i = 0; i < 1000; ++i) Set(i);
   Await([&] { return log->view()->state().counters.readings > before; });
   EXPECT_FALSE(log->view()->state().trouble.empty());
   disk.write_error = 0;
-  Await(
-      [&] { return log->view()->state().disk == Disk::fine && log->view()->state().waiting == 0; });
+  Await([&] {
+    return log->view()->state().disk == records::Disk::fine && log->view()->state().waiting == 0;
+  });
   const auto lines = heard();
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_THAT(lines[0], HasSubstr("warn: history: "));
@@ -407,14 +408,15 @@ TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
 TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());
-  Await([&] { return log->view()->state().disk == Disk::fine; });
+  Await([&] { return log->view()->state().disk == records::Disk::fine; });
   disk.Hang(true);
   Set(1);
-  Await([&] { return log->view()->state().disk == Disk::stalled; });
+  Await([&] { return log->view()->state().disk == records::Disk::stalled; });
   Set(2);
   disk.Hang(false);
   Await([&] {
-    return log->view()->state().disk == Disk::fine && log->view()->state().counters.kept == 2;
+    return log->view()->state().disk == records::Disk::fine &&
+           log->view()->state().counters.kept == 2;
   });
 }
 
@@ -424,17 +426,17 @@ TEST_F(HistoryLogTest, WaitsForTheOneThatHasTheFiles) {
   taken_ = [&taken] { return taken.load(); };
   const auto log = Start(folder());
   Set(1);
-  Await([&] { return log->view()->state().disk == Disk::stalled; });
+  Await([&] { return log->view()->state().disk == records::Disk::stalled; });
   EXPECT_FALSE(std::filesystem::exists(folder() / kTrendsFile));
   taken = false;
-  Await([&] { return log->view()->state().disk == Disk::fine; });
+  Await([&] { return log->view()->state().disk == records::Disk::fine; });
   Await([&] { return log->view()->Read({.point = "bay.f1.a"})->records.size() == 1; });
 }
 
 TEST_F(HistoryLogTest, SaysSoWhereThereIsNoPlace) {
   const auto log = Start({});
   Set(1);
-  EXPECT_EQ(log->view()->state().disk, Disk::failing);
+  EXPECT_EQ(log->view()->state().disk, records::Disk::failing);
   EXPECT_FALSE(log->view()->Read({}));
 }
 

@@ -17,7 +17,7 @@
 #include "gateway/records/trace/trace_text.h"
 #include "tests/support/virtual_line.h"
 
-namespace baudgate {
+namespace baudgate::records {
 namespace {
 
 using ::testing::ElementsAre;
@@ -41,13 +41,13 @@ class LineRecorderTest : public testing::Test {
     return now_;
   }
   void Send(std::string_view text, std::uint32_t device = kFirst) {
-    Request request;
+    protocols::Request request;
     request.bytes = ToBytes(text);
     recorder_->OnSent(device, request, Later());
   }
   /// The password 724 and its check value are secret.
   void SendSecret() {
-    Request request;
+    protocols::Request request;
     request.bytes = ToBytes(kRequest);
     request.expect.secrets = {{8, 3}, {12, 2}};
     recorder_->OnSent(kFirst, request, Later());
@@ -103,7 +103,7 @@ TEST_F(LineRecorderTest, StrayBytesAndThePortAreNobodys) {
   Send("?A1\r", kFirst + 1);
   End(Outcome::no_reply, {}, kFirst + 1);
   Receive("!");
-  recorder_->OnDeviceState(kFirst + 1, DeviceState::offline, "no_reply", Later());
+  recorder_->OnDeviceState(kFirst + 1, bus::DeviceState::offline, "no_reply", Later());
   recorder_->OnPort("port closed: gone", Later());
   EXPECT_THAT(Lines(),
               ElementsAre(HasSubstr(" b > "), HasSubstr(" b = no_reply"),
@@ -180,9 +180,9 @@ TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
 TEST_F(LineRecorderTest, SoIsADeviceThatGoesOffline) {
   Send("?A1\r");
   End(Outcome::no_reply);
-  recorder_->OnDeviceState(kFirst, DeviceState::degraded, "no_reply", Later());
+  recorder_->OnDeviceState(kFirst, bus::DeviceState::degraded, "no_reply", Later());
   EXPECT_THAT(saved_, IsEmpty());
-  recorder_->OnDeviceState(kFirst, DeviceState::offline, "no_reply", Later());
+  recorder_->OnDeviceState(kFirst, bus::DeviceState::offline, "no_reply", Later());
   ASSERT_THAT(saved_, SizeIs(1));
   EXPECT_EQ(saved_[0].reason, "offline");
   EXPECT_THAT(Texts(saved_[0].records).back(), HasSubstr("a # offline: no_reply"));
@@ -261,7 +261,7 @@ TEST_F(LineRecorderTest, NoReasonQuotesWhatCameBack) {
   End(Outcome::refused, reason);
   Send("?A1\r");
   End(Outcome::refused, reason);
-  recorder_->OnDeviceState(kFirst, DeviceState::degraded, reason, Later());
+  recorder_->OnDeviceState(kFirst, bus::DeviceState::degraded, reason, Later());
   for (const std::string& line : Lines()) EXPECT_THAT(line, Not(HasSubstr("724"))) << line;
   Later(LineRecorder::kNoReasons);
   Send("?A1\r");
@@ -560,4 +560,4 @@ TEST_F(RecordingsTest, WhereTheyGo) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::records

@@ -16,7 +16,7 @@
 #include "tests/gateway/outputs/control/fixture.h"
 #include "tests/support/file_cases.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -26,7 +26,8 @@ using ::testing::Not;
 const config::Catalog& Protocols() {
   static const config::Catalog catalog = [] {
     config::Catalog all;
-    for (const Protocol* protocol : AllProtocols()) all.protocols.emplace(protocol->name, protocol);
+    for (const protocols::Protocol* protocol : protocols::AllProtocols())
+      all.protocols.emplace(protocol->name, protocol);
     return all;
   }();
   return catalog;
@@ -36,7 +37,7 @@ const std::vector<std::string> kTraceHead = {"# line io, port /dev/ttyUSB0 9600 
                                              "# device ai-1, protocol dcon"};
 
 std::string Frames(const std::string& records) {
-  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
+  diagnosis::FrameLines frames(DecodersOf(kTraceHead, Protocols()));
   std::string text;
   const auto print = [&text](const std::vector<std::string>& lines) {
     for (const std::string& line : lines) text += line + "\n";
@@ -83,7 +84,7 @@ TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
                               RecordOf("12:00:00.020000", sentence.substr(9)) +
                               RecordOf("12:00:01.000000", "$WIMWV,046,R,011.63,N,A*09\r\n") +
                               RecordOf("12:00:02.000000", sentence + sentence);
-  FrameLines frames(DecodersOf({head}, catalog));
+  diagnosis::FrameLines frames(DecodersOf({head}, catalog));
   std::vector<std::string> lines;
   std::istringstream in(records);
   for (std::string record; std::getline(in, record);) {
@@ -118,7 +119,7 @@ TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
 }
 
 TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
-  FrameLines frames(DecodersOf(kTraceHead, Protocols()));
+  diagnosis::FrameLines frames(DecodersOf(kTraceHead, Protocols()));
   frames.Take("04:05:06.000000 ai-1 > 23 30 31 0D | #01.");
   frames.Take("04:05:06.010000 ai-1 < 3E | >");
   EXPECT_FALSE(frames.waits()) << "the end of the exchange comes";
@@ -128,12 +129,12 @@ TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
 }
 
 TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
-  FrameLines frames({});
+  diagnosis::FrameLines frames({});
   std::string piece = "04:05:06.000000 - <";
   for (int i = 0; i < 1024; ++i) piece += " 41";
   std::size_t lines = 0;
   for (int i = 0; i < 100; ++i) lines += frames.Take(piece).size();
-  EXPECT_EQ(lines, 100 * 1024 / FrameLines::kMostBytes);
+  EXPECT_EQ(lines, 100 * 1024 / diagnosis::FrameLines::kMostBytes);
 }
 
 TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
@@ -155,9 +156,9 @@ TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
-namespace baudgate::control {
+namespace baudgate::tools {
 namespace {
 
 // ---------------- `trace` against a control server.
@@ -167,13 +168,13 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-class TraceTest : public ControlTest {
+class TraceTest : public control::ControlTest {
  protected:
   int Trace(const TraceOptions& options) { return RunTrace(options, {}, out_, err_); }
   /// The head of a trace of bay-1.
   std::string Head() const {
     std::string head;
-    for (const std::string& line : TraceHead(config_.lines[0])) head += line + "\n";
+    for (const std::string& line : records::TraceHead(config_.lines[0])) head += line + "\n";
     return head;
   }
 
@@ -189,8 +190,8 @@ TEST_F(TraceTest, UnknownNamesAndNoGatewayHaveTheirExitCodes) {
 }
 
 TEST_F(TraceTest, TraceShowsTheRing) {
-  TraceRecord record;
-  record.kind = TraceRecord::Kind::sent;
+  records::TraceRecord record;
+  record.kind = records::TraceRecord::Kind::sent;
   record.device = "feeder-1";
   record.hex = "3E 31";
   lines_.recorded = {record, record};
@@ -204,12 +205,12 @@ TEST_F(TraceTest, TraceShowsTheRing) {
 }
 
 TEST_F(TraceTest, PiecesAreOneFrameOrBytesAsTheyCame) {
-  TraceRecord first;
-  first.kind = TraceRecord::Kind::received;
+  records::TraceRecord first;
+  first.kind = records::TraceRecord::Kind::received;
   first.device = "feeder-1";
   first.hex = "3C";
   first.text = "<";
-  TraceRecord second = first;
+  records::TraceRecord second = first;
   second.hex = "31";
   second.text = "1";
   lines_.recorded = {first, second};
@@ -239,7 +240,7 @@ TEST_F(TraceTest, TraceEndsWithItsTimeOrASignal) {
 
 TEST_F(TraceTest, TraceSaysThatTheGatewayStops) {
   StartServer();
-  TraceRecord record;
+  records::TraceRecord record;
   record.text = "went offline";
   std::thread stopper([&] {
     lines_.WaitForTraces(0, 1);
@@ -253,4 +254,4 @@ TEST_F(TraceTest, TraceSaysThatTheGatewayStops) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::tools

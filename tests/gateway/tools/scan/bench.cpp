@@ -56,7 +56,7 @@ Result<Gathered> Bench::Ask(View request, Duration patience, Duration gap) {
 Wish WishFor(const std::string& protocol) {
   Wish wish;
   for (const bool first : {true, false}) {
-    for (const Protocol* one : AllProtocols()) {
+    for (const protocols::Protocol* one : protocols::AllProtocols()) {
       if (one->scan == nullptr || one->scan->never_at.empty() != first) continue;
       if (protocol.empty() || one->name == protocol) wish.tongues.push_back(TongueOf(*one));
     }
@@ -66,7 +66,7 @@ Wish WishFor(const std::string& protocol) {
 
 ProfileNames ShippedNames(const Wish& wish) {
   config::Catalog catalog;
-  for (const Protocol* protocol : AllProtocols()) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
   }
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree

@@ -259,7 +259,7 @@ TEST_F(Scan, ItsConfigurationIsOne) {
                                                   .line = "bus",
                                                   .port = "/dev/ttyUSB0"});
   config::Catalog catalog;
-  for (const Protocol* protocol : AllProtocols()) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
   }
   catalog.profile_dirs = {"config/profiles"};
@@ -327,7 +327,7 @@ constexpr config::SerialSettings kOdd{.data_bits = 7, .parity = config::Parity::
 
 Verdict JudgeText(const std::string& protocol, std::size_t mode, const std::string& asked,
                   const Bytes& heard, std::uint32_t damaged = 0) {
-  const Tongue tongue = TongueOf(*FindProtocol(protocol));
+  const Tongue tongue = TongueOf(*protocols::FindProtocol(protocol));
   Gathered gathered;
   gathered.heard = heard;
   gathered.damaged = damaged;
@@ -394,8 +394,8 @@ TEST(JudgeTwo, RepliesBehindEachOtherAreTwoDevices) {
 }
 
 TEST(JudgeEcho, ALinkTestProvesNobody) {
-  const ScanRule& rule = *FindProtocol("set4tm")->scan;
-  const Tongue tongue = TongueOf(*FindProtocol("set4tm"));
+  const protocols::ScanRule& rule = *protocols::FindProtocol("set4tm")->scan;
+  const Tongue tongue = TongueOf(*protocols::FindProtocol("set4tm"));
   const Bytes link = rule.ask(20, 0, 0);
   Gathered gathered;
   gathered.heard = link;
@@ -474,22 +474,22 @@ TEST(Plan, AddressesAreReadAsARange) {
 }
 
 TEST(Plan, OtherFormatsHoldTheCharactersOfTheProtocol) {
-  EXPECT_THAT(OtherFormats({}, *FindProtocol("modbus_rtu")), SizeIs(2));
-  EXPECT_THAT(OtherFormats({}, *FindProtocol("spabus")), SizeIs(4));
-  EXPECT_EQ(OtherFormats({}, *FindProtocol("dcon")).front().ToString(), "9600 8E1")
+  EXPECT_THAT(OtherFormats({}, *protocols::FindProtocol("modbus_rtu")), SizeIs(2));
+  EXPECT_THAT(OtherFormats({}, *protocols::FindProtocol("spabus")), SizeIs(4));
+  EXPECT_EQ(OtherFormats({}, *protocols::FindProtocol("dcon")).front().ToString(), "9600 8E1")
       << "no module has seven bits";
 }
 
 TEST(Plan, EveryRuleOfAProtocolIsWhole) {
-  for (const Protocol* protocol : AllProtocols()) {
+  for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->scan == nullptr) continue;
-    const ScanRule& rule = *protocol->scan;
+    const protocols::ScanRule& rule = *protocol->scan;
     EXPECT_FALSE(rule.serials.empty()) << protocol->name;
     EXPECT_GE(rule.modes.size(), rule.quick_modes) << protocol->name;
     EXPECT_EQ(rule.quick_finds & ~rule.finds, 0U) << protocol->name;
     EXPECT_GT(rule.usual, Duration::zero()) << protocol->name;
-    for (const ScanMode& mode : rule.modes) {
-      const auto named = [&](const OptionSpec& spec) { return spec.name == mode.key; };
+    for (const protocols::ScanMode& mode : rule.modes) {
+      const auto named = [&](const protocols::OptionSpec& spec) { return spec.name == mode.key; };
       EXPECT_TRUE(mode.key.empty() || std::ranges::any_of(protocol->options, named));
     }
     EXPECT_NE(protocol->telegram, nullptr) << protocol->name;

@@ -15,7 +15,7 @@
 #include "protocols/dcon/protocol.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 /// A DCON module with one analog input.
@@ -24,7 +24,7 @@ config::Device Module(const std::string& address, bool checksum) {
   device.name = "module-" + address;
   device.address = address;
   device.protocol = "dcon";
-  device.options = config::DefaultOptions(DconProtocol());
+  device.options = config::DefaultOptions(protocols::DconProtocol());
   device.options.Set("checksum", checksum);
   config::Point& input = device.points.emplace_back();
   input.name = "input";
@@ -37,7 +37,7 @@ config::Device Module(const std::string& address, bool checksum) {
 /// within 10 s is what had come by then.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
-  catalog.protocols["dcon"] = &DconProtocol();
+  catalog.protocols["dcon"] = &protocols::DconProtocol();
   asio::io_context io{1};
   const auto twins = SimulateLine(io, line, catalog, {});
   if (!twins) return {twins.error()};
@@ -76,7 +76,7 @@ TEST(LineTwins, EachAnswersInItsOwnChecksumModeWhateverTheirOrder) {
 
 /// "0x1" is 1 in another spelling.
 TEST(FreeAddress, IsTheLowestThatNobodyHas) {
-  Protocol numbers = ToyProtocol();
+  protocols::Protocol numbers = ToyProtocol();
   numbers.canonical_address = [](std::string_view address) -> Result<std::string> {
     if (address == "0x1") return std::string("1");
     return std::string(address);
@@ -92,7 +92,7 @@ TEST(FreeAddress, IsTheLowestThatNobodyHas) {
 }
 
 TEST(FreeAddress, IsNoneWhereNoOtherIsValid) {
-  Protocol lonely = ToyProtocol();
+  protocols::Protocol lonely = ToyProtocol();
   lonely.canonical_address = [](std::string_view address) {
     return address == "1" ? Result<std::string>("1") : Error{"there is only one"};
   };
@@ -102,4 +102,4 @@ TEST(FreeAddress, IsNoneWhereNoOtherIsValid) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -26,7 +26,7 @@
 #include "transports/parity.h"
 #include "transports/serial_settings.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -171,12 +171,12 @@ TEST(PtySettings, SayWhatAReaderHasSetAsFarAsThePtyKeepsIt) {
   ASSERT_GE(slave, 0);
   for (const auto& device : {Serial(9600, 7, Parity::even), Serial(19200, 8, Parity::odd),
                              Serial(300, 8, Parity::none)}) {
-    ASSERT_TRUE(SetPtyFormat(pty->master(), device));
-    EXPECT_EQ(ReadPtyFormat(pty->master(), device).ToString(), device.ToString());
+    ASSERT_TRUE(transports::SetPtyFormat(pty->master(), device));
+    EXPECT_EQ(transports::ReadPtyFormat(pty->master(), device).ToString(), device.ToString());
     for (const auto& user : {Serial(9600, 8, Parity::none), Serial(115200, 8, Parity::even),
                              Serial(4800, 8, Parity::odd)}) {
-      ASSERT_TRUE(ApplySerialSettings(slave, user, "pty"));
-      const auto seen = ReadPtyFormat(pty->master(), device);
+      ASSERT_TRUE(transports::ApplySerialSettings(slave, user, "pty"));
+      const auto seen = transports::ReadPtyFormat(pty->master(), device);
       EXPECT_EQ(seen.baud, user.baud);
       EXPECT_EQ(seen.parity, user.parity) << user.ToString() << " at " << device.ToString();
     }
@@ -189,12 +189,12 @@ TEST(PtySettings, AReaderThatHangsUpSetsNoRate) {
   auto pty = Pty::Create();
   ASSERT_TRUE(pty) << pty.error();
   const auto device = Serial(19200, 8, Parity::none);
-  ASSERT_TRUE(SetPtyFormat(pty->master(), device));
+  ASSERT_TRUE(transports::SetPtyFormat(pty->master(), device));
   termios mode{};
   ASSERT_EQ(tcgetattr(pty->master(), &mode), 0);
   cfsetospeed(&mode, B0);
   ASSERT_EQ(tcsetattr(pty->master(), TCSANOW, &mode), 0);
-  EXPECT_EQ(ReadPtyFormat(pty->master(), device).baud, 19200);
+  EXPECT_EQ(transports::ReadPtyFormat(pty->master(), device).baud, 19200);
 }
 
 class Bench : public ::testing::Test {
@@ -234,7 +234,7 @@ class Bench : public ::testing::Test {
   }
 
   asio::io_context io_{1};
-  const Protocol toy_ = ToyProtocol();
+  const protocols::Protocol toy_ = ToyProtocol();
   std::unique_ptr<Simulator> simulator_;
   int fd_ = -1;
 };
@@ -252,7 +252,7 @@ TEST_F(Bench, AReaderThatSetsTheRightBitRateOrNoneIsUnderstood) {
   Open();
   const std::string reply = Ask(kProbe);
   EXPECT_FALSE(reply.empty());
-  ASSERT_TRUE(ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
+  ASSERT_TRUE(transports::ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
   EXPECT_EQ(Ask(kProbe), reply);
 }
 
@@ -262,12 +262,12 @@ TEST_F(Bench, AReaderWithAnotherBitRateOrParityGetsGarbage) {
   const std::string reply = Ask(kProbe);
   for (const auto& wrong : {Serial(19200, 8, Parity::none), Serial(1200, 8, Parity::none),
                             Serial(9600, 8, Parity::odd), Serial(9600, 8, Parity::even)}) {
-    ASSERT_TRUE(ApplySerialSettings(fd_, wrong, "pty"));
+    ASSERT_TRUE(transports::ApplySerialSettings(fd_, wrong, "pty"));
     const std::string heard = Ask(kProbe, false);
     EXPECT_FALSE(heard.empty()) << wrong.ToString();
     EXPECT_NE(heard, reply.substr(0, heard.size())) << wrong.ToString();
   }
-  ASSERT_TRUE(ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
+  ASSERT_TRUE(transports::ApplySerialSettings(fd_, Serial(9600, 8, Parity::none), "pty"));
   EXPECT_TRUE(Ask(kProbe).ends_with(reply)) << "behind what was still on its way";
 }
 
@@ -357,7 +357,7 @@ TEST(Uart, SevenBitsWithParityAreEightWithout) {
   const auto eight = Format(9600, 8, Parity::none);
   Bytes with_parity;
   for (const std::uint8_t byte : Alphabet(7)) {
-    with_parity.push_back(WithParity(byte, Parity::even));
+    with_parity.push_back(transports::WithParity(byte, Parity::even));
   }
   EXPECT_EQ(ReceiveAs(eight, Alphabet(7), seven).bytes, with_parity);
   const Received back = ReceiveAs(seven, with_parity, eight);
@@ -366,4 +366,4 @@ TEST(Uart, SevenBitsWithParityAreEightWithout) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

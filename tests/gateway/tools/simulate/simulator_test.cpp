@@ -19,15 +19,15 @@
 #include "gateway/base/text.h"
 #include "tests/protocols/runs/rig.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 constexpr Duration kPatience = 20s;
 constexpr std::size_t kMostRequests = 8;
 
 /// What a line asks first: different requests of one protocol, as its conversation makes them.
-std::vector<std::string> RequestsOf(const Setup& setup) {
-  Rig rig(setup);
+std::vector<std::string> RequestsOf(const protocols::Setup& setup) {
+  protocols::Rig rig(setup);
   rig.LearnTruth();
   std::vector<std::string> requests;
   for (const auto& sent : rig->sent) {
@@ -49,7 +49,7 @@ class SimulatorTest : public ::testing::Test {
     simulator_.reset();
   }
 
-  void Inhabit(const baudgate::Setup& setup, const SimulatorOptions& options = {}) {
+  void Inhabit(const protocols::Setup& setup, const SimulatorOptions& options = {}) {
     Leave();
     auto simulator = Simulator::Create(io_, *setup.protocol, LineOf(setup).devices, options);
     ASSERT_TRUE(simulator) << simulator.error();
@@ -59,7 +59,7 @@ class SimulatorTest : public ::testing::Test {
   }
 
   /// A character takes ten seconds, so no silence is ever long enough to end a request.
-  void InhabitWithoutSilence(const baudgate::Setup& setup) {
+  void InhabitWithoutSilence(const protocols::Setup& setup) {
     SimulatorOptions options;
     options.pace = setup.serial;
     options.pace->baud = 1;
@@ -84,7 +84,7 @@ class SimulatorTest : public ::testing::Test {
 };
 
 class RealSimulatorTest : public SimulatorTest,
-                          public ::testing::WithParamInterface<baudgate::Setup> {};
+                          public ::testing::WithParamInterface<protocols::Setup> {};
 
 TEST_P(RealSimulatorTest, RequestsInPiecesAreAnswered) {
   for (const std::string& request : RequestsOf(GetParam())) {
@@ -128,7 +128,8 @@ TEST_P(RealSimulatorTest, ARequestThatStoppedIsForgotten) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Real, RealSimulatorTest, ::testing::ValuesIn(RealLines()), SetupName);
+INSTANTIATE_TEST_SUITE_P(Real, RealSimulatorTest, ::testing::ValuesIn(protocols::RealLines()),
+                         protocols::SetupName);
 
 TEST_F(SimulatorTest, ARequestThatOnlySilenceEndsIsTakenAtOnceWhenItIsWhole) {
   Bytes request{0xC8, 0x7E};  // a code that no table lists
@@ -136,7 +137,7 @@ TEST_F(SimulatorTest, ARequestThatOnlySilenceEndsIsTakenAtOnceWhenItIsWhole) {
   request.push_back(static_cast<std::uint8_t>(check & 0xFFU));
   request.push_back(static_cast<std::uint8_t>(check >> 8U));
   for (const std::size_t piece : {request.size(), std::size_t{1}}) {
-    InhabitWithoutSilence(RealLine("Set4tm9600"));
+    InhabitWithoutSilence(protocols::RealLine("Set4tm9600"));
     for (std::size_t at = 0; at < request.size(); at += piece) {
       Write(AsText(View(request).subspan(at, piece)));
       io_.run_for(1ms);
@@ -146,4 +147,4 @@ TEST_F(SimulatorTest, ARequestThatOnlySilenceEndsIsTakenAtOnceWhenItIsWhole) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

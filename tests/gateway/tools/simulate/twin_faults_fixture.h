@@ -12,7 +12,7 @@
 #include "gateway/tools/simulate/twin_faults.h"
 #include "tests/support/toy_protocol.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 
 inline constexpr Instant kStart = Instant() + 1h;
 inline const Bytes kRequest = ToBytes("?A1\r");
@@ -52,4 +52,4 @@ inline std::vector<std::string> Said(TwinFaults& faults, Duration since_start = 
   return Shown(faults.Deliver(kRequest, reply, kStart + since_start));
 }
 
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -11,7 +11,7 @@
 
 #include "tests/gateway/tools/simulate/twin_faults_fixture.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::ElementsAre;
@@ -299,4 +299,4 @@ TEST(FaultText, ErrorsSayWhatMayStandThere) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

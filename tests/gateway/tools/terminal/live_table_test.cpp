@@ -12,7 +12,7 @@
 #include "gateway/base/shown.h"
 #include "gateway/tools/terminal/tables.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::HasSubstr;
@@ -147,7 +147,7 @@ TEST(ColumnLayout, IsThatOfBothKindsOfTables) {
   std::ostringstream out;
   StreamTable stream({{"point", 36}, {"count", 8, true}, {"reason"}}, 30);
   stream.Print({{"bay-1.a", "12", "one two three four five six"}}, out);
-  config::TextTable table({"point", "none", "text"});
+  TextTable table({"point", "none", "text"});
   table.Add({"a", "", "one two three four five six seven"});
   table.PrintAligned(out, "  ", 24);
   EXPECT_EQ(out.str(),
@@ -250,4 +250,4 @@ TEST(Wrap, IndentsFurtherLines) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

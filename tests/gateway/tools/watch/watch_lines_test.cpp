@@ -18,7 +18,7 @@
 #include "gateway/tools/watch/point_image.h"
 #include "gateway/tools/watch/restarting_child.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 PointEvent Reading() {
@@ -375,4 +375,4 @@ TEST(Publishers, SeqBeginsAnewAfterANewStart) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

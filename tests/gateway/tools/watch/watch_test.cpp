@@ -17,7 +17,7 @@
 #include "tests/gateway/outputs/dds/fixture.h"
 #include "tests/gateway/outputs/dds/raw_writer.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::HasSubstr;
@@ -85,7 +85,7 @@ class WatchTest : public ::testing::Test {
   }
 
   const config::Config config_ = Config();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 
@@ -251,4 +251,4 @@ TEST(Watch, AnInterfaceThatIsNotOursIsAnError) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -10,17 +10,16 @@
 #include "tests/gateway/outputs/fake_output.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::dds {
 namespace {
 
-using dds::LinkState;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 LinkState Up() {
   LinkState state;
   state.phase = LinkState::Phase::up;
-  state.heard = kNow.instant - 300ms;
+  state.heard = status::kNow.instant - 300ms;
   state.subscribers = {.points = 3, .events = 1};
   state.written = 1234;
   return state;
@@ -30,26 +29,27 @@ LinkState Lost() {
   LinkState state = Up();
   state.phase = LinkState::Phase::waiting;
   state.reason = "was ended by signal 6";
-  state.next_start = kNow.instant + 2s;
+  state.next_start = status::kNow.instant + 2s;
   state.times_lost = 3;
   state.subscribers = {};
   return state;
 }
 
 std::string Shown(const LinkState& state, const std::string& target = {}) {
-  const config::Config config = TwoLines();
-  PointStore store(config);
-  OutputList outputs;
-  outputs.push_back(std::make_unique<FakeOutput>("dds", DdsJson(0, state, kNow.instant)));
-  const GatewayInfo info{"1.2.3", kStarted, &outputs};
-  std::optional<Target> found;
-  if (!target.empty()) found = FindTarget(config, target).value();
-  return RenderStatus(StatusJson(config, store, info, found, kNow), target, {});
+  const config::Config config = status::TwoLines();
+  bus::PointStore store(config);
+  outputs::OutputList outputs;
+  outputs.push_back(
+      std::make_unique<outputs::FakeOutput>("dds", DdsJson(0, state, status::kNow.instant)));
+  const status::GatewayInfo info{"1.2.3", status::kStarted, &outputs};
+  std::optional<status::Target> found;
+  if (!target.empty()) found = status::FindTarget(config, target).value();
+  return tools::RenderStatus(StatusJson(config, store, info, found, status::kNow), target, {});
 }
 
 TEST(DdsJson, Fields) {
   EXPECT_EQ(
-      DdsJson(7, Up(), kNow.instant).dump(),
+      DdsJson(7, Up(), status::kNow.instant).dump(),
       R"({"domain":7,"state":"up","subscribers":3,)"
       R"("readers":{"points":3,"devices":0,"events":1,"alarms":0},"samples":1234,"refused":0,)"
       R"("times_lost":0,"last_end":null,"heard_ms":300,"next_start_ms":null,)"
@@ -57,7 +57,7 @@ TEST(DdsJson, Fields) {
       R"("vendor_submessage":0,"data":0,"parameters":0,"numbers":0,"window":0,"security":0,)"
       R"("participants":0,"address":0,"endpoints":0,"secured":0,"clear_text":0,)"
       R"("handshakes":0},"participants":0,"text":""},"advice":[]})");
-  const auto lost = DdsJson(7, Lost(), kNow.instant);
+  const auto lost = DdsJson(7, Lost(), status::kNow.instant);
   EXPECT_EQ(lost["state"], "waiting");
   EXPECT_EQ(lost["heard_ms"], nullptr);
   EXPECT_EQ(lost["next_start_ms"], 2000);
@@ -77,7 +77,7 @@ TEST(DdsJson, OneLineWhenAllIsWell) {
 TEST(DdsJson, NamesSubscribersThatCanGetNothing) {
   LinkState state = Up();
   state.remarks = {"10.0.0.9 was heard and cannot be answered"};
-  EXPECT_EQ(DdsJson(7, state, kNow.instant)["advice"].dump(),
+  EXPECT_EQ(DdsJson(7, state, status::kNow.instant)["advice"].dump(),
             R"(["10.0.0.9 was heard and cannot be answered"])");
   EXPECT_THAT(Shown(state), HasSubstr("10.0.0.9 was heard and cannot be answered"));
 }
@@ -91,7 +91,7 @@ LinkState Attacked(LinkState state) {
 }
 
 TEST(DdsJson, WhatWasRefusedAndWhy) {
-  const auto json = DdsJson(7, Attacked(Up()), kNow.instant)["datagrams"];
+  const auto json = DdsJson(7, Attacked(Up()), status::kNow.instant)["datagrams"];
   EXPECT_EQ(json["let_in"], 12345);
   EXPECT_EQ(json["participants"], 4);
   EXPECT_EQ(json["refused"]["fragment"], 38);
@@ -107,13 +107,13 @@ TEST(DdsJson, WhatWasRefusedAndWhy) {
 }
 
 TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
-  EXPECT_EQ(DdsJson(7, Up(), kNow.instant)["requests"], nullptr);
+  EXPECT_EQ(DdsJson(7, Up(), status::kNow.instant)["requests"], nullptr);
   LinkState state = Up();
   state.requests = 1;
   EXPECT_THAT(Shown(state), HasSubstr(" samples\nDDS took 1 write request\n"));
   state.requests = 12;
   state.requests_dropped = 3;
-  const auto json = DdsJson(7, state, kNow.instant)["requests"];
+  const auto json = DdsJson(7, state, status::kNow.instant)["requests"];
   EXPECT_EQ(json["taken"], 12);
   EXPECT_EQ(json["dropped"], 3);
   EXPECT_THAT(Shown(Attacked(state)),
@@ -132,7 +132,7 @@ TEST(DdsJson, ASentenceWhenItIsNot) {
   EXPECT_THAT(Shown(Lost()), Not(HasSubstr("DDS domain")));
   LinkState silent = Up();
   silent.phase = LinkState::Phase::silent;
-  silent.heard = kNow.instant - 5s;
+  silent.heard = status::kNow.instant - 5s;
   EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has been opening DDS for 5.0 s; "));
   silent.opened = true;
   EXPECT_THAT(Shown(silent), HasSubstr("\nDDS: the process has not read for 5.0 s\n"));
@@ -141,14 +141,15 @@ TEST(DdsJson, ASentenceWhenItIsNot) {
 }
 
 TEST(DdsJson, NothingWhereItIsOff) {
-  const config::Config config = TwoLines();
-  PointStore store(config);
-  OutputList outputs;
-  outputs.push_back(std::make_unique<FakeOutput>("dds", nullptr));
-  const Json status = StatusJson(config, store, {"1.2.3", kStarted, &outputs}, std::nullopt, kNow);
+  const config::Config config = status::TwoLines();
+  bus::PointStore store(config);
+  outputs::OutputList outputs;
+  outputs.push_back(std::make_unique<outputs::FakeOutput>("dds", nullptr));
+  const status::Json status = status::StatusJson(
+      config, store, {"1.2.3", status::kStarted, &outputs}, std::nullopt, status::kNow);
   EXPECT_EQ(status.at("dds"), nullptr);
-  EXPECT_THAT(RenderStatus(status, {}, {}), Not(HasSubstr("DDS")));
+  EXPECT_THAT(tools::RenderStatus(status, {}, {}), Not(HasSubstr("DDS")));
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::dds

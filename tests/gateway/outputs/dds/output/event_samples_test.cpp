@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace baudgate {
+namespace baudgate::dds {
 namespace {
 
 events::EventRecord Event(std::int64_t seq, const std::string& line, const std::string& device) {
@@ -90,4 +90,4 @@ TEST(EventSamples, AreAlarmsAsTheyAreNow) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::dds

@@ -45,12 +45,12 @@ class WriteServiceTest : public ::testing::Test {
   }
 
   const config::Config config_ = ServiceConfig();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   KeepingSink sink_;
   std::vector<ReplySample> replies_;
   std::vector<std::pair<WriteService::Ticket, WriteResult>> ended_;
   Now now_{Instant(1h), testing::kAsked};
-  std::optional<PastRequests> past_ = PastRequests();
+  std::optional<bus::PastRequests> past_ = bus::PastRequests();
   WriteService service_{config_,
                         store_,
                         sink_,
@@ -64,7 +64,7 @@ class WriteServiceTest : public ::testing::Test {
 TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsEndIsTheReply) {
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)), ReplySample()) << "not before the device has confirmed";
   ASSERT_THAT(sink_.commands, SizeIs(1));
-  const WriteCommand& command = sink_.commands[0];
+  const bus::WriteCommand& command = sink_.commands[0];
   EXPECT_EQ(command.client, kClient);
   EXPECT_EQ(command.deadline, now_.instant + 5s);
   ASSERT_THAT(command.writes(), SizeIs(1));
@@ -122,7 +122,7 @@ TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
 TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
   past_.reset();
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "busy");
-  past_ = PastRequests{{{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}}, true};
+  past_ = bus::PastRequests{{{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}}, true};
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "ok");
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
@@ -165,7 +165,7 @@ TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {
               HasSubstr("not a number"));
   EXPECT_THAT(sink_.commands, IsEmpty());
   ASSERT_THAT(sink_.denied, SizeIs(4));
-  for (const DeniedWrite& denied : sink_.denied) {
+  for (const bus::DeniedWrite& denied : sink_.denied) {
     EXPECT_EQ(denied.client, kClient);
     EXPECT_FALSE(denied.reason.empty());
   }
@@ -315,9 +315,9 @@ class PlayedWriter : public SampleWriter {
 };
 
 /// Confirms at once, on the thread that asks.
-class ConfirmingSink final : public CommandSink {
+class ConfirmingSink final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand command) override {
+  bool Submit(bus::WriteCommand command) override {
     ++done;
     command.done({WriteEnd::ok});
     return true;
@@ -334,7 +334,7 @@ WriteArrival AskNow(std::uint64_t seq, const std::string& point, double value) {
 class DdsWritesTest : public ::testing::Test {
  protected:
   const config::Config config_ = ServiceConfig();
-  PointStore store_{config_};
+  bus::PointStore store_{config_};
   ConfirmingSink sink_;
   std::shared_ptr<PlayedWriter> writer_ = std::make_shared<PlayedWriter>();
   DdsWrites writes_{config_, store_, sink_, {}, writer_};

@@ -58,7 +58,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
 
   void Update(std::uint32_t index, Value value, Quality quality = Quality::good,
               Instant at = kStart) {
-    const Sample sample{index, std::move(value), quality};
+    const bus::Sample sample{index, std::move(value), quality};
     store_->Update(0, std::span(&sample, 1), {at, {}}, 3ms);
   }
   void UpdateAll(Instant at = kStart) {
@@ -76,8 +76,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
 
   bool Refresh(Instant now, std::size_t asked = kAll) {
     bool fresh = false;
-    store_->Read(0,
-                 [&](const DeviceRecord& record) { fresh = image_->Refresh(record, now, asked); });
+    store_->Read(
+        0, [&](const bus::DeviceRecord& record) { fresh = image_->Refresh(record, now, asked); });
     return fresh;
   }
 
@@ -88,7 +88,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     Answer answer;
     answer.exception = PlanRead(map_->unit(1), table, start, count, pieces);
     if (answer.exception != kNoException) return answer;
-    store_->Read(0, [&](const DeviceRecord& record) {
+    store_->Read(0, [&](const bus::DeviceRecord& record) {
       if constexpr (std::is_same_v<Word, std::uint8_t>) {
         answer.exception = FillBits(record, pieces, now, out);
       } else {
@@ -137,7 +137,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
 
   config::Config config_;
   std::optional<RegisterMap> map_;
-  std::optional<PointStore> store_;
+  std::optional<bus::PointStore> store_;
   std::optional<RegisterImage> image_;
 };
 
@@ -184,10 +184,10 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
   Update(3, std::int64_t{66});
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart);
-  for (const Override why :
-       {Override(Quality::bad_out_of_service), Override(Quality::bad_not_connected),
-        Override(Quality::bad_communication), Override(QualityOfDevice(Reason::swapped)),
-        Override()}) {
+  for (const bus::Override why :
+       {bus::Override(Quality::bad_out_of_service), bus::Override(Quality::bad_not_connected),
+        bus::Override(Quality::bad_communication), bus::Override(QualityOfDevice(Reason::swapped)),
+        bus::Override()}) {
     store_->SetOverride(0, why);
     EXPECT_FALSE(Refresh(kStart, 0));
     Compare(kStart);
@@ -204,7 +204,7 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
 TEST_P(RegisterImageTest, WhatChangesNoValueLeavesItFresh) {
   UpdateAll();
   Compare(kStart);
-  store_->UpdateStatus(0, [](DeviceStatus& status) { ++status.exchanges; });
+  store_->UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
   store_->SetLineCycle(0, 1ms, kStart);  // still below the limits of age
   EXPECT_TRUE(Refresh(kStart, 0));
 }
@@ -243,7 +243,7 @@ class RegisterContentsTest : public testing::Test {
   config::Point& point(std::size_t index) { return config_.lines[0].devices[0].points[index]; }
 
   void Update(std::uint32_t index, Value value, Quality quality = Quality::good) {
-    const Sample sample{index, std::move(value), quality};
+    const bus::Sample sample{index, std::move(value), quality};
     store_->Update(0, std::span(&sample, 1), {kStart, {}}, 3ms);
   }
   void UpdateAll() {
@@ -260,7 +260,7 @@ class RegisterContentsTest : public testing::Test {
     std::vector<Piece> pieces;
     exception_ = PlanRead(map_->unit(1), Table::registers, start, count, pieces);
     if (exception_ == kNoException) {
-      store_->Read(0, [&](const DeviceRecord& record) {
+      store_->Read(0, [&](const bus::DeviceRecord& record) {
         exception_ = FillRegisters(record, pieces, now, out);
       });
     }
@@ -273,8 +273,9 @@ class RegisterContentsTest : public testing::Test {
     std::vector<Piece> pieces;
     exception_ = PlanRead(map_->unit(1), Table::bits, start, count, pieces);
     if (exception_ == kNoException) {
-      store_->Read(
-          0, [&](const DeviceRecord& record) { exception_ = FillBits(record, pieces, now, out); });
+      store_->Read(0, [&](const bus::DeviceRecord& record) {
+        exception_ = FillBits(record, pieces, now, out);
+      });
     }
     if (exception_ != kNoException) return {};
     return {out.begin(), out.end()};
@@ -282,7 +283,7 @@ class RegisterContentsTest : public testing::Test {
 
   config::Config config_;
   std::optional<RegisterMap> map_;
-  std::optional<PointStore> store_;
+  std::optional<bus::PointStore> store_;
   ExceptionCode exception_ = kNoException;
 };
 
@@ -330,7 +331,7 @@ TEST_F(RegisterContentsTest, AgeingIsUncertainFirstAndThenAnException) {
 
 TEST_F(RegisterContentsTest, EveryOverrideIsAnException) {
   UpdateAll();
-  const std::pair<Override, std::uint16_t> cases[] = {
+  const std::pair<bus::Override, std::uint16_t> cases[] = {
       {Quality(Quality::bad_out_of_service), 0x1C},
       {Quality(Quality::bad_not_connected), 0x08},
       {Quality(Quality::bad_communication), 0x18},
@@ -420,8 +421,8 @@ TEST_F(NanImageTest, FloatsAndTextsHaveOneIntegersHaveNot) {
 
 TEST_F(RegisterContentsTest, StatusBlockIsServedWhateverTheDeviceDoes) {
   EXPECT_EQ(Read(9000, 4), (Registers{0, 0, 0xFFFF, 0xFFFF}));
-  store_->UpdateStatus(0, [](DeviceStatus& status) {
-    status.state = DeviceState::degraded;
+  store_->UpdateStatus(0, [](bus::DeviceStatus& status) {
+    status.state = bus::DeviceState::degraded;
     status.last_outcome = Outcome::corrupt;
     status.last_ok = kStart - 70s;
     status.exchanges = 0x10002;
@@ -448,12 +449,12 @@ TEST_F(RegisterContentsTest, HolesReadZero) {
   UpdateAll();
   std::vector<std::uint16_t> out(3, 0xEEEE);
   const Piece hole{Area::hole, 0, 1, 2};
-  store_->Read(0, [&](const DeviceRecord& record) {
+  store_->Read(0, [&](const bus::DeviceRecord& record) {
     EXPECT_EQ(FillRegisters(record, std::span(&hole, 1), kStart, out), kNoException);
   });
   EXPECT_EQ(out, (std::vector<std::uint16_t>{0xEEEE, 0, 0}));
   std::vector<std::uint8_t> bits(3, 0xEE);
-  store_->Read(0, [&](const DeviceRecord& record) {
+  store_->Read(0, [&](const bus::DeviceRecord& record) {
     EXPECT_EQ(FillBits(record, std::span(&hole, 1), kStart, bits), kNoException);
   });
   EXPECT_EQ(bits, (std::vector<std::uint8_t>{0xEE, 0, 0}));

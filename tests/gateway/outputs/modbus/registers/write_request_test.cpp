@@ -37,7 +37,7 @@ class WriteRequestTest : public testing::Test {
   }
 
   config::Config config_;
-  std::vector<WriteAsk::Part> parts_;
+  std::vector<bus::WriteAsk::Part> parts_;
 };
 
 /// The first value is good, and is not written either.

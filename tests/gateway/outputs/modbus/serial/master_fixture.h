@@ -19,22 +19,22 @@
 
 namespace baudgate::modbus {
 
-class KeepingTarget final : public RouteTarget {
+class KeepingTarget final : public bus::RouteTarget {
  public:
-  bool Submit(RoutedRequest request) override {
+  bool Submit(bus::RoutedRequest request) override {
     requests.push_back(std::move(request));
     return true;
   }
   void Abandon(std::uint64_t) override { ++forgotten; }
 
   void Answer(std::size_t number, const std::string& pdu) {
-    RoutedReply reply;
+    bus::RoutedReply reply;
     reply.outcome = Outcome::ok;
     reply.pdu = ParseHex(pdu).value();
     reply.sent = true;
     requests.at(number).done(std::move(reply));
   }
-  std::vector<RoutedRequest> requests;
+  std::vector<bus::RoutedRequest> requests;
   int forgotten = 0;
 };
 
@@ -58,11 +58,11 @@ class MasterTest : public testing::Test {
 
   void MakeShared(const Now& now) {
     store_.emplace(config_);
-    const Sample samples[] = {{0, std::int64_t{-2}, Quality::good}};
+    const bus::Sample samples[] = {{0, std::int64_t{-2}, Quality::good}};
     store_->Update(0, samples, now, 5ms);
     ModbusLinks links;
     links.lines = {&target_};
-    links.frames = {&ModbusRtuProtocol(), &ModbusAsciiProtocol()};
+    links.frames = {&protocols::ModbusRtuProtocol(), &protocols::ModbusAsciiProtocol()};
     shared_.emplace(
         config_, *store_, sink_, [] { return GatewayFigures{}; }, ModbusLimits{}, links);
   }
@@ -70,16 +70,16 @@ class MasterTest : public testing::Test {
   ClientStatus Client() const { return shared_->book()->Status({}).clients.at(0); }
 
   static Bytes Rtu(std::uint8_t unit, const std::string& pdu) {
-    return ModbusRtuProtocol().carrier->wrap(unit, ParseHex(pdu).value());
+    return protocols::ModbusRtuProtocol().carrier->wrap(unit, ParseHex(pdu).value());
   }
   static Bytes Ascii(std::uint8_t unit, const std::string& pdu) {
-    return ModbusAsciiProtocol().carrier->wrap(unit, ParseHex(pdu).value());
+    return protocols::ModbusAsciiProtocol().carrier->wrap(unit, ParseHex(pdu).value());
   }
 
   asio::io_context io_;
   config::Config config_ =
       MakeConfig({MakeDevice(1, {MakePoint(config::Type::int16, 0, config::Access::read_write)})});
-  std::optional<PointStore> store_;
+  std::optional<bus::PointStore> store_;
   KeepingSink sink_;
   KeepingTarget target_;
   std::optional<ServerShared> shared_;

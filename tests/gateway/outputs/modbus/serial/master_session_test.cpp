@@ -193,7 +193,8 @@ TEST_F(MasterSessionTest, AReplyKeepsTheQuietOfTheBus) {
   Say(1, "03 00 00 00 01");
   const Instant asked = now_.instant;
   Expect(1, "03 02 FF FE");
-  EXPECT_EQ(sent_at_.at(0) - asked, ModbusRtuProtocol().timing(listener().serial).quiet.value());
+  EXPECT_EQ(sent_at_.at(0) - asked,
+            protocols::ModbusRtuProtocol().timing(listener().serial).quiet.value());
   EXPECT_GE(sent_at_.at(0) - asked, LineTime(7) / 2) << "3.5 characters";
 }
 

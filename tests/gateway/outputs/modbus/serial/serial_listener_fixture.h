@@ -31,7 +31,7 @@ class SerialListenerTest : public MasterTest {
   }
 
   void PlugIn() {
-    auto pty = Pty::Create(listener().path);
+    auto pty = tools::Pty::Create(listener().path);
     ASSERT_TRUE(pty.ok()) << pty.error();
     pty_.emplace(std::move(*pty));
     master_.emplace(Descriptor(io_, pty_->TakeMaster()));
@@ -72,7 +72,7 @@ class SerialListenerTest : public MasterTest {
 
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::filesystem::path folder_;
-  std::optional<Pty> pty_;
+  std::optional<tools::Pty> pty_;
   std::optional<test::FarEnd<Descriptor>> master_;
   std::shared_ptr<SerialListener> serial_;
   std::size_t heard_ = 0;

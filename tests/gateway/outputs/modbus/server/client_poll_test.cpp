@@ -148,7 +148,7 @@ class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
   }
 
   void Connect() {
-    links_.frames.rtu = &ModbusRtuProtocol();
+    links_.frames.rtu = &protocols::ModbusRtuProtocol();
     MakeShared();
     ASSERT_TRUE(clients_->Open().ok());
     clients_->Start();
@@ -222,7 +222,8 @@ TEST_F(ClientSessionTest, AClientThatWaitsForARouteIsNotIdle) {
 TEST_F(ClientSessionTest, HalfAnRtuFrameIsDroppedAfter50Milliseconds) {
   listener().framing = Framing::rtu;
   Connect();
-  const Bytes request = ModbusRtuProtocol().carrier->wrap(1, ParseHex(kReadFirst).value());
+  const Bytes request =
+      protocols::ModbusRtuProtocol().carrier->wrap(1, ParseHex(kReadFirst).value());
   const Bytes half(request.begin(), request.begin() + 4);
   Say(half);
   Sweep(49ms);
@@ -278,7 +279,7 @@ TEST_F(LibmodbusTest, ReadsTheLargestBlocks) {
   for (std::uint16_t i = 0; i < 2000; ++i) points.push_back(MakePoint(Type::boolean, i));
   config_.lines[0].devices.push_back(MakeDevice(2, points));
   StartServer();
-  std::vector<Sample> samples;
+  std::vector<bus::Sample> samples;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     samples.push_back({i, std::int64_t{i < 125 ? i : i % 3}, Quality::good});
   }

@@ -21,9 +21,9 @@
 namespace baudgate::modbus {
 
 /// Keeps commands until the test answers them, or answers at once, or is full.
-class ScriptedSink : public CommandSink {
+class ScriptedSink : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand command) override {
+  bool Submit(bus::WriteCommand command) override {
     std::unique_lock lock(mutex_);
     if (full) return false;
     if (answer) {
@@ -40,7 +40,7 @@ class ScriptedSink : public CommandSink {
   }
 
   /// Waits for the command with this number; the test's own timeout is the bound.
-  WriteCommand Wait(std::size_t number) {
+  bus::WriteCommand Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return commands_.size() > number; });
     return commands_[number];
@@ -59,7 +59,7 @@ class ScriptedSink : public CommandSink {
  private:
   std::mutex mutex_;
   std::condition_variable arrived_;
-  std::vector<WriteCommand> commands_;
+  std::vector<bus::WriteCommand> commands_;
 };
 
 /// The PDU of the answer to one request; empty when the server has closed.
@@ -90,10 +90,10 @@ class ServerTest : public testing::Test {
 
   void StartServer(ModbusLimits limits = {}) {
     store_.emplace(config_);
-    const Sample samples[] = {{0, std::int64_t{-2}, Quality::good},
-                              {1, 123456.0, Quality::good},
-                              {3, true, Quality::good},
-                              {4, false, Quality::good}};
+    const bus::Sample samples[] = {{0, std::int64_t{-2}, Quality::good},
+                                   {1, 123456.0, Quality::good},
+                                   {3, true, Quality::good},
+                                   {4, false, Quality::good}};
     store_->Update(0, samples, ReadClocks(), 5ms);
     server_.emplace(
         config_, *store_, sink_, [] { return GatewayFigures{0, 1, 0, 90s, 1, 1, 1, 1}; }, limits,
@@ -114,7 +114,7 @@ class ServerTest : public testing::Test {
   ScriptedSink sink_;
   ModbusLinks links_;
   config::Config config_;
-  std::optional<PointStore> store_;
+  std::optional<bus::PointStore> store_;
   asio::io_context io_;
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::optional<ModbusServer> server_;

@@ -220,7 +220,7 @@ TEST_F(RenewalTest, ARequestUnderWayEndsAtItsOwnRouteAlsoWhenThatIsGone) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(20, kRead, 1));
-  const RoutedRequest under_way = drive_.Wait(0);
+  const bus::RoutedRequest under_way = drive_.Wait(0);
   next_.modbus.routes.erase(next_.modbus.routes.begin());
   Renewal renewal = Same(2, 0);
   renewal.routes = {1};

@@ -42,7 +42,7 @@ TEST_F(RouteTest, RepliesComeInTheOrderOfCompletion) {
 
 TEST_F(RouteTest, TheLongestAduPassesBothWaysInEveryCut) {
   Add(1, 20, 20);
-  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   StartServer();
   const RawClient client = Connect();
   Bytes pdu(253, 0x5A);
@@ -58,7 +58,7 @@ TEST_F(RouteTest, TheLongestAduPassesBothWaysInEveryCut) {
 TEST_F(RouteTest, ASilentListenerAnswersTheNextRequest) {
   listener().errors = config::Listener::Errors::silent;
   Add(1, 20, 20);
-  drive_.answer = [](const RoutedRequest&) { return Trouble(Outcome::no_reply, "silence"); };
+  drive_.answer = [](const bus::RoutedRequest&) { return Trouble(Outcome::no_reply, "silence"); };
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(20, kRead, 1));
@@ -72,7 +72,7 @@ TEST_F(RouteTest, AClientThatLeavesIsForgotten) {
   StartServer();
   RawClient client = Connect();
   client.Send(Frame(20, kRead));
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   client.Close();
   EXPECT_EQ(drive_.WaitForgotten(0), request.client);
   request.done(GoodReply("03 02 00 00"));
@@ -85,7 +85,7 @@ TEST_F(RouteTest, TheServerMayBeGoneWhenTheSlaveAnswers) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(20, kRead));
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   StopServer();
   request.done(GoodReply("03 02 00 00"));
   EXPECT_TRUE(client.IsClosed());
@@ -181,7 +181,7 @@ TEST_F(LibmodbusRouteTest, SeesEveryExceptionOfTheGatewayAndTheSlave) {
   Add(1, 20, 20);
   Add(2, 30, 30);
   pumps_.full = true;
-  drive_.answer = [](const RoutedRequest& request) {
+  drive_.answer = [](const bus::RoutedRequest& request) {
     return request.pdu[2] == 0 ? Trouble(Outcome::no_reply, "silence") : SlaveException("83 02");
   };
   StartServer();
@@ -214,7 +214,7 @@ TEST_F(RouteTest, ARouteLeadsToAServerElsewhere) {
   }
   asio::io_context io;
   auto work = asio::make_work_guard(io);
-  const PointStore store(config);
+  const bus::PointStore store(config);
   ModbusServer front(config, store, sink_, {});
   ASSERT_TRUE(front.Listen(io).ok());
   std::thread thread([&io] { io.run(); });
@@ -243,7 +243,7 @@ class RtuOverTcpTest : public RouteTest {
   RtuOverTcpTest() { listener().framing = Framing::rtu; }
 
   static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
-    return ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
+    return protocols::ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
   }
   /// Receives as many bytes as the reply with this PDU has.
   static void ExpectReply(const RawClient& client, std::uint8_t slave, const std::string& pdu) {
@@ -288,9 +288,9 @@ TEST_F(RtuOverTcpTest, AClientThatAsksAnewHasGivenUp) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(20, "03 00 C8 00 01"));
-  const RoutedRequest first = drive_.Wait(0);
+  const bus::RoutedRequest first = drive_.Wait(0);
   client.Send(Rtu(20, "03 00 C9 00 01"));
-  const RoutedRequest second = drive_.Wait(1);
+  const bus::RoutedRequest second = drive_.Wait(1);
   EXPECT_EQ(drive_.WaitForgotten(0), first.client);
   first.done(GoodReply("03 02 00 C8"));
   second.done(GoodReply("03 02 00 C9"));
@@ -304,7 +304,7 @@ TEST_F(RtuOverTcpTest, AWriteThatWasGivenUpIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(1, "06 00 00 00 2A"));
-  const WriteCommand write = sink_.Wait(0);
+  const bus::WriteCommand write = sink_.Wait(0);
   client.Send(Rtu(1, "03 00 00 00 01"));
   ExpectReply(client, 1, "03 02 FF FE");
   write.done({});
@@ -320,7 +320,7 @@ TEST_F(RtuOverTcpTest, OfRequestsThatComeTogetherTheLastIsAnswered) {
   Append(together, View(Rtu(20, "06 00 08 00 02")));
   Append(together, View(Rtu(20, "03 00 02 00 01")));
   client.Send(together);
-  const RoutedRequest asked = drive_.Wait(0);
+  const bus::RoutedRequest asked = drive_.Wait(0);
   EXPECT_EQ(ToHex(asked.pdu), "03 00 02 00 01") << "nobody waits for those before";
   asked.done(GoodReply("03 02 00 02"));
   ExpectReply(client, 20, "03 02 00 02");
@@ -331,7 +331,7 @@ TEST_F(RtuOverTcpTest, NoAnswerGoesOutIntoTheNextRequest) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(20, "03 00 C8 00 01"));
-  const RoutedRequest first = drive_.Wait(0);
+  const bus::RoutedRequest first = drive_.Wait(0);
   const Bytes next = Rtu(1, "03 00 00 00 01");
   client.Send(View(next).first(5));
   first.done(GoodReply("03 02 00 C8"));
@@ -388,7 +388,7 @@ TEST_F(RtuOverTcpTest, AfterARequestWithoutAnswerTheNextOneComes) {
   listener().errors = config::Listener::Errors::silent;
   listener().broadcast = config::Listener::Broadcast::pass;
   Add(1, 20, 20);
-  drive_.answer = [](const RoutedRequest& request) {
+  drive_.answer = [](const bus::RoutedRequest& request) {
     return request.slave == 0 ? GoodReply(Bytes{}) : Trouble(Outcome::no_reply, "silence");
   };
   StartServer();
@@ -404,7 +404,7 @@ TEST_F(RtuOverTcpTest, AfterARequestWithoutAnswerTheNextOneComes) {
 
 TEST_F(RtuOverTcpTest, AFunctionOfUnknownLengthEndsWithSilence) {
   Add(1, 20, 20);
-  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(20, "64 DE AD BE EF 01"));
@@ -416,7 +416,7 @@ TEST_F(RtuOverTcpTest, AClientThatLeavesWhileItWaitsIsForgotten) {
   StartServer();
   RawClient client = Connect();
   client.Send(Rtu(20, kRead));
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   client.Close();
   EXPECT_EQ(drive_.WaitForgotten(0), request.client);
 }
@@ -430,7 +430,7 @@ TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndHasOneRequestUnderWay) {
   for (std::size_t i = 0; i < kMany; ++i) Append(many, View(Rtu(20, kRead)));
   client.Send(many);
   client.Send(Rtu(20, "03 00 07 00 01"));
-  RoutedRequest last = drive_.Wait(0);
+  bus::RoutedRequest last = drive_.Wait(0);
   for (std::size_t i = 1; last.pdu[2] != 7; ++i) last = drive_.Wait(i);
   EXPECT_LT(drive_.count(), kMany / 2) << "most were given up before they were looked at";
   last.done(GoodReply("03 02 00 07"));
@@ -452,11 +452,11 @@ TEST_F(RtuOverTcpTest, AWriteToUnitZeroIsNeverAnswered) {
   Add(1, 0, 0).remap = 7;
   StartServer();
   const RawClient client = Connect();
-  const RoutedReply replies[] = {GoodReply("06 00 08 00 00"), SlaveException("86 02"),
-                                 Trouble(Outcome::no_reply, "silence")};
+  const bus::RoutedReply replies[] = {GoodReply("06 00 08 00 00"), SlaveException("86 02"),
+                                      Trouble(Outcome::no_reply, "silence")};
   for (std::size_t i = 0; i < std::size(replies); ++i) {
     client.Send(Rtu(0, "06 00 08 00 00"));
-    const RoutedRequest request = drive_.Wait(i);
+    const bus::RoutedRequest request = drive_.Wait(i);
     EXPECT_EQ(request.slave, 7);
     request.done(replies[i]);
     client.Send(Rtu(1, "03 00 00 00 01"));

@@ -61,7 +61,8 @@ TEST_F(ServerTest, WritingCanBeDeniedPerListener) {
 
 TEST_F(ServerTest, StatusOfADeviceAndOfTheGateway) {
   StartServer();
-  store_->UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::online; });
+  store_->UpdateStatus(0,
+                       [](bus::DeviceStatus& status) { status.state = bus::DeviceState::online; });
   const RawClient client = Connect();
   EXPECT_EQ(Ask(client, 1, "04 23 28 00 02"), "04 04 00 01 00 00");
   const char* kGateway = "03 10 00 64 00 01 00 00 00 5A 00 01 00 01 00 01 00 01";
@@ -196,7 +197,7 @@ TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   EXPECT_EQ(Ask(client, 1, "05 00 00 FF 00"), "05 00 00 FF 00");
   EXPECT_EQ(Ask(client, 1, "05 00 00 00 00"), "05 00 00 00 00");
   EXPECT_EQ(Ask(client, 1, "0F 00 00 00 01 01 01"), "0F 00 00 00 01");
-  const WriteCommand command = sink_.Wait(1);
+  const bus::WriteCommand command = sink_.Wait(1);
   EXPECT_EQ(command.device, 0U);
   ASSERT_EQ(command.writes().size(), 1U);
   EXPECT_EQ(command.writes()[0].point, 1U);
@@ -264,7 +265,7 @@ TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
   const Instant before = ReadClocks().instant;
   EXPECT_EQ(Ask(client, 1, "06 00 00 00 01"), "86 0B");
   EXPECT_GE(ReadClocks().instant, before + 20ms);
-  const WriteCommand command = sink_.Wait(0);
+  const bus::WriteCommand command = sink_.Wait(0);
   EXPECT_GE(command.deadline, before + 20ms);
   command.done({});
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "no late answer in between";
@@ -282,7 +283,7 @@ TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
   StartServer();
   RawClient client = Connect();
   client.Send(Frame(1, "06 00 00 00 01"));
-  const WriteCommand command = sink_.Wait(0);
+  const bus::WriteCommand command = sink_.Wait(0);
   client.Send(ParseHex("00 01 12 34").value());
   ASSERT_TRUE(client.IsClosed());
   command.done({});
@@ -293,7 +294,7 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(1, "06 00 00 00 01"));
-  const WriteCommand command = sink_.Wait(0);
+  const bus::WriteCommand command = sink_.Wait(0);
   StopServer();
   command.done({});
   EXPECT_TRUE(client.IsClosed());

@@ -38,7 +38,7 @@ TEST_F(ServiceTest, EveryFunctionPassesAsItIs) {
   std::size_t number = 0;
   for (const char* pdu : kRequests) {
     EXPECT_THAT(Ask(20, pdu), IsEmpty());
-    const RoutedRequest request = drive_.Wait(number++);
+    const bus::RoutedRequest request = drive_.Wait(number++);
     EXPECT_EQ(ToHex(request.pdu), pdu);
     EXPECT_EQ(request.slave, 20);
     request.done(GoodReply(std::string(pdu).substr(0, 2) + " 55 AA"));
@@ -58,7 +58,7 @@ TEST_F(ServiceTest, TheLongestAduPassesBothWays) {
   Add(1, 20, 20);
   Bytes pdu(253);
   for (std::size_t i = 0; i < pdu.size(); ++i) pdu[i] = static_cast<std::uint8_t>(i + 0x17);
-  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   const Bytes frame = AduOf(0xBEEF, 20, pdu);
   ASSERT_EQ(frame.size(), kMaxAdu);
   EXPECT_THAT(Ask(frame), ElementsAre(ToHex(frame)));
@@ -77,7 +77,7 @@ TEST_F(ServiceTest, RemappedUnitsAreAnsweredAsTheyWereAsked) {
 TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
   Add(1, 20, 20).deadline = 700ms;
   Ask(20, kRead);
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   EXPECT_EQ(request.client, IdOf(0));
   EXPECT_NE(request.client, 0U);
   EXPECT_EQ(request.arrived, now_);
@@ -94,7 +94,7 @@ TEST_F(ServiceTest, RepliesComeInTheOrderOfCompletionWithTheirTransactionIds) {
   EXPECT_EQ(services_[0]->outstanding(), PendingRequests::kMost);
   Enter(wire_);
   for (std::size_t i = drive_.count(); i-- > 0;) {
-    const RoutedRequest request = drive_.Wait(i);
+    const bus::RoutedRequest request = drive_.Wait(i);
     request.done(GoodReply(Bytes{3, 2, 0, static_cast<std::uint8_t>(i)}));
     const auto number = static_cast<std::uint8_t>(i / 2 * 3 + i % 2);
     EXPECT_THAT(Settle(),
@@ -129,7 +129,7 @@ class RoutedEndings : public ServiceTest, public testing::WithParamInterface<Rou
 TEST_P(RoutedEndings, AreAnsweredAsTheContractSays) {
   Add(1, 20, 20);
   Ask(20, kRead);
-  RoutedReply reply = GoodReply(std::string(GetParam().pdu));
+  bus::RoutedReply reply = GoodReply(std::string(GetParam().pdu));
   reply.outcome = GetParam().outcome;
   drive_.Wait(0).done(reply);
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 0" + std::string(GetParam().answer)));
@@ -179,7 +179,7 @@ TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
 
 TEST_F(ServiceTest, PermissionIsByFunction) {
   Add(1, 20, 20);
-  drive_.answer = [](const RoutedRequest& request) { return GoodReply(request.pdu); };
+  drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   const auto allowed = [this](config::Permit permit) {
     listener().permit = permit;
     std::string codes;
@@ -235,7 +235,7 @@ TEST_F(ServiceTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
 
 TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   EXPECT_THAT(Ask(1, "06 00 00 00 07"), IsEmpty());
-  const WriteCommand write = sink_.commands.at(0);
+  const bus::WriteCommand write = sink_.commands.at(0);
   now_ = write.deadline;
   services_[0]->Sweep(Clocks());
   EXPECT_THAT(Settle(), IsEmpty()) << "the line's own answer still has its chance";
@@ -273,7 +273,7 @@ TEST_F(ServiceTest, TheSoonestDeadlineIsSweptFirst) {
 
 TEST_F(ServiceTest, AReplyAfterTheDeadlineIsNoReply) {
   Add(1, 20, 20).deadline = 1h;
-  for (const RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
+  for (const bus::RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
     Ask(20, kRead);
     now_ += 1h;
     drive_.Wait(drive_.count() - 1).done(late);
@@ -315,7 +315,7 @@ TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
 TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
   Add(1, 20, 20);
   Ask(20, kRead);
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   services_[0]->Close();
   services_.clear();
   shared_->inbox()->Close();
@@ -366,7 +366,7 @@ TEST_F(BroadcastTest, PassedOnItReachesEveryRoutedLineOnceAndIsNeverAnswered) {
   EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));
   ASSERT_EQ(drive_.count(), 1U);
   ASSERT_EQ(pumps_.count(), 1U);
-  const RoutedRequest request = drive_.Wait(0);
+  const bus::RoutedRequest request = drive_.Wait(0);
   EXPECT_EQ(request.slave, 0);
   EXPECT_TRUE(request.broadcast);
   EXPECT_EQ(ToHex(request.pdu), kStopAll);
@@ -431,8 +431,8 @@ TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
 TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
   listener().framing = Framing::rtu;
   Add(1, 0, 0).remap = 7;
-  for (const RoutedReply& reply : {GoodReply(std::string(kStopAll)), SlaveException("86 02"),
-                                   Trouble(Outcome::no_reply, "")}) {
+  for (const bus::RoutedReply& reply : {GoodReply(std::string(kStopAll)), SlaveException("86 02"),
+                                        Trouble(Outcome::no_reply, "")}) {
     EXPECT_THAT(Ask(0, kStopAll), IsEmpty());
     drive_.Wait(drive_.count() - 1).done(reply);
     EXPECT_THAT(Settle(), ElementsAre("nothing"));

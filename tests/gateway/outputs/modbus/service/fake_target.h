@@ -17,33 +17,35 @@ namespace baudgate::modbus {
 /// A request for register 500.
 inline constexpr const char* kRead = "03 01 F4 00 01";
 
-inline RoutedReply GoodReply(Bytes pdu) {
-  RoutedReply reply;
+inline bus::RoutedReply GoodReply(Bytes pdu) {
+  bus::RoutedReply reply;
   reply.outcome = Outcome::ok;
   reply.pdu = std::move(pdu);
   reply.sent = true;
   return reply;
 }
 
-inline RoutedReply GoodReply(const std::string& hex) { return GoodReply(ParseHex(hex).value()); }
+inline bus::RoutedReply GoodReply(const std::string& hex) {
+  return GoodReply(ParseHex(hex).value());
+}
 
-inline RoutedReply SlaveException(const std::string& hex) {
-  RoutedReply reply = GoodReply(hex);
+inline bus::RoutedReply SlaveException(const std::string& hex) {
+  bus::RoutedReply reply = GoodReply(hex);
   reply.outcome = Outcome::refused;
   return reply;
 }
 
-inline RoutedReply Trouble(Outcome outcome, const std::string& reason, bool sent = true) {
-  RoutedReply reply;
+inline bus::RoutedReply Trouble(Outcome outcome, const std::string& reason, bool sent = true) {
+  bus::RoutedReply reply;
   reply.outcome = outcome;
   reply.reason = reason;
   reply.sent = sent;
   return reply;
 }
 
-class FakeTarget final : public RouteTarget {
+class FakeTarget final : public bus::RouteTarget {
  public:
-  bool Submit(RoutedRequest request) override {
+  bool Submit(bus::RoutedRequest request) override {
     std::unique_lock lock(mutex_);
     if (full) return false;
     requests_.push_back(request);
@@ -60,7 +62,7 @@ class FakeTarget final : public RouteTarget {
 
   /// Wait for the request, or the parting client, with this number; the test's own timeout is the
   /// bound.
-  RoutedRequest Wait(std::size_t number) {
+  bus::RoutedRequest Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return requests_.size() > number; });
     return requests_[number];
@@ -81,12 +83,12 @@ class FakeTarget final : public RouteTarget {
 
   // Set before the clients start.
   bool full = false;
-  std::function<RoutedReply(const RoutedRequest&)> answer;  ///< empty: the test answers
+  std::function<bus::RoutedReply(const bus::RoutedRequest&)> answer;  ///< empty: the test answers
 
  private:
   mutable std::mutex mutex_;
   std::condition_variable arrived_;
-  std::vector<RoutedRequest> requests_;
+  std::vector<bus::RoutedRequest> requests_;
   std::vector<std::uint64_t> forgotten_;
 };
 

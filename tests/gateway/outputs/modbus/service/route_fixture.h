@@ -13,7 +13,7 @@ class RouteTest : public ServerTest {
   RouteTest() {
     AddRoutedLines(config_);
     links_.lines = {nullptr, &drive_, &pumps_};
-    links_.frames.rtu = &ModbusRtuProtocol();
+    links_.frames.rtu = &protocols::ModbusRtuProtocol();
   }
   // The lines outlive the server.
   ~RouteTest() override { StopServer(); }
@@ -26,7 +26,7 @@ class RouteTest : public ServerTest {
   }
 
   /// A slave whose holding register N has the value N.
-  static RoutedReply Count(const RoutedRequest& request) {
+  static bus::RoutedReply Count(const bus::RoutedRequest& request) {
     const ByteReader pdu(request.pdu);
     const std::size_t start = pdu.U16Be(1).value_or(0);
     const std::size_t count = pdu.U16Be(3).value_or(0);

@@ -64,7 +64,7 @@ class RouteTargetsTest : public testing::Test {
   asio::io_context io_;
   FakeTarget drive_;
   FakeTarget pumps_;
-  std::vector<RouteTarget*> lines_ = {&drive_, &pumps_};
+  std::vector<bus::RouteTarget*> lines_ = {&drive_, &pumps_};
   RouteList list_{{Elsewhere(50, 1), Elsewhere(51, 2)}};
   std::shared_ptr<TrafficBook> book_ = std::make_shared<TrafficBook>();
   RouteTargets targets_{list_, lines_};
@@ -72,7 +72,7 @@ class RouteTargetsTest : public testing::Test {
 
 TEST_F(RouteTargetsTest, AServerIsTheSameForAsLongAsARouteLeadsThere) {
   targets_.Open(io_, book_);
-  RouteTarget* const server = targets_.of(0);
+  bus::RouteTarget* const server = targets_.of(0);
   ASSERT_NE(server, nullptr);
   Renew({Elsewhere(52, 1), Elsewhere(51, 2)}, {std::nullopt, 1});
   EXPECT_EQ(targets_.of(0), nullptr);

@@ -35,16 +35,16 @@ class KeptWire final : public ClientWire {
   std::vector<Instant> sweeps;  ///< as they were asked for
 };
 
-class WriteSink final : public CommandSink {
+class WriteSink final : public bus::CommandSink {
  public:
-  bool Submit(WriteCommand command) override {
+  bool Submit(bus::WriteCommand command) override {
     commands.push_back(std::move(command));
     return true;
   }
-  void OnNotTaken(const DeniedWrite& write) override { denied.push_back(write); }
+  void OnNotTaken(const bus::DeniedWrite& write) override { denied.push_back(write); }
 
-  std::vector<WriteCommand> commands;
-  std::vector<DeniedWrite> denied;
+  std::vector<bus::WriteCommand> commands;
+  std::vector<bus::DeniedWrite> denied;
 };
 
 /// Unit 1 is a device with one register; routes are added by the test.
@@ -76,7 +76,7 @@ class ServiceTest : public testing::Test {
   }
   void MakeShared() {
     store_.emplace(config_);
-    const Sample sample{0, std::int64_t{-2}, Quality::good};
+    const bus::Sample sample{0, std::int64_t{-2}, Quality::good};
     store_->Update(0, std::span(&sample, 1), Clocks(), 5ms);
     shared_.emplace(config_, *store_, sink_, std::function<GatewayFigures()>(), ModbusLimits{},
                     links_);
@@ -103,7 +103,7 @@ class ServiceTest : public testing::Test {
 
   Instant now_{100h};
   config::Config config_;
-  std::optional<PointStore> store_;
+  std::optional<bus::PointStore> store_;
   WriteSink sink_;
   FakeTarget drive_;
   FakeTarget pumps_;

@@ -16,7 +16,7 @@
 #include "tests/gateway/outputs/status/table_docs.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 
-namespace baudgate::control {
+namespace baudgate::modbus {
 namespace {
 
 using ::testing::HasSubstr;
@@ -29,8 +29,8 @@ modbus::TrafficStatus TwoClients() {
   plc.peer = "10.0.0.7:40112";
   plc.listener = "0.0.0.0:502";
   plc.priority = config::Priority::high;
-  plc.since = kNow.wall - 1h;
-  plc.last_request = kNow.wall - 30ms;
+  plc.since = status::kNow.wall - 1h;
+  plc.last_request = status::kNow.wall - 30ms;
   plc.requests = 120'000;
   plc.exceptions = 3;
   plc.bytes_in = 1'440'000;
@@ -40,7 +40,7 @@ modbus::TrafficStatus TwoClients() {
   panel.id = 2;
   panel.peer = "/dev/ttyS1";
   panel.listener = "/dev/ttyS1";
-  panel.since = kNow.wall - 3h;
+  panel.since = status::kNow.wall - 3h;
   fake.clients = {plc, panel};
   modbus::RouteStatus drive;
   drive.units = "20";
@@ -53,7 +53,7 @@ modbus::TrafficStatus TwoClients() {
   drive.total_wait = 119'994 * 12ms;
   drive.longest_wait = 170ms;
   drive.last_trouble = "no reply within 500ms";
-  drive.last_trouble_at = kNow.wall - 12s;
+  drive.last_trouble_at = status::kNow.wall - 12s;
   drive.by_unit[20] = drive;
   modbus::RouteStatus rest;
   rest.units = "50-59";
@@ -66,16 +66,16 @@ modbus::TrafficStatus TwoClients() {
   port.port = "/dev/ttyS1";
   port.is_open = true;
   port.text = "/dev/ttyS1, 19200 8E1";
-  port.since = kNow.wall - 3h;
+  port.since = status::kNow.wall - 3h;
   port.frames = 980;
   port.damaged = 20;
-  port.last_frame = kNow.wall - 2s;
+  port.last_frame = status::kNow.wall - 2s;
   fake.masters = {port};
   return fake;
 }
 
 TEST(Traffic, RoutesAndClientsHaveATableEach) {
-  EXPECT_EQ(RenderTraffic(TrafficJson(TwoClients(), {}, kNow), {}), R"(
+  EXPECT_EQ(tools::RenderTraffic(TrafficJson(TwoClients(), {}, status::kNow), {}), R"(
 units  route to             requests      ok  refused  no reply  too late  queue full  client left  mean wait
 20     line bay-1             120000  119990        4         3         0           0            3    12.0 ms
 50-59  server 10.0.0.9:502        10      10        0         0         0           0            0     0.0 ms
@@ -92,43 +92,44 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 }
 
 TEST(Traffic, EachCounterOfARouteStandsOnceAndInTheDocumentation) {
-  EXPECT_THAT(TroublesOfKeys<modbus::RouteStatus>("of a route"), ::testing::IsEmpty());
+  EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("of a route"), ::testing::IsEmpty());
 }
 
 TEST(Traffic, TheJsonOfARouteIsAsEver) {
   modbus::TrafficStatus traffic = TwoClients();
   traffic.routes.resize(1);
   traffic.routes[0].by_unit.clear();
-  const Json route = TrafficJson(traffic, {}, kNow).at("routes").at(0);
-  const Json expected = Json::parse(
+  const status::Json route = TrafficJson(traffic, {}, status::kNow).at("routes").at(0);
+  const status::Json expected = status::Json::parse(
       R"({"units":"20","target":"line bay-1","requests":120000,"ok":119990,"refused":4,)"
       R"("denied":0,"no_reply":3,"expired":0,"busy":0,"dropped":3,"broadcasts":0,)"
       R"("shared":0,"mean_wait_us":12000,"longest_wait_us":170000,)"
       R"("last_trouble":"no reply within 500ms",)"
       R"("last_trouble_at":"2026-09-21T14:13:08.000Z","late":0,"by_unit":[]})");
-  EXPECT_EQ(Known(route, expected).dump(), expected.dump());
+  EXPECT_EQ(status::Known(route, expected).dump(), expected.dump());
 }
 
 TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
-  EXPECT_EQ(RenderTraffic(TrafficJson({}, {}, kNow), {}), "");
+  EXPECT_EQ(tools::RenderTraffic(TrafficJson({}, {}, status::kNow), {}), "");
 }
 
 /// With the section of a Modbus server that has these clients and routes.
-Json Status(const config::Config& config, const PointStore& store,
-            const std::optional<Target>& target) {
+status::Json StatusOf(const config::Config& config, const bus::PointStore& store,
+                      const std::optional<status::Target>& target) {
   const std::string line = target ? config.lines[target->line].name : std::string();
-  OutputList outputs;
-  outputs.push_back(std::make_unique<FakeOutput>("modbus", TrafficJson(TwoClients(), line, kNow)));
-  return StatusJson(config, store, {"1.2.3", kStarted, &outputs}, target, kNow);
+  outputs::OutputList outputs;
+  outputs.push_back(std::make_unique<outputs::FakeOutput>(
+      "modbus", TrafficJson(TwoClients(), line, status::kNow)));
+  return StatusJson(config, store, {"1.2.3", status::kStarted, &outputs}, target, status::kNow);
 }
 
 TEST(Traffic, TheStatusHoldsIt) {
-  const config::Config config = TwoLines();
-  PointStore store(config);
-  const Json all = Status(config, store, std::nullopt);
+  const config::Config config = status::TwoLines();
+  bus::PointStore store(config);
+  const status::Json all = StatusOf(config, store, std::nullopt);
   EXPECT_EQ(all.at("modbus").at("clients").size(), 2U);
   EXPECT_EQ(all.at("modbus").at("routes").at(0).at("mean_wait_us"), 12'000);
-  const std::string shown = RenderStatus(all, {}, {});
+  const std::string shown = tools::RenderStatus(all, {}, {});
   EXPECT_THAT(
       shown,
       HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
@@ -138,11 +139,11 @@ TEST(Traffic, TheStatusHoldsIt) {
 }
 
 TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
-  const config::Config config = TwoLines();
-  PointStore store(config);
+  const config::Config config = status::TwoLines();
+  bus::PointStore store(config);
   const auto shown = [&](const std::string& line) {
-    const auto target = FindTarget(config, line).value();
-    return RenderStatus(Status(config, store, target), line, {});
+    const auto target = status::FindTarget(config, line).value();
+    return tools::RenderStatus(StatusOf(config, store, target), line, {});
   };
   EXPECT_THAT(shown("bay-1"), HasSubstr("line bay-1"));
   EXPECT_THAT(shown("bay-1"), Not(HasSubstr("10.0.0.9")));
@@ -151,7 +152,7 @@ TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::modbus
 
 namespace baudgate::modbus {
 namespace {
@@ -248,7 +249,7 @@ TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
   };
   Ask(21, kRead);
   Ask(22, kRead);
-  RoutedReply silence;
+  bus::RoutedReply silence;
   silence.outcome = Outcome::no_reply;
   silence.reason = "no reply";
   silence.sent = true;
@@ -262,23 +263,23 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   Add(1, 20, 22);
   config_.modbus.routes.back().remap = 1;
   Add(2, 30, 30);
-  RoutedReply ok = GoodReply("03 02 00 07");
+  bus::RoutedReply ok = GoodReply("03 02 00 07");
   ok.waited = 30ms;
-  RoutedReply shared = ok;
+  bus::RoutedReply shared = ok;
   shared.shared = true;
   shared.waited = 10ms;
   // Two ask long ago, so that their answers come after the deadline.
   const std::size_t kLate[] = {5, 6};
-  const RoutedReply replies[] = {ok,
-                                 shared,
-                                 SlaveException("83 02"),
-                                 Trouble(Outcome::corrupt, "checksum"),
-                                 Trouble(Outcome::line_down, "the port is closed", false),
-                                 Trouble(Outcome::no_reply, "waited too long", false),
-                                 Trouble(Outcome::no_reply, "silence"),
-                                 Trouble(Outcome::no_reply, "the slave is absent", false)};
+  const bus::RoutedReply replies[] = {ok,
+                                      shared,
+                                      SlaveException("83 02"),
+                                      Trouble(Outcome::corrupt, "checksum"),
+                                      Trouble(Outcome::line_down, "the port is closed", false),
+                                      Trouble(Outcome::no_reply, "waited too long", false),
+                                      Trouble(Outcome::no_reply, "silence"),
+                                      Trouble(Outcome::no_reply, "the slave is absent", false)};
   std::size_t number = 0;
-  for (const RoutedReply& reply : replies) {
+  for (const bus::RoutedReply& reply : replies) {
     const bool late = std::ranges::find(kLate, number) != std::end(kLate);
     now_ -= late ? 1h : 0h;
     Ask(static_cast<std::uint8_t>(20 + number % 3), kRead);
@@ -350,7 +351,7 @@ TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
   Ask(20, kRead);
   drive_.Wait(0).done(Trouble(Outcome::partial, "stopped mid-frame"));
   Ask(20, kRead);
-  RoutedReply refused = SlaveException("83 02");
+  bus::RoutedReply refused = SlaveException("83 02");
   refused.reason = "illegal data address";
   drive_.Wait(1).done(refused);
   Settle();
@@ -360,7 +361,7 @@ TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
 }  // namespace
 }  // namespace baudgate::modbus
 
-namespace baudgate::control {
+namespace baudgate::modbus {
 namespace {
 
 // ---------------- What is said of serial masters and routes, and when nothing is.
@@ -499,4 +500,4 @@ TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::modbus

@@ -59,7 +59,7 @@ TEST_F(UpstreamConnectionTest, GarbageEndsTheConnection) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("48 54 54 50 2F 31 2E 31");
-  const RoutedReply& reply = Wait(asked);
+  const bus::RoutedReply& reply = Wait(asked);
   EXPECT_EQ(reply.outcome, Outcome::no_reply);
   EXPECT_THAT(reply.reason, HasSubstr("not Modbus TCP"));
   EXPECT_TRUE(RunUntil(io_, [&] { return server_.session(0).ended(); }));
@@ -119,7 +119,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
       io_, "127.0.0.1", port, [](std::uint8_t) {}, [this] { return Clock(); });
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));
-  const RoutedReply first = Wait(asked_.back());
+  const bus::RoutedReply first = Wait(asked_.back());
   EXPECT_EQ(first.outcome, Outcome::line_down);
   EXPECT_FALSE(first.sent);
   EXPECT_THAT(first.reason, HasSubstr("server 127.0.0.1:" + std::to_string(port) +
@@ -172,7 +172,7 @@ class ClosingServer : public UpstreamConnectionTest {
     }
     return false;
   }
-  RoutedReply Served(const Asked& asked) {
+  bus::RoutedReply Served(const Asked& asked) {
     EXPECT_TRUE(RunUntil(io_, [&] {
       Serve();
       return asked.calls > 0;
@@ -271,7 +271,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
   Upstream upstream(io_, "127.0.0.1", full.local_endpoint().port(), [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({.within = 10ms})));
-  const RoutedReply& reply = Wait(asked_.back());
+  const bus::RoutedReply& reply = Wait(asked_.back());
   EXPECT_EQ(reply.outcome, Outcome::no_reply);
   EXPECT_FALSE(reply.sent);
   EXPECT_THAT(reply.reason, HasSubstr("connected"));

@@ -75,7 +75,7 @@ class ScriptedServer {
 /// What became of one request.
 struct Asked {
   int calls = 0;
-  RoutedReply reply;
+  bus::RoutedReply reply;
 };
 
 struct Question {
@@ -93,9 +93,9 @@ class UpstreamTest : public testing::Test {
 
   /// The clock of this machine, as far ahead as the test wants.
   Instant Clock() const { return std::chrono::steady_clock::now() + ahead_; }
-  RoutedRequest Make(const Question& ask) {
+  bus::RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();
-    RoutedRequest request;
+    bus::RoutedRequest request;
     request.client = ask.client;
     request.slave = ask.slave;
     request.pdu = ParseHex(ask.pdu).value();
@@ -103,7 +103,7 @@ class UpstreamTest : public testing::Test {
     request.broadcast = ask.broadcast;
     request.arrived = Clock();
     request.deadline = request.arrived + ask.within;
-    request.done = [&asked](RoutedReply reply) {
+    request.done = [&asked](bus::RoutedReply reply) {
       ++asked.calls;
       asked.reply = std::move(reply);
     };
@@ -113,7 +113,7 @@ class UpstreamTest : public testing::Test {
     EXPECT_TRUE(upstream_.Submit(Make(ask)));
     return asked_.back();
   }
-  const RoutedReply& Wait(const Asked& asked) {
+  const bus::RoutedReply& Wait(const Asked& asked) {
     EXPECT_TRUE(test::RunUntil(io_, [&] { return asked.calls > 0; }));
     EXPECT_EQ(asked.calls, 1);
     return asked.reply;

@@ -31,7 +31,7 @@ TEST_F(UpstreamTest, RequestAndReplyPassAsTheyAre) {
   ASSERT_TRUE(server_.Wait(1));
   EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 14 03 00 C8 00 01");
   server_.Write("00 00 00 00 00 05 14 03 02 09 C4");
-  const RoutedReply& reply = Wait(asked);
+  const bus::RoutedReply& reply = Wait(asked);
   EXPECT_EQ(reply.outcome, Outcome::ok);
   EXPECT_EQ(ToHex(reply.pdu), "03 02 09 C4");
   EXPECT_TRUE(reply.sent);
@@ -43,7 +43,7 @@ TEST_F(UpstreamTest, AnExceptionIsPassedOn) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 03 14 83 02");
-  const RoutedReply& reply = Wait(asked);
+  const bus::RoutedReply& reply = Wait(asked);
   EXPECT_EQ(reply.outcome, Outcome::refused);
   EXPECT_EQ(ToHex(reply.pdu), "83 02");
 }
@@ -178,7 +178,7 @@ TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
 
 TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
   const Asked& all = Submit({.slave = 0, .pdu = "06 00 08 00 00", .broadcast = true});
-  const RoutedReply& reply = Wait(all);
+  const bus::RoutedReply& reply = Wait(all);
   EXPECT_EQ(reply.outcome, Outcome::ok);
   EXPECT_TRUE(reply.pdu.empty());
   EXPECT_TRUE(reply.sent);
@@ -272,7 +272,7 @@ TEST_F(UpstreamTest, WhatCameLateIsShownAtTheRoutesToThatUnit) {
 
 TEST_F(UpstreamTest, NothingIsSentAfterItsDeadline) {
   const Asked& late = Submit({.pdu = "06 00 08 00 02", .within = -1s});
-  const RoutedReply& reply = Wait(late);
+  const bus::RoutedReply& reply = Wait(late);
   EXPECT_EQ(reply.outcome, Outcome::no_reply);
   EXPECT_FALSE(reply.sent);
   EXPECT_THAT(reply.reason, HasSubstr("deadline"));
@@ -465,15 +465,15 @@ TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
   upstream_.Abandon(5);
   RunReady(io_);
   EXPECT_TRUE(upstream_.Submit(Make({})));
-  for (std::size_t i = 0; i < RouteQueue::kKept; ++i) Submit({.pdu = "06 00 01 00 01"});
+  for (std::size_t i = 0; i < bus::RouteQueue::kKept; ++i) Submit({.pdu = "06 00 01 00 01"});
   EXPECT_FALSE(upstream_.Submit(Make({.pdu = "06 00 01 00 01"}))) << "their own places are full";
 }
 
 TEST_F(UpstreamTest, AnyThreadMayAsk) {
   std::vector<std::thread> threads;
-  std::vector<RoutedRequest> requests;
+  std::vector<bus::RoutedRequest> requests;
   for (std::uint8_t i = 0; i < 16; ++i) requests.push_back(Make({.slave = i, .client = i}));
-  for (RoutedRequest& request : requests) {
+  for (bus::RoutedRequest& request : requests) {
     threads.emplace_back([this, &request] {
       const std::uint64_t client = request.client;
       EXPECT_TRUE(upstream_.Submit(std::move(request)));

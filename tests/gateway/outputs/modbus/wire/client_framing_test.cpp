@@ -18,7 +18,7 @@ using FramingState = ClientFraming::State;
 class RtuFramingTest : public testing::Test {
  protected:
   static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
-    return ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
+    return protocols::ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
   }
   void Put(View bytes) {
     while (!bytes.empty()) {
@@ -38,7 +38,7 @@ class RtuFramingTest : public testing::Test {
     return peeked == FramingState::frame ? ToHex(frame) : "need more";
   }
 
-  SerialFraming framing_{ModbusRtuProtocol()};
+  SerialFraming framing_{protocols::ModbusRtuProtocol()};
 };
 
 TEST_F(RtuFramingTest, EveryCutOfEveryFunctionGivesTheModbusTcpForm) {
@@ -239,7 +239,7 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
 // first bytes.
 
 const Frames& Both() {
-  static const Frames kFrames{&ModbusRtuProtocol(), &ModbusAsciiProtocol()};
+  static const Frames kFrames{&protocols::ModbusRtuProtocol(), &protocols::ModbusAsciiProtocol()};
   return kFrames;
 }
 

@@ -13,14 +13,14 @@
 
 #include "tests/gateway/outputs/control/fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-class BundleTest : public ControlTest {
+class BundleTest : public control::ControlTest {
  protected:
   BundleTest() {
     options_.file = (directory_ / "bundle.tar.gz").string();
@@ -29,7 +29,7 @@ class BundleTest : public ControlTest {
     options_.log = [] { return std::string("a line of the log\n"); };
     std::ofstream(options_.config) << "gateway: { name: a }\n";
   }
-  int Run() { return RunSupportBundle(options_, {}, kNow.wall, out_, err_); }
+  int Run() { return RunSupportBundle(options_, {}, status::kNow.wall, out_, err_); }
   std::map<std::string, std::string> Files() const {
     const auto into = directory_ / "unpacked";
     std::filesystem::create_directory(into);
@@ -52,7 +52,7 @@ class BundleTest : public ControlTest {
 };
 
 TEST_F(BundleTest, HasAllOfARunningGateway) {
-  TraceRecord record;
+  records::TraceRecord record;
   record.text = "port open";
   lines_.recorded = {record};
   StartServer();
@@ -61,7 +61,7 @@ TEST_F(BundleTest, HasAllOfARunningGateway) {
   EXPECT_THAT(out_.str(), HasSubstr("look into it before you send it"));
   auto files = Files();
   EXPECT_THAT(files["baudgate-support/status.txt"], HasSubstr("substation-7: baudgate 1.2.3"));
-  EXPECT_EQ(Json::parse(files["baudgate-support/status.json"])["gateway"], "substation-7");
+  EXPECT_EQ(status::Json::parse(files["baudgate-support/status.json"])["gateway"], "substation-7");
   EXPECT_THAT(files["baudgate-support/trace/bay-1.trace"], HasSubstr("# line bay-1, port "));
   EXPECT_THAT(files["baudgate-support/trace/io.trace"], HasSubstr("# port open\n"));
   EXPECT_EQ(files["baudgate-support/log.txt"], "a line of the log\n");
@@ -100,4 +100,4 @@ TEST_F(BundleTest, OverwritesNothing) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::tools

@@ -18,7 +18,7 @@
 #include "gateway/tools/cli/client/status_view.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::ElementsAre;
@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-class ClientTest : public ControlTest {
+class ClientTest : public control::ControlTest {
  protected:
   int Status(const std::string& target, bool json = false) {
     Clear();
@@ -55,7 +55,7 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_EQ(Status(""), 0) << err_.str();
   EXPECT_THAT(out_.str(), StartsWith("substation-7: baudgate 1.2.3, up "));
   EXPECT_EQ(Status("bay-1", true), 0);
-  EXPECT_EQ(Json::parse(out_.str())["lines"].size(), 1U);
+  EXPECT_EQ(status::Json::parse(out_.str())["lines"].size(), 1U);
   EXPECT_THAT(err_.str(), IsEmpty());
 }
 
@@ -143,7 +143,7 @@ TEST_F(PointsClient, WhatIsNotWrittenSaysWhy) {
 }
 
 TEST_F(PointsClient, ReadPrintsATable) {
-  const Sample sample{0, 5.25, Quality::good};
+  const bus::Sample sample{0, 5.25, Quality::good};
   store_.Update(2, {&sample, 1}, ReadClocks(), 10ms);
   StartServer();
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), 0) << err_.str();
@@ -173,7 +173,7 @@ TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
 }
 
 TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
-  const RuntimeDirectory runtime(directory_);
+  const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
   // A gateway of this machine's own would be found as well, so nothing is expected before.
@@ -183,7 +183,7 @@ TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
   config::Config other = config_;
   other.socket = (directory_ / "baudgate" / "b.sock").string();
   {
-    ControlServer second(other, store_, lines_, lines_, {"1", kStarted}, io);
+    control::ControlServer second(other, store_, lines_, lines_, {"1", status::kStarted}, io);
     ASSERT_TRUE(second.Listen());
     const auto several = connect();
     ASSERT_FALSE(several);
@@ -201,7 +201,7 @@ TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
 }
 
 TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
-  SetOpen(store_, 1, "serial");
+  status::SetOpen(store_, 1, "serial");
   StartServer();
   EXPECT_EQ(Release("io", 10min), 0) << err_.str();
   EXPECT_THAT(out_.str(), StartsWith("io: /dev/ttyUSB1 is free for another program until "));
@@ -230,7 +230,7 @@ TEST_F(ClientTest, InUseSaysThatARestartForgets) {
 struct KeptReadings final : events::EventSource {
   events::EventsState state() const override {
     events::EventsState state;
-    state.disk = Disk::fine;
+    state.disk = records::Disk::fine;
     return state;
   }
   std::vector<events::Alarm> Alarms() const override { return {}; }
@@ -258,7 +258,7 @@ struct KeptReadings final : events::EventSource {
   std::map<std::string, std::vector<events::PastRow>> rows;
 };
 
-class BillingTest : public ControlTest {
+class BillingTest : public control::ControlTest {
  protected:
   BillingTest() {
     // A meter at +03:00.
@@ -271,7 +271,7 @@ class BillingTest : public ControlTest {
     kept_.Add("bay-1.feeder-1.month.active_import_t2", "2026-10-31T21:00:00.000Z", 250.0);
     kept_.Add("bay-1.feeder-1.day.active_import", "2026-11-01T21:00:00.000Z", {},
               Quality::bad_configuration);
-    GatewayInfo info{"1.2.3", kStarted};
+    status::GatewayInfo info{"1.2.3", status::kStarted};
     info.events = &kept_;
     StartServerWith(std::move(info));
   }
@@ -320,7 +320,7 @@ TEST_F(BillingTest, JsonIsOneObjectALine) {
   options.json = true;
   options.since = ParseWallTime("2026-11-02").value();
   ASSERT_EQ(Run(options), 0) << err_.str();
-  const auto row = Json::parse(out_.str());
+  const auto row = status::Json::parse(out_.str());
   EXPECT_EQ(row["date"], "2026-11-02");
   EXPECT_EQ(row["time"], "2026-11-01T21:00:00.000Z");
   EXPECT_EQ(row["tariff"], 0);
@@ -345,13 +345,13 @@ TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
 struct OneValueEach final : history::HistorySource {
   history::HistoryState state() const override {
     history::HistoryState state;
-    state.disk = Disk::fine;
+    state.disk = records::Disk::fine;
     return state;
   }
   Result<history::Page> Read(const history::PageQuery&) const override {
     history::Page page;
     page.known = true;
-    page.records.emplace_back().entry = {history::ToMillis(kNow.wall), 1.5, Quality::good};
+    page.records.emplace_back().entry = {history::ToMillis(status::kNow.wall), 1.5, Quality::good};
     return page;
   }
   Result<history::TrendPage> ReadTrends(const history::TrendQuery&) const override {
@@ -359,11 +359,11 @@ struct OneValueEach final : history::HistorySource {
   }
 };
 
-class HistoryClient : public ControlTest {
+class HistoryClient : public control::ControlTest {
  protected:
   HistoryClient() {
     config_.history.points = {{.device = 0, .point = 0}, {.device = 1, .point = 0}};
-    GatewayInfo info{"1.2.3", kStarted};
+    status::GatewayInfo info{"1.2.3", status::kStarted};
     info.history = std::make_shared<OneValueEach>();
     StartServerWith(info);
   }
@@ -402,9 +402,9 @@ TEST_F(HistoryClient, FitsATerminal) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::tools
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 // ---------------- In which order the sentences of a status stand.
@@ -445,4 +445,4 @@ TEST(StatusSentences, EachSectionHasItsOwn) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

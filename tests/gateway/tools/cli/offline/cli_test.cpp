@@ -67,14 +67,16 @@ Ran Capture(Run run) {
 
 Ran Check(const std::string& text, bool json = false) {
   const ConfigFile file(text);
-  return Capture(
-      [&](auto& out, auto& err) { return RunCheck(file.path(), FakeCatalog(), out, err, json); });
+  return Capture([&](auto& out, auto& err) {
+    return tools::RunCheck(file.path(), FakeCatalog(), out, err, json);
+  });
 }
 
-Ran Map(const std::string& text, MapFormat format) {
+Ran Map(const std::string& text, tools::MapFormat format) {
   const ConfigFile file(text);
-  return Capture(
-      [&](auto& out, auto& err) { return RunMap(file.path(), FakeCatalog(), format, out, err); });
+  return Capture([&](auto& out, auto& err) {
+    return tools::RunMap(file.path(), FakeCatalog(), format, out, err);
+  });
 }
 
 TEST(Check, GoodConfigurationIsSummedUp) {
@@ -146,7 +148,7 @@ TEST(Check, JsonHasPlacesAndSeverities) {
 }
 
 TEST(Map, TableShowsBothNotationsAndTheCompanions) {
-  const Ran ran = Map(kGood, MapFormat::table);
+  const Ran ran = Map(kGood, tools::MapFormat::table);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("device d on line bay: unit 7, word order CDAB; DDS key "
                                  "gate/d/POINT\n"));
@@ -186,24 +188,24 @@ TEST(Map, ShowsSelectRegistersAndOnlyWritesThatAreAllowed) {
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
       "1, write: [a], points: [{ name: a, read: A1, type: bool, access: w, modbus: 7, select: true "
       "}, { name: b, read: A2, type: int16, access: rw, modbus: 8 }] }] }\n";
-  const Json json = Json::parse(Map(text, MapFormat::json).out);
+  const Json json = Json::parse(Map(text, tools::MapFormat::json).out);
   EXPECT_EQ(json["points"][0]["modbus"]["select"], 60007);
   EXPECT_EQ(json["points"][0]["access"], "w");
   EXPECT_EQ(json["points"][1]["modbus"]["write_fc"], "");
   EXPECT_EQ(json["points"][1]["access"], "r");
   EXPECT_FALSE(json["points"][1]["modbus"].contains("select"));
-  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("60007"));
+  EXPECT_THAT(Map(text, tools::MapFormat::table).out, HasSubstr("60007"));
 }
 
 TEST(Map, SixDigitNotationBeyondFive) {
   const std::string text =
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
       "1, points: [{ name: p, read: A1, type: int16, modbus: 19999 }] }] }\n";
-  EXPECT_THAT(Map(text, MapFormat::table).out, HasSubstr("320000/420000"));
+  EXPECT_THAT(Map(text, tools::MapFormat::table).out, HasSubstr("320000/420000"));
 }
 
 TEST(Map, CsvHasOneRowAPoint) {
-  const Ran ran = Map(kGood, MapFormat::csv);
+  const Ran ran = Map(kGood, tools::MapFormat::csv);
   EXPECT_THAT(ran.out,
               HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
                         "float32,CDAB,A,r,fast,20000,40000,gate/d/current,A1,current\r\n"));
@@ -214,13 +216,13 @@ TEST(Map, NoCellOfTheCsvIsAFormula) {
   const std::string text =
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, points: "
       "[{ name: p, read: A1, type: int16, unit: \"@SUM(A1)\", description: \"=1+1\" }] }] }\n";
-  const std::string out = Map(text, MapFormat::csv).out;
+  const std::string out = Map(text, tools::MapFormat::csv).out;
   EXPECT_THAT(out, HasSubstr(",'@SUM(A1),"));
   EXPECT_THAT(out, HasSubstr(",'=1+1\r\n"));
 }
 
 TEST(Map, Json) {
-  const Json json = Json::parse(Map(kGood, MapFormat::json).out);
+  const Json json = Json::parse(Map(kGood, tools::MapFormat::json).out);
   EXPECT_EQ(json["gateway"], "gate");
   ASSERT_EQ(json["points"].size(), 4U);
   EXPECT_EQ(json["points"][2]["modbus"]["address"], 100);
@@ -228,15 +230,18 @@ TEST(Map, Json) {
   EXPECT_TRUE(json["points"][3]["modbus"].is_null());
 }
 
-TEST(Map, BadConfigurationIsExitCode3) { EXPECT_EQ(Map("lines: 1\n", MapFormat::table).code, 3); }
+TEST(Map, BadConfigurationIsExitCode3) {
+  EXPECT_EQ(Map("lines: 1\n", tools::MapFormat::table).code, 3);
+}
 
 TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
   config::Catalog nothing;
   nothing.module_dirs = {"/opt/baudgate/protocols"};
   const Ran runs[] = {
-      Capture([&](auto& out, auto& err) { return RunProtocols("", false, nothing, out, err); }),
+      Capture(
+          [&](auto& out, auto& err) { return tools::RunProtocols("", false, nothing, out, err); }),
       Capture([&](auto& out, auto& err) {
-        return RunProfiles("", ProfileFormat::table, nothing, out, err, 0);
+        return tools::RunProfiles("", tools::ProfileFormat::table, nothing, out, err, 0);
       })};
   for (const Ran& ran : runs) {
     EXPECT_EQ(ran.code, 4);
@@ -248,8 +253,9 @@ TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
 
 TEST(Protocols, ListAndOne) {
   const auto run = [](const std::string& name, bool json) {
-    return Capture(
-        [&](auto& out, auto& err) { return RunProtocols(name, json, FakeCatalog(), out, err); });
+    return Capture([&](auto& out, auto& err) {
+      return tools::RunProtocols(name, json, FakeCatalog(), out, err);
+    });
   };
   EXPECT_THAT(run("", false).out, HasSubstr("fake      Fake, for tests  2\n"));
   const Ran one = run("fake", false);
@@ -267,22 +273,23 @@ TEST(Protocols, ListAndOne) {
 }
 
 TEST(Profiles, ListAndOne) {
-  const auto run = [](const std::string& name, ProfileFormat format) {
-    return Capture(
-        [&](auto& out, auto& err) { return RunProfiles(name, format, FakeCatalog(), out, err); });
+  const auto run = [](const std::string& name, tools::ProfileFormat format) {
+    return Capture([&](auto& out, auto& err) {
+      return tools::RunProfiles(name, format, FakeCatalog(), out, err);
+    });
   };
-  const Ran list = run("", ProfileFormat::table);
+  const Ran list = run("", tools::ProfileFormat::table);
   EXPECT_THAT(list.out, HasSubstr("fake      relay    3       Fake relay\n"));
   EXPECT_THAT(list.out, HasSubstr("fake      broken   2       (bad; see profiles NAME)\n"));
-  const Ran one = run("relay", ProfileFormat::table);
+  const Ran one = run("relay", tools::ProfileFormat::table);
   EXPECT_THAT(
       one.out,
       HasSubstr("current   0…1       input     float32  A     r       fast   A1    current"));
-  EXPECT_THAT(run("fake/relay", ProfileFormat::markdown).out,
+  EXPECT_THAT(run("fake/relay", tools::ProfileFormat::markdown).out,
               HasSubstr("| blocking | 0 | discrete | bool |  | r | slow | A2 |  |\n"));
-  EXPECT_EQ(Json::parse(run("relay", ProfileFormat::json).out)["points"][2]["access"], "rw");
-  EXPECT_EQ(run("broken", ProfileFormat::table).code, 3);
-  const Ran none = run("relais", ProfileFormat::table);
+  EXPECT_EQ(Json::parse(run("relay", tools::ProfileFormat::json).out)["points"][2]["access"], "rw");
+  EXPECT_EQ(run("broken", tools::ProfileFormat::table).code, 3);
+  const Ran none = run("relais", tools::ProfileFormat::table);
   EXPECT_EQ(none.code, 2);
   EXPECT_EQ(none.err,
             "profile 'relais' is not installed; did you mean 'relay'? installed: broken, relay\n");
@@ -291,7 +298,7 @@ TEST(Profiles, ListAndOne) {
 }  // namespace
 }  // namespace baudgate::testing
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 // ---------------- `decode` on what a trace says of itself, for programs and for people.
@@ -361,7 +368,7 @@ TEST(Decode, PrintsProseForPeople) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools
 
 namespace baudgate::testing {
 namespace {
@@ -381,7 +388,7 @@ std::string Table(const std::string& modbus) {
   const auto loaded = LoadModbus("modbus: { " + modbus + " }\n" + kLines);
   EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);
   std::ostringstream out;
-  PrintRouteTable(loaded.config, out);
+  tools::PrintRouteTable(loaded.config, out);
   return out.str();
 }
 
@@ -390,7 +397,7 @@ std::string CheckUnits(const std::string& text) {
   std::ofstream(path) << text;
   std::ostringstream out;
   std::ostringstream err;
-  EXPECT_EQ(RunCheck(path, ModbusCatalog(), out, err, false), 0) << err.str();
+  EXPECT_EQ(tools::RunCheck(path, ModbusCatalog(), out, err, false), 0) << err.str();
   std::remove(path.c_str());
   return out.str();
 }

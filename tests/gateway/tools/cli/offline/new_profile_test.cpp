@@ -39,14 +39,15 @@ class ProfileFiles : public ::testing::Test {
     std::ofstream(file) << text;
     return file.string();
   }
-  int New(const std::string& csv, std::optional<FirstRegister> first) {
+  int New(const std::string& csv, std::optional<tools::FirstRegister> first) {
     Clear();
-    return RunNewProfile({.file = Write("list.csv", csv), .first = first}, Shipped(), out_, err_);
+    return tools::RunNewProfile({.file = Write("list.csv", csv), .first = first}, Shipped(), out_,
+                                err_);
   }
   int Check(const std::string& name, const std::string& text, const std::string& protocol = {}) {
     Clear();
-    return RunCheckProfile({.file = Write(name, text), .protocol = protocol}, Shipped(), out_,
-                           err_);
+    return tools::RunCheckProfile({.file = Write(name, text), .protocol = protocol}, Shipped(),
+                                  out_, err_);
   }
   void Clear() {
     out_.str({});
@@ -63,7 +64,7 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
                 "Voltage;40001;UINT16;V;0,1;R;230,4\n"
                 "Energy \"in\";40005-40006;UINT32;kWh;0,1;R;18340,5\n"
                 "Relay;1;BOOL;;;R/W;\n",
-                FirstRegister::modicon),
+                tools::FirstRegister::modicon),
             kExitDone)
       << err_.str();
   const std::string profile = out_.str();
@@ -89,7 +90,7 @@ TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
                 "Serial number;40011\x96"
                 "40018;STRING;CDAB\r\n"
                 "State;40021;UINT16;CDAB\r\n",
-                FirstRegister::modicon),
+                tools::FirstRegister::modicon),
             kExitDone)
       << err_.str();
   const std::string profile = out_.str();
@@ -111,13 +112,14 @@ TEST_F(ProfileFiles, WhatTheFirstRegisterIsCalledIsAskedFor) {
 TEST_F(ProfileFiles, ListsOfOtherCodePages) {
   ASSERT_EQ(New("name,register,type,unit\nt,0,INT,\xB0"
                 "C\n",
-                FirstRegister::zero),
+                tools::FirstRegister::zero),
             kExitDone);
   EXPECT_THAT(out_.str(), HasSubstr("unit: \"°C\""));
   const char utf16[] = "n\0a\0m\0e\0";
-  EXPECT_EQ(New(std::string(utf16, sizeof utf16), FirstRegister::zero), kExitBadConfiguration);
+  EXPECT_EQ(New(std::string(utf16, sizeof utf16), tools::FirstRegister::zero),
+            kExitBadConfiguration);
   EXPECT_THAT(err_.str(), HasSubstr("UTF-8"));
-  EXPECT_EQ(RunNewProfile({.file = "/no/such"}, Shipped(), out_, err_), kExitCanNot);
+  EXPECT_EQ(tools::RunNewProfile({.file = "/no/such"}, Shipped(), out_, err_), kExitCanNot);
 }
 
 TEST_F(ProfileFiles, AllThatIsWrongIsToldAtOnce) {
@@ -155,9 +157,10 @@ TEST_F(ProfileFiles, TheProtocolIsThatOfTheFolderOrTheBestFit) {
 // ---------------- Lines out of profiles and words of the command line: complete as from a file,
 // and as well checked.
 
-Result<config::Line> Make(const WantedDevice& device, const std::string& protocol = "fake",
+Result<config::Line> Make(const tools::WantedDevice& device, const std::string& protocol = "fake",
                           const std::string& serial = "") {
-  return MakeLine({.protocol = protocol, .serial = serial, .devices = {device}}, FakeCatalog());
+  return tools::MakeLine({.protocol = protocol, .serial = serial, .devices = {device}},
+                         FakeCatalog());
 }
 
 std::string ErrorOf(const Result<config::Line>& line) { return line ? "none" : line.error(); }
@@ -261,7 +264,7 @@ TEST(StructuredText, PutsEachPointAtAnAddressOfItsOwn) {
   const config::Loaded loaded = Load(kConfig);
   ASSERT_TRUE(loaded.ok()) << Shown(loaded.problems);
   std::ostringstream out;
-  PrintStructuredText(loaded.config, out);
+  tools::PrintStructuredText(loaded.config, out);
   const std::string text = out.str();
   for (const char* line :
        {"VAR_GLOBAL (* feeder-1 on line l: unit 1, word order ABCD *)",

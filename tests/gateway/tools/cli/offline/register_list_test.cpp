@@ -18,17 +18,17 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-RegisterList Read(const std::string& text, std::optional<FirstRegister> first = {},
-                  const std::string& table = "holding") {
+tools::RegisterList Read(const std::string& text, std::optional<tools::FirstRegister> first = {},
+                         const std::string& table = "holding") {
   return ReadRegisterList(text, "l.csv", table, first);
 }
 
 /// "table address form type" of the only row.
-std::string Row(const std::string& cells, FirstRegister first,
+std::string Row(const std::string& cells, tools::FirstRegister first,
                 const std::string& header = "name,register,type") {
-  const RegisterList list = Read(header + "\n" + cells + "\n", first);
+  const tools::RegisterList list = Read(header + "\n" + cells + "\n", first);
   if (!list.errors.empty()) return list.errors.front();
-  const ListedPoint& point = list.points.at(0);
+  const tools::ListedPoint& point = list.points.at(0);
   return point.table + " " + std::to_string(point.address) + " " + point.form + " " + point.type;
 }
 
@@ -37,45 +37,45 @@ TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
                            "\xEF\xBB\xBF"
                            "a;b\n\n1;2\n",
                            "\"a\" , b\n 1,\"2\"\n"}) {
-    const CsvTable table = ReadCsv(text);
+    const tools::CsvTable table = tools::ReadCsv(text);
     ASSERT_THAT(table.rows, SizeIs(2)) << text;
     EXPECT_THAT(table.rows[0].cells, ElementsAre("a", "b")) << text;
     EXPECT_THAT(table.rows[1].cells, ElementsAre("1", "2")) << text;
   }
-  const CsvTable quoted = ReadCsv("a;b\n\"x;\"\"y\"\"\";0,1\nlast;row\n");
+  const tools::CsvTable quoted = tools::ReadCsv("a;b\n\"x;\"\"y\"\"\";0,1\nlast;row\n");
   EXPECT_THAT(quoted.rows[1].cells, ElementsAre("x;\"y\"", "0,1"));
   EXPECT_EQ(quoted.rows[2].line, 3);
-  EXPECT_THAT(ReadCsv("").rows, IsEmpty());
+  EXPECT_THAT(tools::ReadCsv("").rows, IsEmpty());
   for (const char* head : {"sep=;\r\n", "SEP=;\n", "\"sep=;\"\n"}) {
-    const CsvTable named = ReadCsv(std::string(head) + "a,b;c\n1;2\n");
+    const tools::CsvTable named = tools::ReadCsv(std::string(head) + "a,b;c\n1;2\n");
     ASSERT_THAT(named.rows, SizeIs(2)) << head;
     EXPECT_THAT(named.rows[0].cells, ElementsAre("a,b", "c")) << head;
     EXPECT_EQ(named.rows[1].line, 3) << "as the editor counts";
   }
-  EXPECT_THAT(ReadCsv("sep=\t\na,b\tc\n").rows.at(0).cells, ElementsAre("a,b", "c"));
+  EXPECT_THAT(tools::ReadCsv("sep=\t\na,b\tc\n").rows.at(0).cells, ElementsAre("a,b", "c"));
 }
 
 TEST(RegisterList, TheFirstRegisterDecides) {
-  EXPECT_EQ(Row("a,40001,UINT16", FirstRegister::modicon), "holding 0 uint16 uint16");
-  EXPECT_EQ(Row("a,30013,INT", FirstRegister::modicon), "input 12 int16 int16");
-  EXPECT_EQ(Row("a,10006,BOOL", FirstRegister::modicon), "discrete 5 bool bool");
-  EXPECT_EQ(Row("a,1,bit", FirstRegister::modicon), "coil 0 bool bool");
-  EXPECT_EQ(Row("a,00001,bit", FirstRegister::modicon), "coil 0 bool bool");
-  EXPECT_EQ(Row("a,465536,WORD", FirstRegister::modicon), "holding 65535 uint16 uint16");
-  EXPECT_EQ(Row("a,0,WORD", FirstRegister::zero), "holding 0 uint16 uint16");
-  EXPECT_EQ(Row("a,0x10,WORD", FirstRegister::zero), "holding 16 uint16 uint16");
-  EXPECT_EQ(Row("a,1,WORD", FirstRegister::one), "holding 0 uint16 uint16");
-  EXPECT_EQ(Row("a,input 12,REAL", FirstRegister::one), "input 12 float32 float32");
-  EXPECT_EQ(Row("a,7,WORD,FC4", FirstRegister::zero, "name,register,type,function"),
+  EXPECT_EQ(Row("a,40001,UINT16", tools::FirstRegister::modicon), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,30013,INT", tools::FirstRegister::modicon), "input 12 int16 int16");
+  EXPECT_EQ(Row("a,10006,BOOL", tools::FirstRegister::modicon), "discrete 5 bool bool");
+  EXPECT_EQ(Row("a,1,bit", tools::FirstRegister::modicon), "coil 0 bool bool");
+  EXPECT_EQ(Row("a,00001,bit", tools::FirstRegister::modicon), "coil 0 bool bool");
+  EXPECT_EQ(Row("a,465536,WORD", tools::FirstRegister::modicon), "holding 65535 uint16 uint16");
+  EXPECT_EQ(Row("a,0,WORD", tools::FirstRegister::zero), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,0x10,WORD", tools::FirstRegister::zero), "holding 16 uint16 uint16");
+  EXPECT_EQ(Row("a,1,WORD", tools::FirstRegister::one), "holding 0 uint16 uint16");
+  EXPECT_EQ(Row("a,input 12,REAL", tools::FirstRegister::one), "input 12 float32 float32");
+  EXPECT_EQ(Row("a,7,WORD,FC4", tools::FirstRegister::zero, "name,register,type,function"),
             "input 7 uint16 uint16");
-  EXPECT_EQ(Row("a,400001,WORD", FirstRegister::modicon), "holding 0 uint16 uint16");
-  EXPECT_THAT(Row("a,465537,WORD", FirstRegister::modicon), HasSubstr("400001 to 465536"));
+  EXPECT_EQ(Row("a,400001,WORD", tools::FirstRegister::modicon), "holding 0 uint16 uint16");
+  EXPECT_THAT(Row("a,465537,WORD", tools::FirstRegister::modicon), HasSubstr("400001 to 465536"));
   for (const char* wrong : {"40000", "50001", "20001", "0", "465537"}) {
-    EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", FirstRegister::modicon),
+    EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", tools::FirstRegister::modicon),
                 HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is none"));
   }
-  EXPECT_THAT(Row("a,0,WORD", FirstRegister::one), HasSubstr("is none"));
-  EXPECT_THAT(Row("a,65536,WORD", FirstRegister::zero), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,0,WORD", tools::FirstRegister::one), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is none"));
 }
 
 TEST(RegisterList, RangesHaveManyDashes) {
@@ -83,32 +83,33 @@ TEST(RegisterList, RangesHaveManyDashes) {
        {"40003-40004", "40003\u201340004", "40003 \u2013 40004", "40003\u201440004",
         "40003\u221240004", "40003\u202640004", "40003..40004", "40003~40004", "40003 to 40004",
         "40003-4", "40003\u201304"}) {
-    EXPECT_EQ(Row(std::string("a,") + range + ",DINT", FirstRegister::modicon),
+    EXPECT_EQ(Row(std::string("a,") + range + ",DINT", tools::FirstRegister::modicon),
               "holding 2 int32 int32")
         << range;
   }
-  EXPECT_EQ(Row("a,0x10\u20130x11,REAL", FirstRegister::zero), "holding 16 float32 float32");
-  EXPECT_EQ(Row("a,input 12\u201313,REAL", FirstRegister::zero), "input 12 float32 float32");
-  EXPECT_THAT(Row("a,40004\u201340003,DINT", FirstRegister::modicon), HasSubstr("is none"));
-  EXPECT_THAT(Row("a,40003\u201340005,DINT", FirstRegister::modicon), HasSubstr("are 3"));
+  EXPECT_EQ(Row("a,0x10\u20130x11,REAL", tools::FirstRegister::zero), "holding 16 float32 float32");
+  EXPECT_EQ(Row("a,input 12\u201313,REAL", tools::FirstRegister::zero), "input 12 float32 float32");
+  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,40003\u201340005,DINT", tools::FirstRegister::modicon), HasSubstr("are 3"));
 }
 
 TEST(RegisterList, ATextIsAsLongAsItsRegisters) {
   for (const char* type : {"STRING", "ascii", "Char", "text", "STRING(16)", "char 16"}) {
-    EXPECT_EQ(Row(std::string("a,40001\u201340008,") + type, FirstRegister::modicon),
+    EXPECT_EQ(Row(std::string("a,40001\u201340008,") + type, tools::FirstRegister::modicon),
               "holding 0 string(16) string(16)")
         << type;
   }
-  EXPECT_THAT(Row("a,40001,STRING", FirstRegister::modicon),
+  EXPECT_THAT(Row("a,40001,STRING", tools::FirstRegister::modicon),
               AllOf(HasSubstr("has no length"), HasSubstr("40001-40008")));
-  EXPECT_THAT(Row("a,40001-40004,STRING(16)", FirstRegister::modicon), HasSubstr("are 4"));
+  EXPECT_THAT(Row("a,40001-40004,STRING(16)", tools::FirstRegister::modicon), HasSubstr("are 4"));
 }
 
 TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
   const auto order = [](const std::string& type, const std::string& word,
                         const std::string& header = "Word order") {
-    const RegisterList list = Read(
-        "name;register;type;" + header + "\na;1;" + type + ";" + word + "\n", FirstRegister::one);
+    const tools::RegisterList list =
+        Read("name;register;type;" + header + "\na;1;" + type + ";" + word + "\n",
+             tools::FirstRegister::one);
     return list.errors.empty() ? list.points.at(0).order : list.errors.front();
   };
   for (const auto& [word, meant] : {std::pair{"CDAB", "CDAB"},
@@ -137,14 +138,14 @@ TEST(RegisterList, IsAskedForWhereNumbersStand) {
 }
 
 TEST(RegisterList, ColumnsStandInAnyOrderUnderManyNames) {
-  const RegisterList list = Read(
+  const tools::RegisterList list = Read(
       "R/W;Data type;Factor;Units;Parameter;Modbus address;Colour\n"
       "RW;unsigned int 16;0,1;°C;Set point #1;40011;red\n",
-      FirstRegister::modicon);
+      tools::FirstRegister::modicon);
   EXPECT_THAT(list.errors, IsEmpty());
   EXPECT_THAT(list.warnings, ElementsAre("l.csv:1: column 'Colour' is not used"));
   ASSERT_THAT(list.points, SizeIs(1));
-  const ListedPoint& point = list.points.front();
+  const tools::ListedPoint& point = list.points.front();
   EXPECT_EQ(point.name, "set_point_1");
   EXPECT_EQ(point.description, "Set point #1");
   EXPECT_EQ(point.unit, "°C");
@@ -156,7 +157,7 @@ TEST(RegisterList, ColumnsStandInAnyOrderUnderManyNames) {
 
 TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
   const auto type = [](const std::string& cells) {
-    return Row(cells, FirstRegister::zero, "name,register,type,scale");
+    return Row(cells, tools::FirstRegister::zero, "name,register,type,scale");
   };
   EXPECT_EQ(type("a,0,INT,1/10"), "holding 0 int16 float32");
   EXPECT_EQ(type("a,0,UDINT,0.01"), "holding 0 uint32 float64");
@@ -169,19 +170,19 @@ TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
 }
 
 TEST(RegisterList, NumbersThatLookLikeAnotherCountingAreDoubted) {
-  const auto warning = [](const std::string& number, FirstRegister first) {
-    const RegisterList list = Read("name,register,type\na," + number + ",WORD\n", first);
+  const auto warning = [](const std::string& number, tools::FirstRegister first) {
+    const tools::RegisterList list = Read("name,register,type\na," + number + ",WORD\n", first);
     return list.warnings.empty() ? std::string() : list.warnings.front();
   };
-  EXPECT_THAT(warning("40001", FirstRegister::one),
+  EXPECT_THAT(warning("40001", tools::FirstRegister::one),
               AllOf(HasSubstr("taken for address 40000"), HasSubstr("--first-register 40001")));
-  EXPECT_THAT(warning("30005", FirstRegister::zero), HasSubstr("taken for address 30005"));
-  EXPECT_EQ(warning("40001", FirstRegister::modicon), "");
-  EXPECT_EQ(warning("40000", FirstRegister::zero), "") << "as SunSpec counts";
+  EXPECT_THAT(warning("30005", tools::FirstRegister::zero), HasSubstr("taken for address 30005"));
+  EXPECT_EQ(warning("40001", tools::FirstRegister::modicon), "");
+  EXPECT_EQ(warning("40000", tools::FirstRegister::zero), "") << "as SunSpec counts";
 }
 
 TEST(RegisterList, PointsShareNoRegisterUnseen) {
-  const RegisterList list = Read(
+  const tools::RegisterList list = Read(
       "name,register,type,table\n"
       "a,10,UDINT,\n"
       "b,11,INT,\n"
@@ -190,7 +191,7 @@ TEST(RegisterList, PointsShareNoRegisterUnseen) {
       "e,11,INT,input\n"
       "f,20,STRING(8),\n"
       "g,23,INT,\n",
-      FirstRegister::zero);
+      tools::FirstRegister::zero);
   EXPECT_THAT(list.errors,
               ElementsAre(AllOf(HasSubstr("l.csv:3: 'b' (holding 11) overlaps 'a' in line 2"),
                                 HasSubstr("(holding 10…11)")),
@@ -201,25 +202,25 @@ TEST(RegisterList, PointsShareNoRegisterUnseen) {
 }
 
 TEST(RegisterList, ADecimalCommaAmongCommasIsNamed) {
-  const RegisterList list = Read(
+  const tools::RegisterList list = Read(
       "name,register,type,scale,unit\n"
       "a,1,INT,0,1,V\n"
       "b,2,INT,\"0,1\",V\n"
       "c,3,INT,0,1\n",
-      FirstRegister::one);
+      tools::FirstRegister::one);
   EXPECT_THAT(list.errors,
               ElementsAre(AllOf(HasSubstr("l.csv:2: there are 6 cells, and 5 columns"),
                                 HasSubstr("in quotes, \"0,1\"")),
                           AllOf(HasSubstr("l.csv:4: scale '0'"), HasSubstr("in quotes, \"0,1\""))));
-  EXPECT_THAT(Read("name,register,type\na,1,INT,,\n", FirstRegister::one).errors, IsEmpty());
+  EXPECT_THAT(Read("name,register,type\na,1,INT,,\n", tools::FirstRegister::one).errors, IsEmpty());
 }
 
 TEST(RegisterList, ExamplesAreOfTheirType) {
   const auto shown = [](const std::string& type, const std::string& example,
                         const std::string& scale = "1") {
-    const RegisterList list =
+    const tools::RegisterList list =
         Read("name;register;type;scale;example\na;1;" + type + ";" + scale + ";" + example + "\n",
-             FirstRegister::one);
+             tools::FirstRegister::one);
     if (!list.errors.empty()) return list.errors.front();
     return list.points.at(0).type + " " + list.points.at(0).simulate.value_or("-");
   };
@@ -246,7 +247,7 @@ TEST(RegisterList, ExamplesAreOfTheirType) {
 }
 
 TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
-  const RegisterList list = Read(
+  const tools::RegisterList list = Read(
       "name,register,type,access,table\n"
       "a,40001,UNIT16,r,\n"
       "A,40002,INT,readable,\n"
@@ -256,7 +257,7 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
       "d,40009,INT,r,input\n"
       "e,10001,INT,r,\n"
       "g,,INT,r,\n",
-      FirstRegister::modicon);
+      tools::FirstRegister::modicon);
   EXPECT_THAT(list.errors,
               ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
                           HasSubstr("l.csv:3: point 'a' stands twice, first in line 2"),
@@ -284,12 +285,12 @@ TEST(ListedWords, TypesOfManyManuals) {
                                    {"USINT", "uint8"},
                                    {"String[12]", "string(12)"},
                                    {"Boolean", "bool"}}) {
-    EXPECT_EQ(FormNamed(word), form) << word;
+    EXPECT_EQ(tools::FormNamed(word), form) << word;
   }
-  EXPECT_FALSE(FormNamed("int17"));
-  EXPECT_EQ(FormNamed("string"), "string") << "its registers say how long";
-  EXPECT_FALSE(FormNamed("string(0)"));
-  EXPECT_FALSE(FormNamed(""));
+  EXPECT_FALSE(tools::FormNamed("int17"));
+  EXPECT_EQ(tools::FormNamed("string"), "string") << "its registers say how long";
+  EXPECT_FALSE(tools::FormNamed("string(0)"));
+  EXPECT_FALSE(tools::FormNamed(""));
 }
 
 }  // namespace

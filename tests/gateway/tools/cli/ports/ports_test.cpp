@@ -11,7 +11,7 @@
 
 #include "gateway/base/system_trouble.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -241,4 +241,4 @@ TEST(PortRights, TheServiceIsGivenAnotherGroupByItsUnit) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

@@ -7,7 +7,7 @@
 #include "gateway/tools/cli/scan/scan.h"
 #include "gateway/tools/cli/scan/target.h"
 
-namespace baudgate {
+namespace baudgate::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -47,4 +47,4 @@ TEST(ScanTarget, IsAPortOrALine) {
 }
 
 }  // namespace
-}  // namespace baudgate
+}  // namespace baudgate::tools

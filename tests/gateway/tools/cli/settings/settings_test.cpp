@@ -14,7 +14,7 @@
 #include "protocols/spabus/protocol.h"
 #include "tests/gateway/outputs/control/fixture.h"
 
-namespace baudgate::control {
+namespace baudgate::tools {
 namespace {
 
 using settings::WriteReport;
@@ -35,9 +35,9 @@ config::Point PointOf(const std::string& name, const std::string& item, config::
 
 /// A relay of six points: what it calls itself, a current, and four settings.
 config::Config OneRelay() {
-  config::Config config = TwoLines();
+  config::Config config = status::TwoLines();
   config::Device& relay = config.lines[0].devices[0];
-  relay.traits = &SpabusProtocol().traits;
+  relay.traits = &protocols::SpabusProtocol().traits;
   relay.profile = "spaj140c";
   relay.points.clear();
   relay.points.push_back(PointOf("type_designation", "F", config::Access::read));
@@ -78,9 +78,9 @@ class FakeWriter final : public settings::PointWriter {
   std::function<void(const std::string& point, const std::string& value)> take;
 };
 
-class SettingsTest : public ControlTest {
+class SettingsTest : public control::ControlTest {
  protected:
-  SettingsTest() : ControlTest(OneRelay()) {
+  SettingsTest() : control::ControlTest(OneRelay()) {
     Reads(kName, std::string(" SPCJ 4D29 "));
     Reads(kActive, 1.0);
     Reads(kCurrent, 30.3);
@@ -92,8 +92,9 @@ class SettingsTest : public ControlTest {
     };
   }
   void Reads(std::size_t point, const Value& value, Quality quality = Quality::good) {
-    const Sample sample{static_cast<std::uint32_t>(point), value, quality};
-    store_.UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::online; });
+    const bus::Sample sample{static_cast<std::uint32_t>(point), value, quality};
+    store_.UpdateStatus(0,
+                        [](bus::DeviceStatus& status) { status.state = bus::DeviceState::online; });
     store_.Update(0, {&sample, 1}, ReadClocks(), 20ms);
   }
   SettingsOptions Options(bool confirm = false) {
@@ -200,7 +201,7 @@ TEST_F(SettingsTest, ComparisonShowsEachDifference) {
   SettingsOptions options = Options();
   options.json = true;
   EXPECT_EQ(RunSettingsCompare(options, out_, err_), 3);
-  const Json json = Json::parse(out_.str());
+  const status::Json json = status::Json::parse(out_.str());
   EXPECT_EQ(json["same"], false);
   EXPECT_EQ(json["different"].size(), 2U);
   EXPECT_EQ(json["different"][0]["device"], "0.9");
@@ -418,4 +419,4 @@ TEST_F(SettingsTest, AGatewayThatCannotWriteIsToldByItsWords) {
 }
 
 }  // namespace
-}  // namespace baudgate::control
+}  // namespace baudgate::tools
