@@ -68,6 +68,13 @@ void ReplaceSimulate(std::string& line, std::size_t at, const FixedValues& value
   }
 }
 
+/// A name for each station of this program: in DDS the gateway of the test before may still say
+/// that it ends.
+std::string NextGateway() {
+  static int stations = 0;
+  return "test-" + std::to_string(::getpid()) + "-" + std::to_string(++stations);
+}
+
 }  // namespace
 
 std::uint16_t FreePort() {
@@ -107,8 +114,7 @@ pid_t ChildOf(const Child& process) {
   return 0;
 }
 
-Station::Station()
-    : port_(FreePort()), domain_(FreeDomain()), gateway_("test-" + std::to_string(::getpid())) {
+Station::Station() : port_(FreePort()), domain_(FreeDomain()), gateway_(NextGateway()) {
   std::string form = (fs::temp_directory_path() / "baudgate-test-XXXXXX").string();
   if (::mkdtemp(form.data()) != nullptr) directory_ = form;
 }
