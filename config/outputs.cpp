@@ -61,8 +61,9 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   dds.discovery_servers.push_back(*server);
 }
 
-/// Who is asked beside the multicast group, or in its place: `dds: { peers, discovery_servers,
-/// multicast }`. After `interfaces`, which must reach what stands here.
+/// Reads the hosts that are asked beside the multicast group, or in its place: `dds: { peers,
+/// discovery_servers, multicast }`. To be called after `interfaces` is read: warns about hosts that
+/// these do not reach.
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto peers = map.Get("peers")) {
     for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
@@ -101,8 +102,8 @@ std::string PathOf(const std::string& path, const std::string& key, const Mark& 
 }
 
 /// `dds: { security: … }`: a folder, or the files one by one. Paths come out absolute. The files
-/// are not looked at: what is wrong with them is a state of the gateway, and for `baudgate check`
-/// to say.
+/// are not opened here: a missing or wrong file does not make the configuration invalid. The
+/// running gateway and `baudgate check` report it.
 DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   if (node.kind() == YamlNode::Kind::scalar) {
     const auto folder = ReadText(node, "security", context.problems);

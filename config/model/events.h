@@ -29,7 +29,7 @@ inline constexpr std::array<Word<AlarmPriority>, 4> kWords<AlarmPriority> = {
      {"off", AlarmPriority::none}}};
 std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
 
-/// Of an event of a point or a device, in `alarm`.
+/// The words that `alarm` of an event may have, for points and devices.
 inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
     {{"no", AlarmPriority::none},
      {"yes", AlarmPriority::medium},
@@ -128,9 +128,10 @@ struct AlarmSetting {
 
 template <typename Visit>
 void VisitFields(const AlarmSetting*, Visit visit) {
-  visit(Field<&AlarmSetting::priority>{.help = "of the alarms that the gateway raises itself"});
+  visit(Field<&AlarmSetting::priority>{
+      .help = "priority of the alarms that the gateway raises itself"});
   visit(Field<&AlarmSetting::delay>{
-      "delay", "a trouble raises its alarm once it has lasted this long", 0ms, 24h});
+      "delay", "an alarm is raised once its cause has lasted this long", 0ms, 24h});
 }
 
 }  // namespace baudgate::config

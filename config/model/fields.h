@@ -74,7 +74,7 @@ struct Word {
 };
 inline constexpr std::array<Word<bool>, 2> kDenyAllow = {{{"deny", false}, {"allow", true}}};
 
-/// In the table of keys, of a key that has no default.
+/// Stands in the table of keys in place of a default, where the key must be given.
 inline constexpr std::string_view kRequired = "required";
 
 template <typename E, std::size_t kCount = 0>
@@ -96,7 +96,7 @@ constexpr auto WordsOfNames() {
 template <typename E>
 inline constexpr auto kWords = WordsOfNames<E>();
 
-/// "strip": the first word for this value.
+/// The first word of kWords for this value, such as "strip" for Echo::strip; empty: it has none.
 template <typename E>
 requires std::is_enum_v<E>
 constexpr std::string_view Name(E value) {
@@ -111,7 +111,7 @@ T ValueOf(T Struct::*);
 template <typename Struct, typename T>
 T ValueOf(std::optional<T> Struct::*);
 
-/// A setting, and the key that messages name it by. With `help` it stands in the table of keys.
+/// A setting, with its key in the file and in messages. Only with `help` docs/keys.md lists it.
 template <auto kMember>
 struct Field {
   using Value = decltype(ValueOf(kMember));

@@ -99,7 +99,7 @@ void VisitFields(const Line*, Visit visit) {
             "hardware, software", "hardware"});
   visit(Key{"rs485", "a map, below"});
   visit(Field<&Line::protocol>{.help = "a name from `baudgate protocols`",
-                               .fallback = "required, unless it has serial_server"});
+                               .fallback = "required, unless the line has serial_server"});
   visit(Derived<&Line::tcp>());
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());

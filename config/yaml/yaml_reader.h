@@ -131,7 +131,7 @@ class MapReader {
     return ReadWord(*node, std::string(key), words, problems_);
   }
 
-  /// The value of a field's key: one of its words, a flag, a number or a time in its range, a text.
+  /// Reads the value of a field's key: a word, a flag, a number or a time in its range, or a text.
   template <auto kMember, typename T = typename Field<kMember>::Value>
   requires std::is_enum_v<T> || std::integral<T> || std::same_as<T, Duration> ||
       std::same_as<T, Decimal> || std::same_as<T, std::string>

@@ -25,7 +25,7 @@ class Daemon {
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
 
-  /// Before Start: one more output, behind the others in the list.
+  /// Adds an output behind the others in the list. To be called before Start.
   void Add(OutputRow output);
   /// The names of the outputs, in the order in which they are stopped. After Start.
   std::vector<std::string_view> outputs() const;

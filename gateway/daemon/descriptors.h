@@ -1,6 +1,6 @@
 // File descriptors: how many the gateway needs by its configuration, and how many clients and
-// viewers may connect if the system allows fewer. Neither may take descriptors that are needed to
-// open a port again or to answer the control socket; nor may viewers take those of clients.
+// viewers may connect if the system allows fewer. Ports, sockets and files come first; viewers get
+// at most an eighth of the limit, and clients what is left.
 // OpenFiles counts the descriptors that are open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -17,7 +17,7 @@
 
 namespace baudgate::daemon {
 
-/// Of the gateway, its lines and these outputs.
+/// The files that the gateway, its lines and these outputs may have open at once.
 outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
 
 /// Raises this process's soft limit towards `needed`, as far as the hard one allows; never lowers

@@ -143,8 +143,8 @@ class LineObserver {
 /// Makes the observer of a line; the roster outlives it.
 using MakeObserver = std::function<std::unique_ptr<LineObserver>(const Roster& roster)>;
 
-/// Where a line hands over events to be saved: implemented by gateway/records/event_path.h. On the
-/// threads of the lines; returns at once.
+/// Takes over the events of lines and saves them: implemented by gateway/records/event_path.h.
+/// Called on the threads of the lines; returns at once.
 class EventSink {
  public:
   virtual ~EventSink() = default;

@@ -33,7 +33,7 @@ class JobAsking {
   /// Both outlive it.
   JobAsking(Probes& probes, DeviceAccounts& accounts) : probes_(probes), accounts_(accounts) {}
 
-  /// Puts the request into the job. `repeats`: see Job::Step.
+  /// Asks the conversation for the next request and puts it into the job. `repeats`: see Job::Step.
   NextStep Ask(Job& job, int repeats, Instant now);
 
  private:

@@ -268,7 +268,7 @@ void LineInputs::Date(LineNews& news, Instant now) const {
   news.end->since_reply = now - std::max(arrival_.Earliest(read), read - news.end->round_trip);
 }
 
-/// The news of one input, in their order. HandleEnd applies the end of an exchange.
+/// Applies the news of one input, in their order; HandleEnd applies the end of an exchange.
 void LineInputs::Apply(LineNews news, Now now) {
   Date(news, now.instant);
   unasked_.OnInput(news.unasked, now);

@@ -302,7 +302,7 @@ std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer, cons
   return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
-/// Permission, limits, and what the device can represent.
+/// Checks permission and limits, and converts each value to what the device can represent.
 std::optional<WriteDenial> WriteGate::ConvertValues(const WriteAsk& ask, Writes& writes) const {
   const config::Device& device = store_.device(ask.device);
   for (const WriteAsk::Part& part : ask.parts) {

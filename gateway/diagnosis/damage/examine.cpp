@@ -480,7 +480,8 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   auto words = of_reply ? std::nullopt : Words(hearing, heard);
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
-    // Where it comes again and again, it is its form (gateway/diagnosis/observer.cpp).
+    // The same bytes twice in a row for the same request are the usual form of this device, not
+    // damage (ReplyHabits::Compare). The cause is kept for that case.
     if (other_form && nearly->symptom == Symptom::bytes_lost) {
       nearly->cause = recognised->cause;
       nearly->remedy = recognised->remedy;

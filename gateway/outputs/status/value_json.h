@@ -69,7 +69,7 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// The value of a row whose key is `key`.
+/// The value of a row. The end of `key` (_us, _ms) says in which unit; an instant becomes an age.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;

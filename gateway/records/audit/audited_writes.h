@@ -88,7 +88,7 @@ struct Draft {
   WriteRecord record;  ///< seq 0: it is not in the file yet
 };
 
-/// From any thread; only WaitFor waits.
+/// May be called from any thread. Only WaitFor waits.
 class WriteLog {
  public:
   enum class Written : std::uint8_t {

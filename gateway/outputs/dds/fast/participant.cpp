@@ -56,8 +56,8 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-/// Whom a participant asks beside the multicast group, or in its place. To Fast DDS a server is a
-/// peer with a port.
+/// Sets the hosts that the participant asks beside the multicast group, or in its place. To Fast
+/// DDS a server is a peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;

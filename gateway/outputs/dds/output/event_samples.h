@@ -15,7 +15,7 @@ namespace baudgate::dds {
 
 class EventSamples final : public dds::EventSupply {
  public:
-  /// The name of DDS in the file of the cursors.
+  /// The name of DDS in the file that says up to where each output has got the events.
   static constexpr char kConsumer[] = "dds";
 
   /// Without `events` only alarms: the numbers of events would start again at each start.

@@ -106,7 +106,7 @@ using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
 class Router {
  public:
-  /// Lines and log outlive it. See ModbusLinks.
+  /// Lines and log must outlive this object. See ModbusLinks.
   Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
          audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 

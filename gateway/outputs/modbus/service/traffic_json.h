@@ -13,8 +13,8 @@
 
 namespace baudgate::modbus {
 
-/// {"clients":[…],"masters":[…],"closed":[…],"routes":[…],"labels":{"route":{…}}}; with `line` only
-/// the routes that lead to it, and nothing else.
+/// {"clients":[…],"masters":[…],"closed":[…],"other_framing":[…],"routes":[…],"labels":{…}}. With
+/// `line` only the routes that lead to that line; the other arrays are empty.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
                                    Now now);
 

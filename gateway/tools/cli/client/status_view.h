@@ -48,8 +48,9 @@ std::string DdsSentence(const nlohmann::ordered_json& status);
 std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
 /// "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"; empty where there is none.
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
-/// "bay-1: …", "bay-1.feeder-2: …" and "route 20 to line bay-1: …"; then of each section of the
-/// status that has an `advice`, by its key: "audit: …".
+/// All advice, each sentence behind its subject: "bay-1: …", "bay-1.feeder-2: …", "master on PORT:
+/// …", "route 20 to line bay-1: …"; then that of each other section of the status behind the key of
+/// the section: "audit: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 
 /// `target` as in the request: nothing, a line, or a device. Throws a nlohmann exception where a
