@@ -1,5 +1,5 @@
-// What is installed: protocol modules and device profiles. Filled by modules.h; read by the loader
-// and by the commands that list them.
+// Catalog holds the installed protocol modules and device profiles. modules.h fills the catalog;
+// the loader reads it, and so do the commands that list modules and profiles.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

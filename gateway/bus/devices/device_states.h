@@ -35,7 +35,7 @@ class DeviceStates {
   bool OnTrouble(const Device& device);
   /// Another device answers in its place.
   void OnReplaced(const Member& member);
-  /// What the conversation wants to know after a restart may have changed.
+  /// Saves what the conversation has learned and needs after a restart, if that has changed.
   void OnMemory(Device& device);
   void ShowOverride(const Member& member);
   void ShowTimes(const Device& device);

@@ -528,7 +528,7 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* 
   Received heard;
   heard.bytes = std::move(result.bytes);
   if (mode_ == config::Echo::off) {
-    // What equals its request may as well be the reply.
+    // Where a good reply equals its request (`mirrors`), the bytes may be the reply, not an echo.
     heard.echo = result.complete && asked != nullptr && !asked->expect.mirrors;
     if (!heard.echo) return heard;
     echoes_ = echoed_ = true;

@@ -215,7 +215,7 @@ Outcome ReplyJudge::LeaveUnproven(Job& job, View frame, Outcome outcome) {
   return answer.outcome = Outcome::unexpected;
 }
 
-/// Its own, as its conversation reads it.
+/// Has the conversation read the reply to the request of the job.
 Outcome ReplyJudge::Read(Job& job, View frame, Instant now) {
   protocols::Conversation& conversation = *job.member->device->conversation;
   protocols::Answer& answer = job.attempt.answer;
@@ -223,7 +223,8 @@ Outcome ReplyJudge::Read(Job& job, View frame, Instant now) {
   answer = planned ? conversation.OnFrame(job.task, job.step.request, frame, now)
                    : conversation.Interpret(job.step.request.bytes, frame);
   job.unplanned = !planned;
-  // What a probe reads may be nobody's, and a query that no longer exists was not checked.
+  // Readings are dropped if the reply may belong to another request, or if the plan no longer has
+  // the query, so that nothing could check them.
   if (!planned || !job.attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();

@@ -105,9 +105,9 @@ class JobSending {
   LineAccount& account_;
 };
 
-// What a frame means that came as the reply to a job's request: to which request it belongs
-// (gateway/bus/replies/whose_reply.h), and what its conversation reads in it. Stores the result in
-// the job. Called by Reception (gateway/bus/poller/poller.h).
+// ReplyJudge decides what a frame means that comes while a request of a job is out: to which
+// request it belongs (gateway/bus/replies/whose_reply.h), and what the conversation reads in it.
+// ReplyJudge stores the result in the job. Called by Reception (gateway/bus/poller/poller.h).
 //
 //   a frame comes                        outcome
 //   it may be the echo of the request    unexpected

@@ -90,11 +90,11 @@ class Speaker {
   Finding OnDamaged() { return observer_.OnUnaskedDamage(); }
   /// Only in use.
   Said OnMessage(const UnaskedMessage& message, Now now);
-  /// What its message looked like.
+  /// Returns what the message looked like on the wire, for the diagnosis.
   Finding Look(const Said& said);
   /// When OnTimer may have something even without a message.
   std::optional<Instant> DueAt() const;
-  /// What follows without a message; its outcome does not count.
+  /// Returns what follows when time passes without a message. Its outcome is not counted.
   std::optional<Said> OnTimer(Now now);
 
   /// A batch of its events is on the disk.
@@ -139,7 +139,7 @@ class UnaskedSide {
   void OnOpened();
   /// Bytes of the line.
   void Overhear(View bytes, Instant now);
-  /// What the line has made of them.
+  /// Takes what the line has made of these bytes: a message, or the damage in them.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
   /// A batch of events of the device is on the disk.

@@ -37,7 +37,7 @@ struct Counted {
   int place = 0;
   /// "baudgate_exchanges_total"; empty: /metrics does not have it. Names are a public contract.
   std::string_view metric{};
-  /// Of the metric.
+  /// Explains the metric, in the line `# HELP` of /metrics.
   std::string_view help{};
 };
 
