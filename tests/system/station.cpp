@@ -22,17 +22,18 @@ namespace fs = std::filesystem;
 
 constexpr int kQualityOffset = 20000;
 
-/// True: this number is this process' own until it ends, whatever test processes run beside it.
-bool Claim(const std::string& what, int number) {
+/// Claims this number, whatever test processes run beside this one: for as long as the descriptor
+/// that is returned is open. Below zero: another process has it.
+int Claim(const std::string& what, int number) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string name = "baudgate-test-" + what + "-" + std::to_string(number);
   name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // abstract: it is no file
   const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), size) == 0) return true;
+  if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), size) == 0) return descriptor;
   ::close(descriptor);
-  return false;
+  return -1;
 }
 
 bool CanBind(std::uint16_t port) {
@@ -68,20 +69,13 @@ void ReplaceSimulate(std::string& line, std::size_t at, const FixedValues& value
   }
 }
 
-/// A name for each station of this program: in DDS the gateway of the test before may still say
-/// that it ends.
-std::string NextGateway() {
-  static int stations = 0;
-  return "test-" + std::to_string(::getpid()) + "-" + std::to_string(++stations);
-}
-
 }  // namespace
 
 std::uint16_t FreePort() {
   static int next = 12000 + static_cast<int>(::getpid() % 900) * 20;
   for (;; ++next) {
     const auto port = static_cast<std::uint16_t>(next);
-    if (!Claim("port", next) || !CanBind(port)) continue;
+    if (Claim("port", next) < 0 || !CanBind(port)) continue;
     ++next;
     return port;
   }
@@ -89,12 +83,16 @@ std::uint16_t FreePort() {
 
 int FreeDomain() {
   constexpr int kDomains = 99;
-  static const int claimed = [] {
-    int domain = 1 + static_cast<int>(::getpid() % kDomains);
-    while (!Claim("domain", domain)) domain = 1 + domain % kDomains;
-    return domain;
-  }();
-  return claimed;
+  static int domain = static_cast<int>(::getpid() % kDomains);
+  static int claim = -1;
+  int next = -1;
+  while (next < 0) {
+    domain = 1 + domain % kDomains;
+    next = Claim("domain", domain);
+  }
+  if (claim >= 0) ::close(claim);
+  claim = next;
+  return domain;
 }
 
 std::vector<Json> JsonLines(const std::string& output) {
@@ -114,7 +112,8 @@ pid_t ChildOf(const Child& process) {
   return 0;
 }
 
-Station::Station() : port_(FreePort()), domain_(FreeDomain()), gateway_(NextGateway()) {
+Station::Station()
+    : port_(FreePort()), domain_(FreeDomain()), gateway_("test-" + std::to_string(::getpid())) {
   std::string form = (fs::temp_directory_path() / "baudgate-test-XXXXXX").string();
   if (::mkdtemp(form.data()) != nullptr) directory_ = form;
 }

@@ -88,7 +88,9 @@ pid_t ChildOf(const Child& process);
 /// gives to clients.
 std::uint16_t FreePort();
 
-/// This process' DDS domain, 1 to 99.
+/// A DDS domain, 1 to 99, that no other test has: another one at each call, because the gateway of
+/// the test before may still say in its domain that it ends. The domain of the call before is free
+/// again.
 int FreeDomain();
 
 }  // namespace baudgate::system_test
