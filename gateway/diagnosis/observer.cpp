@@ -12,22 +12,120 @@
 
 namespace baudgate::diagnosis {
 
-Observer::Observer(const bus::Roster& roster) : roster_(roster) {
+Observer::Observer(const bus::Roster& roster, bus::PointStore& store)
+    : roster_(roster), store_(store) {
   if (bus::Device* const speaker = roster.Speaker()) overheard_.emplace(*speaker, roster);
 }
 
-std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster) {
-  return std::make_unique<Observer>(roster);
+std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::PointStore& store) {
+  return std::make_unique<Observer>(roster, store);
 }
 
-std::optional<Finding> Observer::OnUnaskedBytes(View bytes, Instant now) {
-  return overheard_ ? overheard_->Hear(bytes, now) : std::nullopt;
+// ---------------------------------------------------------------- the status
+
+void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
+  const bus::Member& member = *ended.member;
+  Finding finding = TakeFinding(ended.end.outcome);
+  Complete(ended, finding);
+  last_[member] = {finding.symptom, finding.asked};
+  // The part that has ended the connection may have reported why.
+  const bool counts = !ended.broadcast && (!ended.cut_off() || finding.bytes > 0);
+  if (!counts || member.device == nullptr) return;
+  store_.UpdateStatus(member.index, [&](bus::DeviceStatus& status) {
+    status.findings.Add(std::move(finding), now.instant);
+  });
 }
+
+/// Adds to `finding` what the bytes do not show: the words of the device, and that its reply was
+/// not taken.
+void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
+  const bus::ExchangeEnd& end = ended.end;
+  const protocols::Answer& answer = *ended.answer;
+  const bus::Unproven* const unproven = ended.unproven;
+  const std::string& reason = answer.reason.empty() ? end.reason : answer.reason;
+  const bool refuses = ended.answered() && end.outcome != Outcome::ok;
+  finding.outcome = end.outcome;
+  finding.ended = end.ended;
+  // The form of the reply to an earlier request; but the order of replies is proven.
+  const bool proven = ended.verdict.odd && finding.symptom == Symptom::one_behind;
+  if (proven) finding.symptom = Symptom::odd;
+  if (refuses || (unproven != nullptr && !unproven->refusal.empty())) {
+    finding.symptom = Symptom::refusal;
+    if (!refuses) finding.outcome = unproven->refused_as;
+    finding.cause = refuses ? reason : unproven->refusal;
+    finding.remedy = answer.remedy;
+  } else if (unproven != nullptr) {
+    finding.symptom = Symptom::doubted;
+  } else if (finding.symptom == Symptom::clean && !reason.empty() && !answer.remedy.empty()) {
+    finding.symptom = Symptom::no_number;
+    finding.cause = answer.reason;
+    finding.remedy = answer.remedy;
+  } else if (finding.symptom == Symptom::clean && answer.no_number) {
+    finding.symptom = Symptom::no_number;
+    finding.cause = Printable(ToBytes(*answer.no_number));
+  } else if (finding.symptom == Symptom::odd) {
+    // Without a reason: the reply was good, and an earlier exchange has met it.
+    if (reason.empty()) finding.symptom = Symptom::silence;
+    finding.cause = reason;
+    finding.remedy = answer.remedy;
+  } else if (finding.symptom == Symptom::one_behind && finding.cause.empty()) {
+    finding.cause = reason;
+  }
+}
+
+void Observer::OnPoll(const bus::Device& device, std::size_t query) {
+  const Last& last = last_[device];
+  store_.UpdateStatus(device.index, [&](bus::DeviceStatus& status) {
+    if (query >= status.queries.size()) return;
+    bus::QueryCount& count = status.queries[query];
+    count.refused = last.symptom == Symptom::refusal ? count.refused + 1 : 0;
+    count.symptom = last.symptom;
+    count.asked = last.asked;
+  });
+}
+
+/// An exchange of the member, `back` before its last, looks different now.
+void Observer::Amend(const bus::Member& member, const Finding& finding, std::size_t back) {
+  if (back == 0) last_[member].symptom = finding.symptom;
+  if (member.device == nullptr) return;
+  store_.UpdateStatus(member.index, [&](bus::DeviceStatus& status) {
+    status.findings.Amend(finding, back);
+  });
+}
+
+void Observer::OnUnaskedBytes(View bytes, Instant now) {
+  const auto before = overheard_ ? overheard_->Hear(bytes, now) : std::nullopt;
+  if (before) Amend(*roster_.Speaker(), *before, 0);
+}
+
+void Observer::OnUnasked(const bus::Device& device, Outcome outcome, const std::string& reason,
+                         const std::string& remedy, Duration rest, Instant now) {
+  Finding finding{.idle = rest};
+  if (!ProvesLife(outcome)) {
+    finding = overheard_->OnDamaged();
+  } else {
+    overheard_->OnRead();
+    if (!reason.empty()) {
+      finding.symptom = Symptom::refusal;
+      finding.cause = reason;
+      finding.remedy = remedy;
+    }
+  }
+  store_.UpdateStatus(device.index, [&](bus::DeviceStatus& status) {
+    status.findings.Add(std::move(finding), now);
+  });
+}
+
+// ---------------------------------------------------------------- what came
 
 bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 
 void Observer::OnRequest(const bus::Member& member, const protocols::Request& request,
                          Instant now) {
+  for (EarlierFinding& changed : TakeChanged()) {
+    Amend(*changed.member, changed.finding, changed.back);
+    if (changed.lateness > Duration::zero()) late_.push_back({changed.member, changed.lateness});
+  }
   Bytes unanswered;  // what came to its last request
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
   exchange_.Begin(member, request, member.times, now);
@@ -87,8 +185,8 @@ Finding Observer::Greet(Finding finding) {
   return Greeting(exchange_.AsHearing(roster_), greeting_.text()).value_or(finding);
 }
 
-std::vector<bus::EarlierFinding> Observer::TakeChanged() {
-  std::vector<bus::EarlierFinding> changed;
+std::vector<EarlierFinding> Observer::TakeChanged() {
+  std::vector<EarlierFinding> changed;
   if (auto more = More()) changed.push_back({exchange_.member(), std::move(*more)});
   while (auto earlier = earlier_.Take()) changed.push_back(std::move(*earlier));
   return changed;

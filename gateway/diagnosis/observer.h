@@ -1,10 +1,10 @@
-// Watches a line for the status: keeps what comes between one request and the next, and says what
-// the exchange looked like, also when more has come after its end. Overheard does the same for the
-// device that sends unasked. Start here to read the diagnosis: findings are counted in
-// gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h makes sentences of them.
-// Decides nothing on the bus, which calls it as `LineObserver`; which replies count is decided in
-// gateway/bus/replies/whose_reply.h. One thing that it finds counts there: a late reply
-// (EarlierFinding). Bounded memory. The parts of Observer have a question each:
+// Watches a line for the status: keeps what comes between one request and the next, and writes into
+// the status of the device what the exchange looked like, also when more has come after its end.
+// Overheard does the same for the device that sends unasked. Start here to read the diagnosis:
+// findings are counted in gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h
+// makes sentences of them. Decides nothing on the bus, which calls it as `LineObserver`; which
+// replies count is decided in gateway/bus/replies/whose_reply.h. One thing that it finds counts
+// there: a late reply (TakeLate). Bounded memory. The parts of Observer have a question each:
 //
 //   HeardExchange    what came in this exchange?
 //   ServerGreeting   what did the connection say before the first request?
@@ -17,7 +17,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,8 +28,9 @@
 #include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/replies/ended_exchange.h"
 #include "gateway/diagnosis/damage/earlier_replies.h"
 #include "gateway/diagnosis/damage/examine.h"
 #include "gateway/diagnosis/damage/reply_habits.h"
@@ -108,8 +112,8 @@ class Overheard {
 
 class Observer : public bus::LineObserver {
  public:
-  /// `roster` outlives it.
-  explicit Observer(const bus::Roster& roster);
+  /// Both must stay valid for the lifetime of this object.
+  Observer(const bus::Roster& roster, bus::PointStore& store);
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
@@ -121,16 +125,31 @@ class Observer : public bus::LineObserver {
                  Instant now) override;
   void Hear(View bytes, Instant now) override;
   void OnReply(View frame) override { exchange_.Take(frame); }
-  Finding TakeFinding(Outcome outcome) override;
+  void OnExchange(const bus::EndedExchange& ended, Now now) override;
   bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
-  std::vector<bus::EarlierFinding> TakeChanged() override;
+  std::vector<bus::LateReply> TakeLate() override { return std::exchange(late_, {}); }
+  void OnPoll(const bus::Device& device, std::size_t query) override;
 
-  std::optional<Finding> OnUnaskedBytes(View bytes, Instant now) override;
+  void OnUnaskedBytes(View bytes, Instant now) override;
   bool IsNegotiation(View bytes) const override;
-  Finding OnUnaskedDamage() override { return overheard_->OnDamaged(); }
-  void OnUnaskedRead() override { overheard_->OnRead(); }
+  void OnUnasked(const bus::Device& device, Outcome outcome, const std::string& reason,
+                 const std::string& remedy, Duration rest, Instant now) override;
+
+  // The two halves of OnExchange and OnRequest, without the status; for tests.
+  /// How the exchange looked on the wire.
+  Finding TakeFinding(Outcome outcome);
+  /// Exchanges that look different now, because more has come since they were looked at; each once.
+  std::vector<EarlierFinding> TakeChanged();
 
  private:
+  /// Of the last exchange of a member.
+  struct Last {
+    Symptom symptom = Symptom::clean;
+    std::uint8_t asked = 0;  // the special bytes of its request
+  };
+
+  static void Complete(const bus::EndedExchange& ended, Finding& finding);
+  void Amend(const bus::Member& member, const Finding& finding, std::size_t back);
   std::optional<Finding> More();
   void OnAnswered();
   Finding Look();
@@ -138,16 +157,19 @@ class Observer : public bus::LineObserver {
   Finding Greet(Finding finding);
 
   const bus::Roster& roster_;
+  bus::PointStore& store_;
+  bus::ByMember<Last> last_;
   HeardExchange exchange_;  // the last one
   ServerGreeting greeting_;
   ReplyHabits habits_;
   EarlierReplies earlier_{habits_};
   Symptom told_ = Symptom::clean;
   bool negotiated_ = false;
+  std::vector<bus::LateReply> late_;
   std::optional<Overheard> overheard_;  // of the first device that sends unasked
 };
 
 /// For Poller.
-std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster);
+std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::PointStore& store);
 
 }  // namespace baudgate::diagnosis

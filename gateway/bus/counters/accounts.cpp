@@ -26,31 +26,30 @@ void DeviceAccounts::OnOpened() {
 
 // ---------------------------------------------------------------- exchanges
 
-void DeviceAccounts::OnExchange(const Member& member, const ExchangeEnd& end,
-                                const Finding& finding, About about) {
-  const bool life = ProvesLife(end.outcome);
-  const bool answered = life && !about.broadcast;
-  const bool cut_off = end.outcome == Outcome::line_down;
-  const Outcome outcome = about.routed && life ? Outcome::ok : end.outcome;
-  entries_[member].symptom = finding.symptom;
-  entries_[member].asked = finding.asked;
+void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
+  const Member& member = *ended.member;
+  const ExchangeEnd& end = ended.end;
+  const bool life = ended.answered();
+  const bool answered = life && !ended.broadcast;
+  const bool cut_off = ended.cut_off();
+  const bool looks = ended.asked.probe && member.health.absent();  // whether it is back
+  const Outcome outcome = ended.routed && life ? Outcome::ok : end.outcome;
+  ShowPatience(member, ended.patience);
+  ShowLag(member, ended.lags);
   CountMissed();
   Change(member, [&](DeviceStatus& status) {
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
-    if (!about.probe && !cut_off) status.recent.Add(outcome);
+    if (!looks && !cut_off) status.recent.Add(outcome);
     status.busy = entries_[member].busy;
     if (outcome != Outcome::ok) status.last_reason = end.reason;
     status.learned = member.device->conversation->WhatIsLearned();
     status.lacks_time = member.device->conversation->LacksTime();
-    // The part that has ended the connection may have reported why.
-    if (!about.broadcast && (!cut_off || finding.bytes > 0))
-      status.findings.Add(finding, now_.instant);
-    if (!about.broadcast && !cut_off) Count(member, answered, status);
+    if (!ended.broadcast && !cut_off) Count(member, answered, status);
     if (!answered) return;
-    status.last_ok = now_.instant;
-    status.last_ok_wall = now_.wall;
+    status.last_ok = now.instant;
+    status.last_ok_wall = now.wall;
     status.round_trips.Add(end.round_trip);
   });
 }
@@ -87,11 +86,6 @@ void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& st
   if (answered) entry.out = false;
 }
 
-void DeviceAccounts::OnMore(const Member& member, const Finding& finding, std::size_t back) {
-  if (back == 0) entries_[member].symptom = finding.symptom;
-  Change(member, [&](DeviceStatus& status) { status.findings.Amend(finding, back); });
-}
-
 void DeviceAccounts::OnUnsupported(const Member& member, const std::string& reason) {
   Change(member, [&reason](DeviceStatus& status) {
     status.last_outcome = Outcome::unsupported;
@@ -114,21 +108,22 @@ void DeviceAccounts::OnUnconfirmed(const Member& member) {
   Change(member, [](DeviceStatus& status) { ++status.unconfirmed; });
 }
 
-void DeviceAccounts::OnLate(const Member& member, Duration lateness) {
+void DeviceAccounts::OnLate(const Member& member, Duration lateness, Duration patience) {
+  ShowPatience(member, patience);
   Change(member, [lateness](DeviceStatus& status) {
     ++status.late;
     status.lateness = std::max(status.lateness, lateness);
   });
 }
 
-void DeviceAccounts::OnPatience(const Member& member, Duration more) {
+void DeviceAccounts::ShowPatience(const Member& member, Duration more) {
   more = std::chrono::floor<std::chrono::milliseconds>(more);
   Duration& known = entries_[member].patience;
   if (std::exchange(known, more) == more) return;
   Change(member, [more](DeviceStatus& status) { status.patience = more; });
 }
 
-void DeviceAccounts::OnLags(const Member& member, bool lags) {
+void DeviceAccounts::ShowLag(const Member& member, bool lags) {
   std::uint32_t& known = entries_[member].behind;
   if (!lags && known == 0) return;
   known = lags ? known + 1 : 0;
@@ -157,8 +152,6 @@ void DeviceAccounts::OnTask(const Member& member, bool answered) {
 void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answered, bool missed) {
   const auto queries = device.conversation->Queries();
   if (query >= queries.size()) return;
-  const Symptom symptom = entries_[device].symptom;
-  const std::uint8_t asked = entries_[device].asked;
   Change(device, [&](DeviceStatus& status) {
     status.queries.resize(queries.size());
     QueryCount& count = status.queries[query];
@@ -168,9 +161,6 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
     count.in_vain = answered ? 0 : count.in_vain + 1;
     count.failures =
         static_cast<std::uint8_t>(count.failures << 1U | (missed || !answered ? 1U : 0U));
-    count.refused = symptom == Symptom::refusal ? count.refused + 1 : 0;
-    count.symptom = symptom;
-    count.asked = asked;
   });
 }
 
@@ -212,14 +202,12 @@ void DeviceAccounts::OnSpeaks(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.unasked = true; });
 }
 
-void DeviceAccounts::OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
-                               const Finding& finding) {
+void DeviceAccounts::OnUnasked(const Member& member, Outcome outcome, const std::string& reason) {
   Change(member, [&](DeviceStatus& status) {
     ++status.exchanges;
     ++status.outcomes[static_cast<std::size_t>(outcome)];
     status.last_outcome = outcome;
     status.recent.Add(outcome);
-    status.findings.Add(finding, now_.instant);
     status.learned = member.device->conversation->WhatIsLearned();
     status.missing = member.device->conversation->WhatIsMissing();
     if (outcome != Outcome::ok) {
@@ -237,7 +225,7 @@ void DeviceAccounts::OnLostEvents(const Member& member, std::size_t events) {
   });
 }
 
-void FastRounds::OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now) {
+void FastRounds::OnPoll(const Member& member, const Poll& poll, Instant now) {
   Entry& entry = entries_[member];
   entry.wire += poll.wire;
   entry.clean = entry.clean && poll.answered;

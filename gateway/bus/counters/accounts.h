@@ -18,15 +18,14 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/points/device_status.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/schedule/effects.h"
+#include "gateway/bus/replies/ended_exchange.h"
 #include "gateway/bus/schedule/schedule.h"
 
 namespace baudgate::bus {
 
 // The accounts of the members of a line: how their exchanges, polls and writes have ended, and how
-// much line time they took. Shown in the point store. Driven by DeviceTracker, EffectApplier and
-// the phases of a job.
-class DeviceAccounts {
+// much line time they took. Shown in the point store. Driven by DeviceTracker and by jobs.
+class DeviceAccounts final : public ExchangeObserver {
  public:
   /// All references outlive it.
   DeviceAccounts(const Roster& roster, const Schedule& schedule, PointStore& store,
@@ -39,28 +38,15 @@ class DeviceAccounts {
   /// The port has opened.
   void OnOpened();
 
-  /// What the end of an exchange says about the member.
-  struct About {
-    bool broadcast = false;  ///< nothing answers
-    bool probe = false;      ///< it finds out whether an offline member is back
-    bool routed = false;     ///< of a client: a refusal says nothing about the member
-  };
-  void OnExchange(const Member& member, const ExchangeEnd& end, const Finding& finding,
-                  About about);
-  /// More has come after its last exchange, or after the one `back` before it, and that exchange
-  /// now looks different.
-  void OnMore(const Member& member, const Finding& finding, std::size_t back = 0);
+  void OnExchange(const EndedExchange& ended, Now now) override;
   /// The conversation refused to make a request.
   void OnUnsupported(const Member& member, const std::string& reason);
   void OnRetry(const Member& member);
   /// A reading counts only when a second one agrees.
   void OnRecheck(const Member& member);
   void OnUnconfirmed(const Member& member);
-  void OnLate(const Member& member, Duration lateness);
-  /// The line waits this much longer for it.
-  void OnPatience(const Member& member, Duration more);
-  /// Whether its replies come one or more requests late.
-  void OnLags(const Member& member, bool lags);
+  /// `patience`: as EndedExchange has it.
+  void OnLate(const Member& member, Duration lateness, Duration patience);
   void OnSecondReply(const Member& member);
 
   /// A task has ended, all its repeats included.
@@ -76,8 +62,7 @@ class DeviceAccounts {
   /// The device speaks unasked.
   void OnSpeaks(const Member& member);
   /// It has sent something, with this outcome.
-  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason,
-                 const Finding& finding);
+  void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
   void OnLostEvents(const Member& member, std::size_t events);
 
  private:
@@ -87,8 +72,6 @@ class DeviceAccounts {
     Duration drained{};                // line time of the silence after its last exchange
     Instant heard{};                   // end of its last exchange, or when the port was opened
     bool out = false;                  // its last task has failed
-    Symptom symptom = Symptom::clean;  // of its last exchange
-    std::uint8_t asked = 0;            // the special bytes of its request
     std::uint32_t missed = 0;          // of its periods
     Duration patience{};               // as the status has it
     std::uint32_t behind = 0;          // as the status has it
@@ -97,6 +80,8 @@ class DeviceAccounts {
 
   void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);
   void CountMissed();
+  void ShowPatience(const Member& member, Duration more);
+  void ShowLag(const Member& member, bool lags);
   void Count(const Member& member, bool answered, DeviceStatus& status);
 
   const Roster& roster_;
@@ -109,15 +94,20 @@ class DeviceAccounts {
 
 // How long one fast round of all polled devices of a line takes: the point store derives the age
 // limits of fast values from it. Driven by gateway/bus/jobs/device_tracker.cpp and
-// gateway/bus/jobs/job_end.cpp.
+// gateway/bus/jobs/job.cpp.
 class FastRounds {
  public:
   /// All references outlive it.
   FastRounds(const Roster& roster, PointStore& store) : roster_(roster), store_(store) {}
 
+  struct Poll {
+    Duration wire{};
+    bool answered = false;
+    bool last_of_round = false;
+  };
   /// A poll of the fast group has ended. Failures, retries and waiting say nothing about how long a
   /// round takes: an outage must not make old values look younger.
-  void OnPoll(const Member& member, const EndEffects::FastPoll& poll, Instant now);
+  void OnPoll(const Member& member, const Poll& poll, Instant now);
   /// Its queries have changed.
   void OnPlan(const Device& device);
   /// One of the devices has come or gone.

@@ -55,20 +55,22 @@ void LineAccount::Count(Outcome outcome) {
   ++counters_.outcomes[static_cast<std::size_t>(outcome)];
 }
 
-void LineAccount::OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast,
-                             LineUse use) {
-  const bool life = ProvesLife(end.outcome);
-  minute_.CountExchange(life ? use : LineUse::silence);
+void LineAccount::OnExchange(const EndedExchange& ended, Now /*now*/) {
+  const ExchangeEnd& end = ended.end;
+  const bool life = ended.answered();
+  if (ended.no_echo) ++counters_.collisions;
+  OnRing(*ended.member, ended.cut);
+  minute_.CountExchange(life ? ended.use : LineUse::silence);
   Count(end.outcome);
   counters_.echoed = counters_.echoed << 1U | (std::exchange(echoes_, false) ? 1U : 0U);
-  if (life && !broadcast) {
+  if (life && !ended.broadcast) {
     counters_.round_trips.Add(end.round_trip);
     OnAnswer();
-  } else if (!life && end.outcome != Outcome::line_down) {
+  } else if (!life && !ended.cut_off()) {
     if (!silent_from_) silent_from_ = now_.instant;
     last_failure_ = now_.instant;
   }
-  if (tap_ != nullptr) tap_->OnExchangeEnd(member.index, end, now_);
+  if (tap_ != nullptr) tap_->OnExchangeEnd(ended.member->index, end, now_);
 }
 
 /// An echo came and differed from what was sent: another master has sent.
@@ -80,6 +82,7 @@ void LineAccount::OnCollision() {
                    now_);
 }
 
+/// `cut`: the bus has stopped echoing (EchoWatch::is_cut), as `member` was asked.
 void LineAccount::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;

@@ -16,6 +16,7 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/points/line_status.h"
 #include "gateway/bus/points/point_store.h"
+#include "gateway/bus/replies/ended_exchange.h"
 
 namespace baudgate::bus {
 
@@ -109,7 +110,7 @@ class LineMinute {
   std::optional<Use> full_;  // the last full minute
 };
 
-class LineAccount {
+class LineAccount final : public ExchangeObserver {
  public:
   /// `line`: its index in the store. All references outlive it.
   LineAccount(PointStore& store, std::uint32_t line, PollerListener& listener)
@@ -126,8 +127,7 @@ class LineAccount {
   void OnSent(const Member& member, const protocols::Request& request);
   /// Bytes came, while `member` was asked; null: nobody was.
   void OnHeard(const EchoWatch::Received& heard, const Member* member);
-  /// `broadcast`: nothing has answered. `use`: what it was for.
-  void OnExchange(const Member& member, const ExchangeEnd& end, bool broadcast, LineUse use);
+  void OnExchange(const EndedExchange& ended, Now now) override;
   /// About a member, for the user.
   void Warn(const Member& member, const std::string& warning) {
     listener_.OnWarning(member.index, warning);
@@ -145,10 +145,6 @@ class LineAccount {
     if (counts) counters_.stray_bytes += count;
   }
   void OnNegotiation() { ++counters_.negotiations; }
-  /// `echo: verify`: the echo of a request was missing.
-  void OnNoEcho() { ++counters_.collisions; }
-  /// `cut`: the bus has stopped echoing (gateway/bus/exchange/line.h), as `member` was asked.
-  void OnRing(const Member& member, bool cut);
 
   /// `notice_bound`: see LineStatus.
   void Show(std::optional<Duration> notice_bound) const;
@@ -166,6 +162,7 @@ class LineAccount {
   void Count(Outcome outcome);
   void OnAnswer();
   void OnCollision();
+  void OnRing(const Member& member, bool cut);
 
   PointStore& store_;
   const std::uint32_t line_;

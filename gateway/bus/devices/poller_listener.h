@@ -1,13 +1,11 @@
 // What a poller needs: a port for its requests, and a listener for the news of devices. Implemented
-// by gateway/lines/line_port.h and gateway/lines/line_reporter.h. LineObserver is what the bus
-// tells the diagnosis of a line, and EventSink takes events to be saved.
+// by gateway/lines/line_port.h and gateway/lines/line_reporter.h. EventSink takes events to be
+// saved.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +13,6 @@
 
 #include "config/model/serial.h"
 #include "gateway/base/bytes.h"
-#include "gateway/base/finding.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/roster.h"
@@ -90,58 +87,6 @@ class PollerListener {
   /// Something the user should know that is not a state: an echo suspected, a late device.
   virtual void OnWarning(std::uint32_t device, const std::string& message) = 0;
 };
-
-// What the bus tells the diagnosis of a line, and what it is told back for the status. The bus
-// works without: this class finds nothing. Implemented by gateway/diagnosis/observer.h. Driven by
-// gateway/bus/poller/poller.h, and for a device that sends unasked by
-// gateway/bus/jobs/unasked.h, on the thread of the line:
-//
-//   on the line                          call
-//   the port has opened                  OnOpened
-//   a request is to be sent              TakeChanged, then OnRequest
-//   bytes come that are no echo          Hear
-//   a whole frame is taken for the reply OnReply
-//   the exchange has ended               TakeFinding, then TakeNegotiation
-
-/// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
-struct EarlierFinding {
-  const Member* member = nullptr;
-  Finding finding{};
-  std::size_t back = 0;
-  /// More than zero: a reply of the member came so long after it was due, and has not been counted
-  /// as late. The line counts it (DeviceTracker::CountLate), as it counts those that it finds
-  /// itself.
-  Duration lateness{};
-};
-
-class LineObserver {
- public:
-  virtual ~LineObserver() = default;
-
-  virtual void OnOpened() {}
-  virtual void OnRequest(const Member& /*member*/, const protocols::Request& /*request*/,
-                         Instant /*now*/) {}
-  virtual void Hear(View /*bytes*/, Instant /*now*/) {}
-  virtual void OnReply(View /*frame*/) {}
-  /// How the exchange looked.
-  virtual Finding TakeFinding(Outcome /*outcome*/) { return {}; }
-  /// True once: the connection began as Telnet, and yet a device has answered.
-  virtual bool TakeNegotiation() { return false; }
-  /// Exchanges that look different now, because more has come since they were looked at; each once.
-  virtual std::vector<EarlierFinding> TakeChanged() { return {}; }
-
-  /// Bytes of the device that sends unasked. Returns a new finding on the message before, if that
-  /// was unreadable and now looks different.
-  virtual std::optional<Finding> OnUnaskedBytes(View /*bytes*/, Instant /*now*/) { return {}; }
-  /// The first bytes of a connection are Telnet's.
-  virtual bool IsNegotiation(View /*bytes*/) const { return false; }
-  /// Its message could not be read: returns what it looks like.
-  virtual Finding OnUnaskedDamage() { return {.symptom = Symptom::damaged}; }
-  virtual void OnUnaskedRead() {}
-};
-
-/// Makes the observer of a line; the roster outlives it.
-using MakeObserver = std::function<std::unique_ptr<LineObserver>(const Roster& roster)>;
 
 /// Takes over the events of lines and saves them: implemented by gateway/records/event_path.h.
 /// Called on the threads of the lines; returns at once.

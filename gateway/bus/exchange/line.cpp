@@ -558,7 +558,10 @@ bool EchoWatch::MayBeEcho(const protocols::Request& request, View frame) const {
 
 bool EchoWatch::OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end) {
   const EchoResult rest = filter_.OnExchangeEnd();
-  if (ProvesLife(end.outcome) && !request.expect.mirrors && !echoed_) echoes_ = false;
+  if (ProvesLife(end.outcome) && !request.expect.mirrors) {
+    free_ = !echoed_;
+    if (free_) echoes_ = false;
+  }
   const bool asked = request.expect.reply == protocols::Expectation::Reply::one;
   if (!rest.collision || !asked || end.outcome == Outcome::line_down) return false;
   unechoed_ = rest.bytes.empty() ? unechoed_ + 1 : 0;

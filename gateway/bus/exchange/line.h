@@ -375,7 +375,7 @@ class EchoWatch {
 
   explicit EchoWatch(config::Echo mode) : mode_(mode), filter_(mode) {}
 
-  void OnOpened() { echoes_ = false; }
+  void OnOpened() { echoes_ = free_ = false; }
   void OnClosed() { filter_.OnExchangeEnd(); }
   /// Before the bytes go to the port: an echo may be back before sending returns.
   void OnSent(View request);
@@ -389,6 +389,8 @@ class EchoWatch {
   bool OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end);
   /// `off`: the request sent last has come back.
   bool echoed() const { return echoed_; }
+  /// The latest request that was answered, and whose reply cannot equal it, has not come back.
+  bool is_free() const { return free_; }
   /// `verify`: the bus used to echo, and none of the latest requests came back: a fibre ring is
   /// open somewhere, and its devices are not to blame for their silence.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
@@ -400,6 +402,7 @@ class EchoWatch {
   EchoFilter filter_;
   bool echoes_ = false;  // `off`, and yet requests have come back since the last reply without one
   bool echoed_ = false;  // the present request has
+  bool free_ = false;
   bool has_echoed_ = false;  // `verify`: ever
   int unechoed_ = 0;         // requests in a row of which nothing came back
   bool told_echo_ = false;

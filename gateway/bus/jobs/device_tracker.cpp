@@ -126,47 +126,34 @@ void DeviceTracker::Outdate(const Device& device, const std::vector<std::size_t>
   if (!device.health.absent()) ReadBack(device, points);
 }
 
-void DeviceTracker::OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding,
-                               Instant now) {
-  Member& member = *job.member;
-  const Asked asked = job.asked();
-  const bool answered = ProvesLife(end.outcome);
-  const bool cut_off = end.outcome == Outcome::line_down;
-  const bool broadcast = job.is_broadcast();
-  if (!broadcast) member.health.OnExchange(end.outcome);
-  if (cut_off) {
+void DeviceTracker::OnExchange(EndedExchange& ended, Instant now) {
+  Member& member = *ended.member;
+  const ExchangeEnd& end = ended.end;
+  if (!ended.broadcast) member.health.OnExchange(end.outcome);
+  if (ended.cut_off()) {
     owed_.late_replies.OnClosed(member, now);
   } else {
-    owed_.late_replies.SetWait(asked, end, owed_.whose.IsSettled(member), now);
+    owed_.late_replies.SetWait(ended.asked, end, owed_.whose.IsSettled(member), now);
   }
-  accounts_.devices.OnPatience(member, owed_.late_replies.PatienceFor(member));
-  accounts_.devices.OnLags(member, owed_.whose.Lags(member));
-  if (answered && !owed_.late_replies.IsClear(member, now)) HoldBack(member);
-  owed_.whose.NoteOutcome(asked, end.outcome, !cut_off && !broadcast, now);
-  if (!broadcast && !cut_off) Charge(job, answered, now);
-  if (job.attempt.verdict.shifted) DoubtLatest(now);
-  const bool routed = job.As<Job::Routed>() != nullptr;
-  accounts_.devices.OnExchange(member, end, finding,
-                               {.broadcast = broadcast,
-                                .probe = job.is_probe() && member.health.absent(),
-                                .routed = routed});
-  accounts_.line.OnExchange(member, end, broadcast, UseOf(job));
-  ShowLine(now);
-  if (answered && routed) agenda_.routes.OnAnswered(now);
+  ended.patience = owed_.late_replies.PatienceFor(member);
+  ended.lags = owed_.whose.Lags(member);
+  if (ended.answered() && !owed_.late_replies.IsClear(member, now)) HoldBack(member);
+  const bool silent = !ended.cut_off() && !ended.broadcast;
+  owed_.whose.NoteOutcome(ended.asked, end.outcome, silent, now);
+  if (silent) Charge(ended, now);
+  if (ended.verdict.shifted) DoubtLatest(now);
+  if (ended.answered() && ended.routed) agenda_.routes.OnAnswered(now);
 }
 
 /// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
 /// charges what follows.
-void DeviceTracker::Charge(const Job& job, bool answered, Instant now) {
-  const Member& member = *job.member;
+void DeviceTracker::Charge(const EndedExchange& ended, Instant now) {
+  const Member& member = *ended.member;
   if (member.device == nullptr) return;
-  const bool in_vain = !answered || member.health.refuses();
-  if (in_vain && !agenda_.schedule.failing(member.place)) {
-    agenda_.turns.Charge(now - job.attempt.began);
-  }
+  const bool in_vain = !ended.answered() || member.health.refuses();
+  if (in_vain && !agenda_.schedule.failing(member.place)) agenda_.turns.Charge(now - ended.began);
   agenda_.schedule.SetFailing(member.place, in_vain);
-  if (job.task.kind == protocols::Task::Kind::poll)
-    agenda_.schedule.OnUsed(member.place, now - job.attempt.began);
+  if (ended.polls) agenda_.schedule.OnUsed(member.place, now - ended.began);
 }
 
 void DeviceTracker::OnTask(Member& member, Outcome outcome, const std::string& reason,
@@ -204,16 +191,15 @@ void DeviceTracker::CountLate(const Member& member, Duration lateness, Instant n
   if (member.device != nullptr) member.device->heard.OnLate(now);
   agenda_.probes.OnLate(member);
   accounts_.line.OnLate();
-  accounts_.devices.OnLate(member, lateness);
-  accounts_.devices.OnPatience(member, owed_.late_replies.PatienceFor(member));
+  accounts_.devices.OnLate(member, lateness, owed_.late_replies.PatienceFor(member));
   ShowLine(now);
 }
 
 void DeviceTracker::OnUnasked(Device& device, Outcome outcome, const std::string& reason,
-                              const Finding& finding, Instant now) {
+                              Instant now) {
   device.health.OnExchange(outcome);
   accounts_.line.OnUnasked(outcome);
-  accounts_.devices.OnUnasked(device, outcome, reason, finding);
+  accounts_.devices.OnUnasked(device, outcome, reason);
   if (ProvesLife(outcome)) {
     OnTask(device, Outcome::ok, {}, now);
   } else {
@@ -361,13 +347,12 @@ void DeviceTracker::RestartWithPlan(Device& device, Instant now) {
 void DeviceTracker::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {
-    const auto* const poll = job->As<Job::Poll>();
-    if (poll != nullptr && IsSeldom(poll->group))
-      agenda_.schedule.Repeat(device.place, poll->group, now);
+    const auto group = job->group();
+    if (group && IsSeldom(*group)) agenda_.schedule.Repeat(device.place, *group, now);
   }
   Plan(device);
   for (const auto& job : parked) {
-    if (job->As<Job::ReadBack>() != nullptr) ReadBack(device, job->points);
+    if (job->is_read_back()) ReadBack(device, job->points);
   }
 }
 

@@ -1,6 +1,5 @@
 // What every exchange means for its device, and what follows when a device comes, goes, or may be
 // another one: its plan, its schedule, its state, and which of its values are in doubt.
-// LineContext groups all that a line knows, DeviceTracker included.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "config/model/line.h"
 #include "gateway/base/outcome.h"
 #include "gateway/bus/counters/accounts.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/agenda.h"
 #include "gateway/bus/points/point_store.h"
+#include "gateway/bus/replies/ended_exchange.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/writes/write_command.h"
 
@@ -45,15 +44,15 @@ class DeviceTracker {
   /// The same for a telegram by hand. If the points that it changes are not known, all points of
   /// the device are uncertain until they are read again.
   void OnTelegram(const protocols::Protocol& protocol, View telegram, Instant now);
-  /// An exchange has ended, whatever it was for.
-  void OnExchange(const Job& job, const ExchangeEnd& end, const Finding& finding, Instant now);
+  /// An exchange has ended, whatever it was for: what the bus learns from it, before it is counted.
+  /// Sets what `ended` says of that.
+  void OnExchange(EndedExchange& ended, Instant now);
   /// A task has ended: a device may be offline now, or back.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// A reply of the member has come this long after its reply time.
   void CountLate(const Member& member, Duration lateness, Instant now);
   /// It has sent something unasked, with this outcome.
-  void OnUnasked(Device& device, Outcome outcome, const std::string& reason, const Finding& finding,
-                 Instant now);
+  void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
   /// Another device answers in its place: no value of the old one holds.
   void OnReplaced(Device& device, Now now);
   /// The next background task of its conversation may be due at another time now.
@@ -91,7 +90,7 @@ class DeviceTracker {
   static Touched TouchedBy(View request, const Device* by, std::span<const PointWrite> writes,
                            const Device& device);
   void Outdate(const Device& device, const std::vector<std::size_t>& points, Instant now);
-  void Charge(const Job& job, bool answered, Instant now);
+  void Charge(const EndedExchange& ended, Instant now);
   void Replan(Device& device, Instant now);
   void Plan(Device& device);
   void Reconnect(Device& device, Instant now);
@@ -104,26 +103,6 @@ class DeviceTracker {
   OwedReplies& owed_;
   Agenda& agenda_;
   Accounts& accounts_;
-};
-
-// Groups all that a line knows: its members, the replies that they owe, all that waits to be asked,
-// the accounts for the status, and the part that keeps these in step when a device comes or goes.
-// For gateway/bus/poller/poller.h.
-struct LineContext {
-  /// See Poller.
-  LineContext(const config::Line& line, std::uint32_t first_device,
-              const Roster::FindProtocol& find, PointStore& store, PollerListener& listener)
-      : roster(line, first_device, find),
-        owed(roster),
-        agenda(roster, owed.late_replies),
-        accounts(roster, agenda.schedule, store, store.LineIndex(line), listener),
-        tracker(roster, store, owed, agenda, accounts) {}
-
-  Roster roster;
-  OwedReplies owed;
-  Agenda agenda;
-  Accounts accounts;
-  DeviceTracker tracker;
 };
 
 }  // namespace baudgate::bus

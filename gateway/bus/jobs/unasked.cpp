@@ -7,16 +7,9 @@
 #include <utility>
 
 #include "gateway/base/shown.h"
-#include "gateway/bus/jobs/job_end.h"
+#include "gateway/bus/jobs/intake.h"
 
 namespace baudgate::bus {
-
-Speaker::Speaker(const Roster& roster, LineObserver& observer)
-    : device_(roster.Speaker()), observer_(observer) {}
-
-std::optional<Finding> Speaker::Hear(View bytes, Instant now) {
-  return in_use() ? observer_.OnUnaskedBytes(bytes, now) : std::nullopt;
-}
 
 const protocols::Standing* Speaker::standing() const {
   return device_ == nullptr ? nullptr : device_->conversation->Listens();
@@ -27,13 +20,6 @@ Speaker::Said Speaker::OnMessage(const UnaskedMessage& message, Now now) {
   const Instant before = std::exchange(last_, received.instant);
   rest_ = before == Instant() ? kLongIdle : received.instant - before;
   return Take(device_->conversation->OnUnasked(message.bytes, received), received);
-}
-
-Finding Speaker::Look(const Said& said) {
-  if (!ProvesLife(said.outcome)) return observer_.OnUnaskedDamage();
-  observer_.OnUnaskedRead();
-  if (said.reason.empty()) return {.idle = rest_};
-  return {.symptom = Symptom::refusal, .idle = rest_, .cause = said.reason, .remedy = said.remedy};
 }
 
 std::optional<Instant> Speaker::DueAt() const {
@@ -99,21 +85,22 @@ void UnaskedSide::Overhear(View bytes, Instant now) {
     accounts_.line.OnNegotiation();
     tracker_.ShowLine(now);
   }
-  if (const auto before = speaker_.Hear(bytes, now)) {
-    accounts_.devices.OnMore(*speaker_.device(), *before);
-  }
+  if (speaker_.in_use()) observer_.OnUnaskedBytes(bytes, now);
 }
 
 void UnaskedSide::OnInput(const UnaskedInput& heard, Now now) {
   if (!speaker_.in_use()) return;
   Device& device = *speaker_.device();
   for (std::size_t i = 0; i < heard.damaged; ++i) {
-    tracker_.OnUnasked(device, Outcome::corrupt, std::string(heard.why), speaker_.OnDamaged(),
-                       now.instant);
+    const std::string why(heard.why);
+    tracker_.OnUnasked(device, Outcome::corrupt, why, now.instant);
+    observer_.OnUnasked(device, Outcome::corrupt, why, {}, {}, now.instant);
   }
   for (const UnaskedMessage& message : heard.messages) {
     Speaker::Said said = speaker_.OnMessage(message, now);
-    tracker_.OnUnasked(device, said.outcome, said.reason, speaker_.Look(said), now.instant);
+    tracker_.OnUnasked(device, said.outcome, said.reason, now.instant);
+    observer_.OnUnasked(device, said.outcome, said.reason, said.remedy, speaker_.rest(),
+                        now.instant);
     Take(std::move(said), now.instant);
   }
 }

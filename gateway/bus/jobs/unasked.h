@@ -16,6 +16,7 @@
 #include "gateway/bus/exchange/line.h"
 #include "gateway/bus/jobs/device_tracker.h"
 #include "gateway/bus/points/readings.h"
+#include "gateway/bus/replies/ended_exchange.h"
 #include "protocols/conversation.h"
 
 namespace baudgate::bus {
@@ -63,8 +64,8 @@ class EventBacklog {
 //   one is saved, then a message     to be saved: "3 events before this one lost: the disk failed"
 class Speaker {
  public:
-  /// For the device that sends unasked. Both references outlive it.
-  Speaker(const Roster& roster, LineObserver& observer);
+  /// For the device of this line that sends unasked.
+  explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
   /// Null: no device sends unasked.
   Device* device() const { return device_; }
@@ -83,15 +84,10 @@ class Speaker {
     std::size_t lost = 0;                  ///< events that are not
     std::string warning;                   ///< of the first of these; else empty
   };
-  /// Bytes of the line. Returns a new finding on the message before, if that was unreadable and now
-  /// looks different.
-  std::optional<Finding> Hear(View bytes, Instant now);
-  /// Its message could not be read: returns what it looks like.
-  Finding OnDamaged() { return observer_.OnUnaskedDamage(); }
   /// Only in use.
   Said OnMessage(const UnaskedMessage& message, Now now);
-  /// Returns what the message looked like on the wire, for the diagnosis.
-  Finding Look(const Said& said);
+  /// The time between the last two messages.
+  Duration rest() const { return rest_; }
   /// When OnTimer may have something even without a message.
   std::optional<Instant> DueAt() const;
   /// Returns what follows when time passes without a message. Its outcome is not counted.
@@ -107,7 +103,6 @@ class Speaker {
   void Keep(protocols::EventBatch batch, Said& said);
 
   Device* const device_;
-  LineObserver& observer_;
   Instant last_{};             // its last message
   Duration rest_ = kLongIdle;  // before that one
   EventBacklog backlog_;
@@ -121,7 +116,7 @@ class UnaskedSide {
   /// All outlive it.
   UnaskedSide(const Roster& roster, LineObserver& observer, Accounts& accounts,
               DeviceTracker& tracker, Intake& intake)
-      : speaker_(roster, observer),
+      : speaker_(roster),
         observer_(observer),
         is_network_(roster.is_network()),
         accounts_(accounts),
@@ -151,7 +146,7 @@ class UnaskedSide {
   void Take(Speaker::Said said, Instant now);
 
   Speaker speaker_;
-  const LineObserver& observer_;
+  LineObserver& observer_;
   const bool is_network_;
   bool first_ = true;  // nothing has come since the port was opened
   Accounts& accounts_;

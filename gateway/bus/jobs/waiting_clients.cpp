@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "gateway/base/time.h"
-#include "gateway/bus/jobs/job_end.h"
+#include "gateway/bus/jobs/write.h"
 
 namespace baudgate::bus {
 namespace {
@@ -26,27 +26,27 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 
 bool WaitingClients::MakeRoom(Instant now) {
   AnswerCommands(now);  // those of clients that have left take no room
-  return !agenda_.write_queue.full();
+  return !line_.agenda.write_queue.full();
 }
 
 void WaitingClients::Take(WriteCommand command, Instant now) {
   if (command.writes().empty()) return ReadNow(std::move(command), now);
-  agenda_.write_queue.Push(std::move(command));
+  line_.agenda.write_queue.Push(std::move(command));
 }
 
 bool WaitingClients::Take(RoutedRequest& request) {
-  if (roster_.carrier() == nullptr) return false;
-  request.sequence = agenda_.write_queue.NextSequence();
-  agenda_.route_queue.Push(std::move(request));
+  if (line_.roster.carrier() == nullptr) return false;
+  request.sequence = line_.agenda.write_queue.NextSequence();
+  line_.agenda.route_queue.Push(std::move(request));
   return true;
 }
 
 std::optional<Instant> WaitingClients::Deadline() const {
-  return Soonest({agenda_.write_queue.Deadline(), agenda_.route_queue.Deadline()});
+  return Soonest({line_.agenda.write_queue.Deadline(), line_.agenda.route_queue.Deadline()});
 }
 
 void WaitingClients::ReadNow(WriteCommand command, Instant now) {
-  const Device& device = roster_.DeviceAt(command.device);
+  const Device& device = line_.roster.DeviceAt(command.device);
   if (const char* why = WhyNotAsked(command)) return NotSent(command, why);
   if (device.conversation->Listens() != nullptr &&
       !IsAsked(*device.conversation, command.reads())) {
@@ -54,50 +54,50 @@ void WaitingClients::ReadNow(WriteCommand command, Instant now) {
                    "this device cannot be polled (it sends unasked); its last message is shown");
   }
   const std::vector<std::size_t> points(command.reads().begin(), command.reads().end());
-  agenda_.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
+  line_.agenda.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
   command.MoveTo(WriteState::reading_back);
-  agenda_.write_queue.Confirm(std::move(command), device.place, now);
+  line_.agenda.write_queue.Confirm(std::move(command), device.place, now);
 }
 
 void WaitingClients::AnswerCommands(Instant now) {
-  WriteQueue::Expired expired = agenda_.write_queue.TakeExpired(now);
+  WriteQueue::Expired expired = line_.agenda.write_queue.TakeExpired(now);
   for (WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
   for (WriteCommand& command : expired.unsent) {
-    const Device& device = roster_.DeviceAt(command.device);
-    const bool in_vain = !Answers(device.health.state()) || agenda_.schedule.failing(device.place);
+    const Device& device = line_.roster.DeviceAt(command.device);
+    const bool in_vain = !Answers(device.health.state()) || line_.agenda.schedule.failing(device.place);
     NotSent(command,
             in_vain ? "the device did not answer before the deadline of the command" : kTooLate);
   }
-  while (auto refused = agenda_.write_queue.Take(
+  while (auto refused = line_.agenda.write_queue.Take(
              [&](const WriteCommand& command) { return WhyNotAsked(command) != nullptr; })) {
     NotSent(*refused, WhyNotAsked(*refused));
   }
 }
 
 const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
-  const Device& device = roster_.DeviceAt(command.device);
+  const Device& device = line_.roster.DeviceAt(command.device);
   if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
   // Nothing but a write shows that such a device is back.
   const bool is_its_probe = !command.writes().empty() &&
-                            (agenda_.probes.CannotProbe(device) || whose_.IsProbedByWrites(device));
+                            (line_.agenda.probes.CannotProbe(device) || line_.owed.whose.IsProbedByWrites(device));
   return device.health.absent() && !is_its_probe ? "the device is offline" : nullptr;
 }
 
 void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
   if (!command.writes().empty()) {
-    accounts_.OnWrite(roster_.DeviceAt(command.device), WriteEnd::not_sent, false);
+    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(command.device), WriteEnd::not_sent, false);
   }
   command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
 
 void WaitingClients::AnswerConfirmed(const Job* under_way) {
   const auto is_reading_back = [&](std::size_t device) {
-    const Member& member = roster_.device(device);
-    return agenda_.parked.HasReadBack(member) ||
-           (under_way != nullptr && ReadsBack(*under_way, member));
+    const Member& member = line_.roster.device(device);
+    return line_.agenda.parked.HasReadBack(member) ||
+           (under_way != nullptr && under_way->ReadsBack(member));
   };
-  for (auto& one : agenda_.write_queue.TakeConfirmed(is_reading_back)) Answer(one);
+  for (auto& one : line_.agenda.write_queue.TakeConfirmed(is_reading_back)) Answer(one);
 }
 
 void WaitingClients::Answer(WriteQueue::Confirmed& one) {
@@ -105,7 +105,7 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
   store_.Read(one.command.device,
               [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
   if (one.written > 0) {
-    accounts_.OnWrite(roster_.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
+    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
   }
   one.command.End(verdict.result);
 }
@@ -113,10 +113,10 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
 /// A slave that is offline is asked as often as its probes allow. Until it answers, writes wait for
 /// their deadlines, and reads are told at once.
 void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
-  RouteQueue& queue = agenda_.route_queue;
+  RouteQueue& queue = line_.agenda.route_queue;
   if (queue.empty()) return;
   for (RoutedRequest& request : queue.TakeExpired(idle.now)) {
-    const Member* member = roster_.FindSlave(request.slave);
+    const Member* member = line_.roster.FindSlave(request.slave);
     const bool offline = member != nullptr && member->health.absent();
     RoutedReply reply;
     reply.outcome = Outcome::no_reply;
@@ -129,21 +129,21 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
     request.done(std::move(reply));
   }
   for (const std::uint8_t slave : queue.Slaves()) {
-    const Member* member = roster_.FindSlave(slave);
+    const Member* member = line_.roster.FindSlave(slave);
     if (member == nullptr || !member->health.absent()) continue;
-    const std::size_t keep = line_is_free && chooser_.MayProbe(*member, idle) ? 1 : 0;
+    const std::size_t keep = line_is_free && line_.chooser.MayProbe(*member, idle) ? 1 : 0;
     for (RoutedRequest& read :
-         agenda_.routes.TakeHopeless(*member, keep, *roster_.carrier()->carrier, idle.now)) {
+         line_.agenda.routes.TakeHopeless(*member, keep, *line_.roster.carrier()->carrier, idle.now)) {
       read.done({Outcome::no_reply, {}, DoesNotAnswer(slave)});
     }
   }
 }
 
 void WaitingClients::AnswerAll(const std::string& reason) {
-  std::vector<WriteCommand> unsent = agenda_.write_queue.TakeAll();
+  std::vector<WriteCommand> unsent = line_.agenda.write_queue.TakeAll();
   AnswerConfirmed(nullptr);
   for (WriteCommand& command : unsent) NotSent(command, reason);
-  for (RoutedRequest& request : agenda_.route_queue.TakeAll()) {
+  for (RoutedRequest& request : line_.agenda.route_queue.TakeAll()) {
     request.done({Outcome::line_down, {}, reason});
   }
 }

@@ -19,11 +19,8 @@
 #include <string>
 #include <vector>
 
-#include "gateway/bus/counters/accounts.h"
-#include "gateway/bus/devices/roster.h"
-#include "gateway/bus/jobs/chooser.h"
+#include "gateway/bus/jobs/line_context.h"
 #include "gateway/bus/points/point_store.h"
-#include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_queue.h"
@@ -32,15 +29,8 @@ namespace baudgate::bus {
 
 class WaitingClients {
  public:
-  /// All references outlive it.
-  WaitingClients(const PointStore& store, const Roster& roster, const Chooser& chooser,
-                 const WhoseReply& whose, Agenda& agenda, DeviceAccounts& accounts)
-      : store_(store),
-        roster_(roster),
-        chooser_(chooser),
-        whose_(whose),
-        agenda_(agenda),
-        accounts_(accounts) {}
+  /// Both references must stay valid for the lifetime of this object.
+  WaitingClients(const PointStore& store, LineContext& line) : store_(store), line_(line) {}
 
   /// Answers commands that need not wait any more. True: one more may wait.
   bool MakeRoom(Instant now);
@@ -50,7 +40,7 @@ class WaitingClients {
   /// False: no routes lead to this line.
   bool Take(RoutedRequest& request);
   /// The client has left: its routed requests are answered.
-  void Abandon(std::uint64_t client) { agenda_.route_queue.Abandon(client); }
+  void Abandon(std::uint64_t client) { line_.agenda.route_queue.Abandon(client); }
   /// When the next one has waited for long enough.
   std::optional<Instant> Deadline() const;
 
@@ -73,11 +63,7 @@ class WaitingClients {
   void Answer(WriteQueue::Confirmed& one);
 
   const PointStore& store_;
-  const Roster& roster_;
-  const Chooser& chooser_;
-  const WhoseReply& whose_;
-  Agenda& agenda_;
-  DeviceAccounts& accounts_;
+  LineContext& line_;
 };
 
 }  // namespace baudgate::bus

@@ -3,7 +3,7 @@
 // Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
 // come. For each exchange, in this order:
 //
-//   OnEnd      at once, by gateway/bus/jobs/job_phases.h
+//   OnEnd      at once, by gateway/bus/poller/job_runner.cpp
 //   OnStray    for whatever comes after it, by gateway/bus/jobs/device_tracker.cpp
 //   SetWait    when the input that ended it is done, by gateway/bus/jobs/device_tracker.cpp
 //
@@ -15,8 +15,8 @@
 // Bytes that come after the end of an exchange are read by nobody: a late reply is counted, and
 // makes the next waits longer. It is read only if it comes while a request is on the wire: then
 // whose_reply.h judges it. Where replies carry addresses, one that comes while another device is
-// asked is not seen here: the diagnosis recognises it (EarlierFinding in
-// gateway/bus/devices/poller_listener.h).
+// asked is not seen here: the diagnosis recognises it (LateReply in
+// gateway/bus/replies/ended_exchange.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

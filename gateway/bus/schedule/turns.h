@@ -47,7 +47,7 @@ class IdleTime {
   Instant since_{};
 };
 
-// Whether a line may begin anything new. A part of gateway/bus/jobs/job_run.h.
+// Whether a line may begin anything new. A part of gateway/bus/poller/poller.h.
 //
 //   held by       until
 //   WindUp        the port opens again, or CallOffWindUp: it is given up as soon as the write under
@@ -83,7 +83,7 @@ class Hold {
 
 // Turns of a line that take no time. A handful at one moment is usual. Without an end they would
 // hang the thread of the line, so after very many the line rests. A part of
-// gateway/bus/jobs/job_run.h.
+// gateway/bus/poller/poller.h.
 class TurnLimit {
  public:
   /// At one moment. All polls of a line that cannot be asked are far fewer.

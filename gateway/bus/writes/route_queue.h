@@ -158,7 +158,7 @@ class RouteQueue {
 };
 
 // The clients of transparent routes on one line: when they were served last, and which slaves they
-// want back. RouteQueue keeps and chooses their requests, gateway/bus/jobs/job_run.h sends and
+// want back. RouteQueue keeps and chooses their requests, gateway/bus/jobs/routed.h sends and
 // answers them: no conversation takes part.
 class RoutedSide {
  public:

@@ -135,9 +135,9 @@ void EarlierReplies::OnBroken(const HeardExchange& exchange) {
       BrokenReply(*exchange.member(), exchange.request(), exchange.heard(), exchange.last_came());
 }
 
-std::optional<bus::EarlierFinding> EarlierReplies::Take() {
+std::optional<EarlierFinding> EarlierReplies::Take() {
   if (found_.empty()) return std::nullopt;
-  bus::EarlierFinding earlier = std::move(found_.back());
+  EarlierFinding earlier = std::move(found_.back());
   found_.pop_back();
   return earlier;
 }

@@ -21,7 +21,6 @@
 #include "gateway/base/bytes.h"
 #include "gateway/base/finding.h"
 #include "gateway/base/time.h"
-#include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
 #include "gateway/bus/exchange/line.h"
 #include "gateway/diagnosis/damage/reply_habits.h"
@@ -134,6 +133,16 @@ class NumberedRequests {
   std::deque<Sent> sent_;
 };
 
+/// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
+struct EarlierFinding {
+  const bus::Member* member = nullptr;
+  Finding finding{};
+  std::size_t back = 0;
+  /// More than zero: a reply of the member came so long after it was due, and has not been counted
+  /// as late.
+  Duration lateness{};
+};
+
 class EarlierReplies {
  public:
   /// It outlives this.
@@ -162,7 +171,7 @@ class EarlierReplies {
 
   /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
   /// in the exchange that was looked at last. Empty: there are no more.
-  std::optional<bus::EarlierFinding> Take();
+  std::optional<EarlierFinding> Take();
 
  private:
   struct Open {
@@ -209,7 +218,7 @@ class EarlierReplies {
   NumberedRequests numbered_;
   BrokenReply broken_;
   Bytes beside_;  // what stands behind the reply of the last exchange, where its number told of it
-  std::vector<bus::EarlierFinding> found_;
+  std::vector<EarlierFinding> found_;
 };
 
 }  // namespace baudgate::diagnosis

@@ -30,8 +30,10 @@ class AccountsTest : public ::testing::Test, protected PollerListener {
 
   static Now At(Duration at) { return {Instant() + 1h + at, WallTime(1'790'000'000s) + at}; }
   void OnExchange(const ExchangeEnd& end, LineUse use = LineUse::polls) {
-    accounts_.devices.OnExchange(a_, end, {}, {.routed = use == LineUse::routes});
-    accounts_.line.OnExchange(a_, end, false, use);
+    const EndedExchange ended{
+        .member = &a_, .end = end, .use = use, .routed = use == LineUse::routes};
+    accounts_.devices.OnExchange(ended, At(0s));
+    accounts_.line.OnExchange(ended, At(0s));
   }
   DeviceStatus StatusOf(const Member& member) const {
     DeviceStatus status;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "gateway/base/text.h"
+#include "gateway/bus/jobs/line_context.h"
+#include "gateway/bus/jobs/poll.h"
 #include "protocols/modbus/protocol.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/gateway/bus/poller/routed_line.h"
@@ -15,14 +17,15 @@
 namespace baudgate::bus {
 namespace {
 
-class ChooserTest : public ::testing::Test, protected ToyMembers {
+class ChooserTest : public ::testing::Test, protected PollerListener {
  protected:
   ChooserTest() {
-    for (const auto& device : roster.devices()) {
-      schedule_.AddDevice(device->config->poll, device->config->slow);
+    for (const auto& device : line_.roster.devices()) {
       schedule_.SetQueries(device->place, {config::Group::fast});
     }
   }
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&, Now) override {}
+  void OnWarning(std::uint32_t, const std::string&) override {}
   std::unique_ptr<Job> NextAt(Duration at) { return chooser_.Next({kStart + at, kStart + at}); }
   static WriteCommand To(std::uint32_t device) {
     WriteCommand command;
@@ -32,11 +35,18 @@ class ChooserTest : public ::testing::Test, protected ToyMembers {
     return command;
   }
 
-  LateReplies late_{roster};
-  Agenda agenda_{roster, late_};
-  Schedule& schedule_ = agenda_.schedule;
-  WriteQueue& writes_ = agenda_.write_queue;
-  Chooser chooser_{roster, agenda_, late_};
+  config::Config config_ = ToyConfig();
+  PointStore store_{config_};
+  LineContext line_{
+      config_.lines[0], 0,
+      [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, store_,
+      *this};
+  Device& a = line_.roster.device(0);
+  Device& b = line_.roster.device(1);
+  LateReplies& late_ = line_.owed.late_replies;
+  Schedule& schedule_ = line_.agenda.schedule;
+  WriteQueue& writes_ = line_.agenda.write_queue;
+  Chooser& chooser_ = line_.chooser;
 };
 
 TEST_F(ChooserTest, NothingWaits) {
@@ -51,8 +61,8 @@ TEST_F(ChooserTest, APollThatIsDue) {
   const auto job = NextAt(1s);
   ASSERT_NE(job, nullptr);
   EXPECT_EQ(job->member, &a);
-  ASSERT_NE(job->As<Job::Poll>(), nullptr);
-  EXPECT_TRUE(job->As<Job::Poll>()->last_of_round);
+  EXPECT_EQ(job->group(), config::Group::fast);
+  EXPECT_TRUE(job->EffectsOf({Outcome::ok}, kStart).fast_poll->last_of_round);
 }
 
 TEST_F(ChooserTest, AReadBackThatWaitsForALateReplyWakesTheLine) {
@@ -64,20 +74,20 @@ TEST_F(ChooserTest, AReadBackThatWaitsForALateReplyWakesTheLine) {
   EXPECT_EQ(chooser_.NextAt({kStart, kStart}), until);
   const auto job = NextAt(until - kStart);
   ASSERT_NE(job, nullptr);
-  EXPECT_NE(job->As<Job::ReadBack>(), nullptr);
+  EXPECT_TRUE(job->is_read_back());
 }
 
 TEST_F(ChooserTest, AWriteGoesBeforeAPollAndItsReadBackBeforeTheNextWrite) {
   schedule_.Restart(0, kStart);
   writes_.Push(To(1));
   const auto write = NextAt(0s);
-  ASSERT_NE(write->As<Job::Write>(), nullptr);
+  ASSERT_TRUE(write->writes());
   EXPECT_EQ(write->member, &b);
   writes_.Push(To(1));
   writes_.AddReadBack({1, 0});
-  EXPECT_NE(NextAt(0s)->As<Job::ReadBack>(), nullptr);
-  EXPECT_NE(NextAt(0s)->As<Job::Write>(), nullptr);
-  EXPECT_NE(NextAt(0s)->As<Job::Poll>(), nullptr);
+  EXPECT_TRUE(NextAt(0s)->is_read_back());
+  EXPECT_TRUE(NextAt(0s)->writes());
+  EXPECT_TRUE(NextAt(0s)->group());
 }
 
 TEST_F(ChooserTest, AWriteWaitsForTheLateAnswerOfItsDevice) {
@@ -100,14 +110,14 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
   const auto poll = [this] {
-    return std::make_unique<Job>(a, Job::Poll{}, protocols::Task{}, kStart);
+    return std::make_unique<PollJob>(a, Schedule::Pick{}, kStart);
   };
-  agenda_.parked.Park(poll(), kStart + 1s);
+  line_.agenda.parked.Park(poll(), kStart + 1s);
   EXPECT_EQ(chooser_.NextAt({kStart, kStart}), kStart + 1s);
   EXPECT_EQ(NextAt(0s), nullptr);
   EXPECT_NE(NextAt(1s), nullptr);
-  agenda_.parked.Park(poll(), kStart + 1s);
-  agenda_.parked.Drop(a);
+  line_.agenda.parked.Park(poll(), kStart + 1s);
+  line_.agenda.parked.Drop(a);
   EXPECT_EQ(NextAt(1s), nullptr);
 }
 
@@ -158,7 +168,7 @@ TEST_F(RoutedJobsTest, AReadBecomesAJobThatHasItsRequest) {
   const auto job = jobs_.Take(config::Priority::normal, kStart);
   ASSERT_NE(job, nullptr);
   EXPECT_EQ(ToHex(job->step.request.bytes), "14 03 00 00 00 01 86 CF");
-  EXPECT_TRUE(job->As<Job::Routed>()->is_read);
+  EXPECT_TRUE(job->is_read());
   EXPECT_TRUE(job->step.waiting);
   EXPECT_FALSE(jobs_.AnyMayGo(kStart));
 }

@@ -5,7 +5,14 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/bus/jobs/job_end.h"
+#include "gateway/bus/jobs/background.h"
+#include "gateway/bus/jobs/events.h"
+#include "gateway/bus/jobs/line_context.h"
+#include "gateway/bus/jobs/poll.h"
+#include "gateway/bus/jobs/probe.h"
+#include "gateway/bus/jobs/read_back.h"
+#include "gateway/bus/jobs/routed.h"
+#include "gateway/bus/jobs/write.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 
@@ -14,108 +21,106 @@ namespace {
 
 class JobTest : public ::testing::Test, protected ToyMembers {
  protected:
-  template <typename Kind>
-  Job Make(Kind kind) {
-    return Job(a, std::move(kind), protocols::Task{}, kStart);
+  std::unique_ptr<PollJob> Poll(config::Group group = config::Group::fast) {
+    return std::make_unique<PollJob>(
+        a, Schedule::Pick{.query = 0, .group = group, .last_of_round = true}, kStart);
   }
-  static Job::Write WriteUntil(Instant deadline) {
-    Job::Write write;
-    write.command.kind = Writes{{0, 1.0}};
-    write.command.deadline = deadline;
-    return write;
+  static WriteCommand Until(Instant deadline) {
+    WriteCommand command;
+    command.kind = Writes{{0, 1.0}};
+    command.deadline = deadline;
+    return command;
   }
-  static RoutedRequest Routed(const std::string& pdu, Instant deadline) {
+  std::unique_ptr<WriteJob> Write(WriteCommand command) {
+    return std::make_unique<WriteJob>(a, std::move(command), kStart);
+  }
+  static RoutedRequest Request(const std::string& pdu, Instant deadline) {
     RoutedRequest request;
     request.pdu = ParseHex(pdu).value();
     request.deadline = deadline;
     return request;
   }
-  static Job::Routed RoutedJob(RouteQueue::Batch batch) {
-    return {.batch = std::move(batch), .every_slave_answers = true, .reply = {}};
+  std::unique_ptr<RoutedJob> Routed(RouteQueue::Batch batch, bool is_read = true) {
+    return std::make_unique<RoutedJob>(a, std::move(batch), true, is_read, protocols::Request{},
+                                       kStart);
   }
 };
 
 TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
-  EXPECT_TRUE(IsUrgent(Make(WriteUntil(kStart))));
-  EXPECT_TRUE(IsUrgent(Make(Job::ReadBack{})));
-  EXPECT_TRUE(IsUrgent(Make(RoutedJob({Routed("06 00 08 00 00", kStart)}))));
-  EXPECT_FALSE(IsUrgent(Make(RoutedJob({Routed("03 00 00 00 01", kStart)}))));
-  EXPECT_FALSE(IsUrgent(Make(RoutedJob({}))));
-  EXPECT_FALSE(IsUrgent(Make(Job::Poll{})));
-  EXPECT_FALSE(IsUrgent(Make(Job::Probe{})));
+  EXPECT_TRUE(Write(Until(kStart))->is_urgent());
+  EXPECT_TRUE(ReadBackJob(a, 0, kStart).is_urgent());
+  EXPECT_TRUE(Routed({Request("06 00 08 00 00", kStart)})->is_urgent());
+  EXPECT_FALSE(Routed({Request("03 00 00 00 01", kStart)})->is_urgent());
+  EXPECT_FALSE(Routed({})->is_urgent());
+  EXPECT_FALSE(Poll()->is_urgent());
+  EXPECT_FALSE(ProbeJob(a, kStart).is_urgent());
 }
 
 TEST_F(JobTest, APollKeepsItsPointsWhenItsDeviceIsPlannedAgain) {
-  Job poll(a, Job::Poll{}, protocols::Task{.query = 1}, kStart);
-  FollowPlan(poll);
+  PollJob poll(a, {.query = 1}, kStart);
+  poll.FollowPlan();
   EXPECT_EQ(poll.task.query, 1U) << "nothing has changed";
   a.conversation->OnFrame(protocols::Task{.query = 0}, AskFor("?A1\r"), ToyReply("A1~replan"),
                           kStart);
   ASSERT_EQ(a.conversation->Queries().size(), 1U);
-  FollowPlan(poll);
+  poll.FollowPlan();
   EXPECT_EQ(poll.task.query, 0U) << "another number";
   a.conversation->OnFrame(protocols::Task{.query = 0}, AskFor("?A2\r"), ToyReply("A2~replan"),
                           kStart);
-  FollowPlan(poll);
-  EXPECT_FALSE(IsPlanned(poll.task, *a.conversation)) << "it is gone";
+  poll.FollowPlan();
+  EXPECT_GE(poll.task.query, a.conversation->Queries().size()) << "it is gone";
   a.conversation->ForgetRefusals();
-  FollowPlan(poll);
+  poll.FollowPlan();
   EXPECT_EQ(poll.task.query, 1U);
 }
 
 TEST_F(JobTest, APollMayBeSentAtAnyTime) {
-  const Job job = Make(Job::Poll{});
-  EXPECT_FALSE(LatestStart(job));
-  EXPECT_FALSE(WhyNotSend(job, kStart + 1h));
+  EXPECT_FALSE(Poll()->LatestStart());
+  EXPECT_FALSE(Poll()->WhyNotSend(kStart + 1h));
 }
 
 TEST_F(JobTest, AWriteIsNotSentFromItsDeadlineOn) {
-  const Job job = Make(WriteUntil(kStart));
-  EXPECT_FALSE(WhyNotSend(job, kStart - 1ns));
-  EXPECT_TRUE(WhyNotSend(job, kStart));
+  const auto write = Write(Until(kStart));
+  EXPECT_FALSE(write->WhyNotSend(kStart - 1ns));
+  EXPECT_TRUE(write->WhyNotSend(kStart));
 }
 
 TEST_F(JobTest, OneExchangeServesWhoWaitsLongestForIt) {
-  const Job job = Make(
-      RoutedJob({Routed("03 00 00 00 01", kStart + 1s), Routed("03 00 00 00 01", kStart + 3s)}));
-  EXPECT_EQ(LatestStart(job), kStart + 3s);
+  const auto job = Routed(
+      {Request("03 00 00 00 01", kStart + 1s), Request("03 00 00 00 01", kStart + 3s)});
+  EXPECT_EQ(job->LatestStart(), kStart + 3s);
 }
 
-TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) {
-  EXPECT_TRUE(WhyNotSend(Make(RoutedJob({})), kStart));
-}
+TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) { EXPECT_TRUE(Routed({})->WhyNotSend(kStart)); }
 
 TEST_F(JobTest, WhatEndsWhatWasBegunIsSentInAnyCase) {
-  Job job = Make(WriteUntil(kStart));
-  job.step.request.closes = true;
-  EXPECT_FALSE(WhyNotSend(job, kStart + 1h));
+  const auto write = Write(Until(kStart));
+  write->step.request.closes = true;
+  EXPECT_FALSE(write->WhyNotSend(kStart + 1h));
 }
 
 TEST_F(JobTest, ADisabledDeviceIsAskedByRoutesOnly) {
   a.in_use = false;
-  EXPECT_EQ(WhyNotSend(Make(Job::Poll{}), kStart)->why, "the device is disabled");
-  EXPECT_FALSE(WhyNotSend(Make(RoutedJob({Routed("03 00 00 00 01", kStart + 1s)})), kStart));
+  EXPECT_EQ(Poll()->WhyNotSend(kStart)->why, "the device is disabled");
+  EXPECT_FALSE(Routed({Request("03 00 00 00 01", kStart + 1s)})->WhyNotSend(kStart));
 }
 
 TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
-  Job::Write write = WriteUntil(kStart + 1s);
-  write.command.abandoned = std::make_shared<std::atomic<bool>>(true);
-  Job job = Make(std::move(write));
-  job.requests = 1;
-  EXPECT_EQ(WhyNotSend(job, kStart)->why, "its client has left");
-  job.As<Job::Write>()->command.state = WriteState::sent;
-  EXPECT_FALSE(WhyNotSend(job, kStart)) << "it has been sent";
+  WriteCommand command = Until(kStart + 1s);
+  command.abandoned = std::make_shared<std::atomic<bool>>(true);
+  EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "its client has left");
+  command.state = WriteState::sent;
+  EXPECT_FALSE(Write(command)->WhyNotSend(kStart)) << "it has been sent";
 }
 
 TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
-  Job probe = Make(Job::Probe{});
+  ProbeJob probe(a, kStart);
   EXPECT_EQ(&probe.goal(), &probe);
-  probe.task.kind = protocols::Task::Kind::probe;
   EXPECT_TRUE(probe.asked().lone_probe);
-  probe.postponed = std::make_unique<Job>(Make(WriteUntil(kStart)));
-  EXPECT_NE(probe.goal().As<Job::Write>(), nullptr);
-  EXPECT_TRUE(probe.asked().probe);
-  EXPECT_FALSE(probe.asked().lone_probe);
+  ProbeJob before(a, kStart, Write(Until(kStart)));
+  EXPECT_TRUE(before.goal().writes());
+  EXPECT_TRUE(before.asked().probe);
+  EXPECT_FALSE(before.asked().lone_probe);
 }
 
 // ---------------- What the end of a job leads to: one table for each kind of job.
@@ -123,15 +128,20 @@ TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
 using Next = EndEffects::Write::Next;
 
 /// Device a has a point of the fast group and one of the slow group.
-class JobEndTest : public ::testing::Test, protected ToyMembers {
+class JobEndTest : public JobTest {
  protected:
-  template <typename Kind>
-  Job Make(Kind kind, protocols::Task::Kind task = protocols::Task::Kind::poll) {
-    Job job(a, std::move(kind), protocols::Task{.kind = task}, kStart);
+  static EndEffects End(Job& job, Outcome outcome) {
     job.wire = 40ms;
-    return job;
+    return job.EffectsOf({outcome}, kStart);
   }
-  EndEffects End(Job job, Outcome outcome) { return EffectsOf(job, {outcome}, kStart); }
+  EndEffects EndOfPoll(config::Group group, Outcome outcome) {
+    return End(*Poll(group), outcome);
+  }
+  EndEffects EndOfReadBack(Outcome outcome, bool unplanned = false) {
+    ReadBackJob back(a, 0, kStart);
+    back.unplanned = unplanned;
+    return End(back, outcome);
+  }
 };
 
 TEST_F(JobEndTest, OfAPoll) {
@@ -154,7 +164,7 @@ TEST_F(JobEndTest, OfAPoll) {
   };
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.what);
-    const EndEffects effects = End(Make(Job::Poll{row.group, true}), row.outcome);
+    const EndEffects effects = EndOfPoll(row.group, row.outcome);
     EXPECT_EQ(effects.fast_poll.has_value(), row.fast);
     EXPECT_EQ(effects.repeat.has_value(), row.repeats);
     ASSERT_TRUE(effects.poll);
@@ -166,39 +176,39 @@ TEST_F(JobEndTest, OfAPoll) {
 }
 
 TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
-  Job job = Make(Job::Poll{});
-  job.judges_member = false;
-  const EndEffects effects = EffectsOf(job, {Outcome::no_reply}, kStart);
+  const auto job = Poll();
+  job->judges_member = false;
+  const EndEffects effects = End(*job, Outcome::no_reply);
   EXPECT_FALSE(effects.judges_member);
   EXPECT_FALSE(effects.poll);
   EXPECT_TRUE(effects.fast_poll) << "its round goes on";
 }
 
 TEST_F(JobEndTest, OfAReadBack) {
-  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).doubt.empty());
-  EXPECT_EQ(End(Make(Job::ReadBack{}), Outcome::no_reply).doubt, std::vector<std::size_t>{0});
-  EXPECT_FALSE(End(Make(Job::ReadBack{}), Outcome::no_reply).polls_first);
+  EXPECT_TRUE(EndOfReadBack(Outcome::ok).doubt.empty());
+  EXPECT_EQ(EndOfReadBack(Outcome::no_reply).doubt, std::vector<std::size_t>{0});
+  EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
 /// Others may have taken its number: which points it has read is not known.
 TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
-  Job back = Make(Job::ReadBack{});
-  back.unplanned = true;
-  EXPECT_EQ(End(std::move(back), Outcome::ok).read_again, std::vector<std::size_t>{0});
-  EXPECT_TRUE(End(Make(Job::ReadBack{}), Outcome::ok).read_again.empty());
-  Job once = Make(Job::Poll{config::Group::once, true});
-  once.unplanned = true;
-  EXPECT_EQ(End(std::move(once), Outcome::ok).repeat->group, config::Group::once);
+  EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
+  EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
+  const auto once = Poll(config::Group::once);
+  once->unplanned = true;
+  EXPECT_EQ(End(*once, Outcome::ok).repeat->group, config::Group::once);
 }
 
 TEST_F(JobEndTest, OfABackgroundTask) {
   const auto end = [this](Outcome outcome) {
-    return End(Make(Job::Background{}, protocols::Task::Kind::background), outcome).background;
+    BackgroundJob job(a, kStart);
+    return End(job, outcome).background;
   };
   EXPECT_EQ(end(Outcome::ok)->took, 40ms);
   EXPECT_EQ(end(Outcome::no_reply)->took, 0ms) << "lost";
   EXPECT_FALSE(end(Outcome::unsupported)->sent) << "it cannot be asked";
-  EXPECT_FALSE(End(Make(Job::Events{}, protocols::Task::Kind::events), Outcome::ok).background);
+  EventsJob events(a, kStart);
+  EXPECT_FALSE(End(events, Outcome::ok).background);
 }
 
 TEST_F(JobEndTest, OfAWrite) {
@@ -229,15 +239,13 @@ TEST_F(JobEndTest, OfAWrite) {
   };
   for (const Row& row : kRows) {
     SCOPED_TRACE(row.what);
-    Job::Write write;
-    auto& writes = std::get<Writes>(write.command.kind);
+    WriteCommand command;
+    auto& writes = command.kind.emplace<Writes>();
     for (std::uint32_t i = 0; i < row.points; ++i) writes.push_back({i % 2, 1.0});
-    write.command.deadline = kStart + 1s;
-    write.first = row.next - 1;
-    write.next = row.next;
-    write.command.state = row.sent ? WriteState::sent : WriteState::queued;
-    const EndEffects effects =
-        End(Make(std::move(write), protocols::Task::Kind::write), row.outcome);
+    command.deadline = kStart + 1s;
+    command.state = row.sent ? WriteState::sent : WriteState::queued;
+    WriteJob job(a, std::move(command), kStart, row.next - 1);
+    const EndEffects effects = End(job, row.outcome);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, row.follows);
     if (row.follows == Next::answer) {
@@ -249,6 +257,12 @@ TEST_F(JobEndTest, OfAWrite) {
   }
 }
 
+/// A write that was told how its request ended.
+struct Told : WriteJob {
+  using WriteJob::NoteTold;
+  using WriteJob::WriteJob;
+};
+
 /// The first step may have written.
 TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
   const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
@@ -257,15 +271,12 @@ TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
       {JobEnd{Outcome::refused, "no"}, WriteEnd::refused},
   };
   for (const auto& [told, expected] : kRows) {
-    Job::Write write;
-    write.command.kind = Writes{{0, 1.0}};
-    write.command.deadline = kStart + 1s;
-    write.next = 1;
-    write.told = told;
-    write.command.state = WriteState::sent;
-    Job job = Make(std::move(write), protocols::Task::Kind::write);
+    WriteCommand command = Until(kStart + 1s);
+    command.state = WriteState::sent;
+    Told job(a, std::move(command), kStart);
+    if (told) job.NoteTold(*told, false);
     job.unasked = true;
-    const EndEffects effects = End(std::move(job), Outcome::unsupported);
+    const EndEffects effects = End(job, Outcome::unsupported);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, Next::answer);
     EXPECT_EQ(effects.write->result.end, expected);
@@ -275,23 +286,16 @@ TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
 
 TEST_F(JobEndTest, OfARoutedRequest) {
   const auto end = [this](const std::string& pdu, Outcome outcome) {
-    RoutedRequest request;
-    request.pdu = ParseHex(pdu).value();
+    RoutedRequest request = Request(pdu, {});
     request.arrived = kStart - 30ms;
-    RoutedRequest same = request;
-    Job job = Make(Job::Routed{.batch = {},
-                               .every_slave_answers = true,
-                               .reply = Bytes{3, 2},
-                               .is_read = !IsWrite(request)});
-    job.As<Job::Routed>()->batch.push_back(std::move(request));
-    job.As<Job::Routed>()->batch.push_back(std::move(same));
-    job.attempt.sent_at = kStart;
-    job.was_sent = true;
-    return End(std::move(job), outcome);
+    const bool is_read = !IsWrite(request);
+    const auto job = Routed({request, request}, is_read);
+    job->attempt.sent_at = kStart;
+    job->was_sent = true;
+    return End(*job, outcome);
   };
   const EndEffects read = end("03 00 00 00 01", Outcome::ok);
   ASSERT_EQ(read.replies.size(), 2U);
-  EXPECT_EQ(read.replies[0].second.pdu, (Bytes{3, 2}));
   EXPECT_EQ(read.replies[0].second.waited, 30ms);
   EXPECT_FALSE(read.replies[0].second.shared);
   EXPECT_TRUE(read.replies[1].second.shared);
@@ -300,16 +304,12 @@ TEST_F(JobEndTest, OfARoutedRequest) {
   EXPECT_EQ(silent.replies[0].second.reason, "no_reply");
   EXPECT_FALSE(silent.polls_first) << "a read";
   EXPECT_TRUE(end("06 00 08 00 00", Outcome::no_reply).polls_first);
-  RoutedRequest unsent;
-  unsent.pdu = ParseHex("06 00 08 00 00").value();
-  Job behind_probe = Make(Job::Routed{.batch = {}, .reply = {}, .is_read = false});
-  behind_probe.As<Job::Routed>()->batch.push_back(std::move(unsent));
-  const EndEffects refused = End(std::move(behind_probe), Outcome::refused);
+  const auto behind_probe = Routed({Request("06 00 08 00 00", {})}, false);
+  const EndEffects refused = End(*behind_probe, Outcome::refused);
   EXPECT_EQ(refused.replies[0].second.outcome, Outcome::no_reply) << "the probe was refused";
   EXPECT_FALSE(refused.replies[0].second.sent);
-  const EndEffects left =
-      End(Make(Job::Routed{.batch = {}, .reply = {}, .is_read = true}), Outcome::no_reply);
-  EXPECT_FALSE(left.polls_first) << "a read whose clients have left is a read";
+  EXPECT_FALSE(End(*Routed({}), Outcome::no_reply).polls_first)
+      << "a read whose clients have left is a read";
 }
 
 }  // namespace

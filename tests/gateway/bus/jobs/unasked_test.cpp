@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
-#include "gateway/diagnosis/observer.h"
 #include "tests/support/virtual_line.h"
 
 namespace baudgate::bus {
@@ -79,7 +78,7 @@ class SpeakerTest : public ::testing::Test {
     return speaker().OnMessage({ToBytes(text), since}, kNow);
   }
   Speaker& speaker() {
-    if (!speaker_) speaker_.emplace(roster(), observer_.emplace(roster()));
+    if (!speaker_) speaker_.emplace(roster());
     return *speaker_;
   }
   Roster& roster() {
@@ -89,7 +88,6 @@ class SpeakerTest : public ::testing::Test {
 
   config::Line line_ = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   std::optional<Roster> roster_;
-  std::optional<diagnosis::Observer> observer_;
   std::optional<Speaker> speaker_;
 };
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "gateway/bus/jobs/job_end.h"
+#include "gateway/bus/jobs/write.h"
 
 namespace baudgate::bus {
 namespace {

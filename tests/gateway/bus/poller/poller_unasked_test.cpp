@@ -7,8 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "gateway/bus/jobs/poll.h"
+#include "gateway/bus/jobs/probe.h"
 #include "gateway/bus/poller/poller.h"
-#include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/turns.h"
 #include "gateway/diagnosis/observer.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
@@ -168,60 +169,51 @@ TEST(TurnLimitTest, TheNextMomentHasAsManyAgain) {
   }
 }
 
-// ---------------- What comes back for a request, on its way through the echo, the examination and
-// the judgement.
+// ---------------- What comes back for a request.
 
-class ReceptionTest : public ::testing::Test, protected ToyMembers {
+class ReplyTest : public ::testing::Test, protected PollerListener {
  protected:
-  Job Ask(std::string_view bytes, bool mirrors = false) {
-    Job job(a, Job::Poll{}, protocols::Task{}, kStart);
-    job.step.request = AskFor(bytes);
-    job.step.request.expect.mirrors = mirrors;
-    return job;
-  }
-  Reception::Seen End(Reception& reception, const Job& job, Outcome outcome) {
-    ExchangeEnd end;
-    end.outcome = outcome;
-    Reception::Seen seen = reception.Assess(job, end);
-    reason_ = end.reason;
-    return seen;
-  }
+  void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&, Now) override {}
+  void OnWarning(std::uint32_t, const std::string&) override {}
 
-  OwedReplies owed_{roster};
-  std::string reason_;
+  config::Config config_ = ToyConfig();
+  PointStore store_{config_};
+  LineContext line_{
+      config_.lines[0], 0,
+      [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, store_,
+      *this};
+  Device& a_ = line_.roster.device(0);
+  diagnosis::Observer observer_{line_.roster, store_};
 };
 
-TEST_F(ReceptionTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
+TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
   for (const bool echoes : {false, true}) {
-    diagnosis::Observer observer(roster);
-    Reception reception(config::Echo::off, observer, owed_.whose);
-    Job read = Ask("?A1\r");
-    reception.OnSend(read, kStart);
-    if (echoes) reception.TakeOutEcho(read.step.request.bytes, &read, kStart);
-    End(reception, read, Outcome::no_reply);
-    Job write = Ask("!A1=7\r", true);
-    reception.OnSend(write, kStart + 1s);
+    EchoWatch echo(config::Echo::off);
+    const protocols::Request read = AskFor("?A1\r");
+    echo.OnSent(read.bytes);
+    if (echoes) echo.OnReceived(read.bytes, &read);
+    ExchangeEnd end{.outcome = Outcome::no_reply};
+    echo.OnExchangeEnd(read, end);
+    PollJob write(a_, Schedule::Pick{}, kStart);
+    write.step.request = AskFor("!A1=7\r");
+    write.step.request.expect.mirrors = true;
     const Bytes frame = write.step.request.bytes;
-    EXPECT_EQ(reception.TakeOutEcho(frame, &write, kStart + 1s).bytes, frame)
-        << "it may be the reply";
-    reception.Judge(write, frame, kStart + 1s);
+    echo.OnSent(frame);
+    EXPECT_EQ(echo.OnReceived(frame, &write.step.request).bytes, frame) << "it may be the reply";
+    write.Judge(line_, frame, echo, kStart + 1s);
     EXPECT_EQ(write.attempt.answer.reason.find("echoes requests") != std::string::npos, echoes);
   }
 }
 
 /// Another device may answer the probe of one that is away; only its name tells.
-TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
-  diagnosis::Observer observer(roster);
-  Reception reception(config::Echo::off, observer, owed_.whose);
+TEST_F(ReplyTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
+  const EchoWatch echo(config::Echo::off);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {
-    Job probe(a, Job::Probe{}, protocols::Task{.kind = protocols::Task::Kind::probe}, kStart);
+    ProbeJob probe(a_, kStart);
     probe.step.request = AskFor(bytes);
     probe.step.request.steady = bytes[0] == 'P';
-    owed_.whose.OnSent(probe.asked(), kStart);
-    reception.OnSend(probe, kStart);
-    const Bytes frame = ToyReply(reply);
-    reception.TakeOutEcho(frame, &probe, kStart);
-    EXPECT_EQ(reception.Judge(probe, frame, kStart), Outcome::ok);
+    line_.owed.whose.OnSent(probe.asked(), kStart);
+    EXPECT_EQ(probe.Judge(line_, ToyReply(reply), echo, kStart), Outcome::ok);
     return probe.attempt.answer.readings.size();
   };
   EXPECT_EQ(readings("?A1\r", "A1=5"), 1U) << "it has no name yet";
@@ -229,61 +221,38 @@ TEST_F(ReceptionTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne)
   EXPECT_EQ(readings("?A1\r", "A1=5"), 0U);
 }
 
-TEST_F(ReceptionTest, TheEndSaysThatTheEchoIsMissing) {
-  diagnosis::Observer observer(roster);
-  Reception reception(config::Echo::verify, observer, owed_.whose);
-  Job job = Ask("?A1\r");
-  reception.OnSend(job, kStart);
-  EXPECT_TRUE(reception.TakeOutEcho(job.step.request.bytes, &job, kStart).bytes.empty());
-  EXPECT_FALSE(End(reception, job, Outcome::no_reply).no_echo);
-  for (const bool cut : {false, false, true}) {
-    reception.OnSend(job, kStart + 1s);
-    const Reception::Seen seen = End(reception, job, Outcome::no_reply);
-    EXPECT_TRUE(seen.no_echo);
-    EXPECT_EQ(seen.cut, cut);
-    EXPECT_NE(reason_.find("echo"), std::string::npos);
-  }
-}
-
-TEST_F(ReceptionTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
-  diagnosis::Observer observer(roster);
-  Reception reception(config::Echo::off, observer, owed_.whose);
-  Job job = Ask("?A1\r");
-  reception.OnSend(job, kStart);
-  EXPECT_EQ(End(reception, job, Outcome::no_reply).finding.symptom, Symptom::silence);
-  EXPECT_TRUE(reception.TakeChanged().empty());
-  reception.TakeOutEcho(ToyReply("A1=5"), nullptr, kStart + 500ms);
-  const std::vector<EarlierFinding> changed = reception.TakeChanged();
+TEST_F(ReplyTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
+  observer_.OnRequest(a_, AskFor("?A1\r"), kStart);
+  EXPECT_EQ(observer_.TakeFinding(Outcome::no_reply).symptom, Symptom::silence);
+  EXPECT_TRUE(observer_.TakeChanged().empty());
+  observer_.Hear(ToyReply("A1=5"), kStart + 500ms);
+  const std::vector<diagnosis::EarlierFinding> changed = observer_.TakeChanged();
   ASSERT_EQ(changed.size(), 1U);
-  EXPECT_EQ(changed[0].member, &a);
+  EXPECT_EQ(changed[0].member, &a_);
   EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
-  EXPECT_TRUE(reception.TakeChanged().empty()) << "told once";
+  EXPECT_TRUE(observer_.TakeChanged().empty()) << "told once";
 }
 
-TEST_F(ReceptionTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
+TEST_F(ReplyTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
   for (const bool repeated : {true, false}) {
-    diagnosis::Observer observer(roster);
-    Reception reception(config::Echo::off, observer, owed_.whose);
-    Job job = Ask("?A1\r");
-    const auto answer = [&](Job& to, std::string_view body, Instant now) {
+    diagnosis::Observer observer(line_.roster, store_);
+    const auto answer = [&](std::string_view body, Instant now) {
       const Bytes frame = ToyReply(body);
-      reception.TakeOutEcho(frame, &to, now);
-      reception.Judge(to, frame, now);
-      to.attempt.unproven.reset();
-      return End(reception, to, Outcome::ok).finding.symptom;
+      observer.Hear(frame, now);
+      observer.OnReply(frame);
+      return observer.TakeFinding(Outcome::ok).symptom;
     };
     if (repeated) {
-      reception.OnSend(job, kStart);
-      End(reception, job, Outcome::no_reply);
+      observer.OnRequest(a_, AskFor("?A1\r"), kStart);
+      observer.TakeFinding(Outcome::no_reply);
     }
-    reception.OnSend(job, kStart + 1s);
-    EXPECT_EQ(answer(job, "A1=5", kStart + 1100ms), Symptom::clean);
-    Job next = Ask("?A2\r");
-    reception.OnSend(next, kStart + 2s);
-    reception.TakeOutEcho(ToyReply("A1=6"), &next, kStart + 2050ms);
-    EXPECT_EQ(answer(next, "A2=5", kStart + 2100ms),
+    observer.OnRequest(a_, AskFor("?A1\r"), kStart + 1s);
+    EXPECT_EQ(answer("A1=5", kStart + 1100ms), Symptom::clean);
+    observer.OnRequest(a_, AskFor("?A2\r"), kStart + 2s);
+    observer.Hear(ToyReply("A1=6"), kStart + 2050ms);
+    EXPECT_EQ(answer("A2=5", kStart + 2100ms),
               repeated ? Symptom::clean : Symptom::others_beside);
-    const std::vector<EarlierFinding> changed = reception.TakeChanged();
+    const std::vector<diagnosis::EarlierFinding> changed = observer.TakeChanged();
     ASSERT_EQ(changed.size(), repeated ? 1U : 0U);
     if (!repeated) continue;
     EXPECT_EQ(changed[0].finding.symptom, Symptom::late);

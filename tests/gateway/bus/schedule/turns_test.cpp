@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "gateway/bus/schedule/effects.h"
+#include "gateway/bus/jobs/intake.h"
 #include "gateway/bus/schedule/schedule.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"

@@ -1,28 +1,27 @@
-// What follows from a reply or from the end of a job, as plain values. Made by
-// gateway/bus/jobs/job_end.cpp (by Intake for replies, by EffectsOf for ends); applied by
-// EffectApplier alone, in the order in which the fields stand. At the end of each job, behind
-// `background`, it also plans the next background read and tells the probes. EventDelivery follows
-// the events of a device from the reply to the disk.
+// Intake takes over the content of a reply: readings go to the point store, events to the listener,
+// which saves them. What else follows is returned as ReplyEffects, which Job::TakeOver applies.
+// EventDelivery follows the events of a device from the reply to the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "config/model/point.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/poller_listener.h"
 #include "gateway/bus/devices/roster.h"
+#include "gateway/bus/jobs/unasked.h"
+#include "gateway/bus/points/point_store.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/schedule.h"
-#include "gateway/bus/writes/route_queue.h"
-#include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_queue.h"
 #include "protocols/conversation.h"
 
 namespace baudgate::bus {
+
+class Job;
 
 // Events that devices have reported when they were asked, from the reply to the disk: how old they
 // can be, and how soon their device is asked again. Events of a device that sends unasked are in
@@ -70,52 +69,32 @@ struct ReplyEffects {
   Duration peace{};  ///< the device wants to be left in peace for this long
 };
 
-/// What follows from the end of a job.
-struct EndEffects {
-  struct Background {
-    bool sent = false;
-    Duration took{};  ///< line time with its proof; zero: it was not answered
-    bool proved = false;
-  };
-  struct FastPoll {
-    Duration wire{};
-    bool answered = false;
-    bool last_of_round = false;
-  };
-  struct Poll {
-    std::size_t query = 0;
-    bool answered = false;
-  };
-  /// What follows for the points of a command that were under way.
-  struct Write {
-    enum class Next : std::uint8_t {
-      answer,   ///< its client, with `result`
-      confirm,  ///< the device has confirmed it; its client is answered after the read-back
-      go_on,    ///< with the points that remain
-    };
-    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
-    std::vector<PointWrite> confirmed;  ///< a reading that agrees with one of these counts
-    Next next = Next::answer;
-    WriteResult result{};
-  };
+class Intake {
+ public:
+  /// Both outlive it; `listener` may be made later than this.
+  Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
 
-  /// The group is to be polled again, because a part of it was not read.
-  struct Repeat {
-    config::Group group{};
-    bool soon = false;  ///< Schedule::RepeatSoon; the rule is in gateway/bus/jobs/job_end.cpp
-  };
+  /// The answer to a request of `job`, which belongs to `device`.
+  ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
+  /// A message that a device has sent unasked.
+  void TakeUnasked(const Device& device, Speaker::Said said);
+  /// See EventDelivery.
+  Schedule::Brought OnKept(const Device& device, const std::string& said) {
+    return delivery_.OnKept(device, said);
+  }
+  /// It was asked at `asked` or later, and has no events that are not kept.
+  void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
+  void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 
-  std::optional<Background> background;
-  std::optional<FastPoll> fast_poll;
-  std::optional<Poll> poll;
-  std::optional<Repeat> repeat;
-  std::vector<std::size_t> read_again;  ///< points of a read-back whose query was gone
-  std::vector<std::size_t> doubt;       ///< these points are uncertain
-  bool polls_first = false;             ///< go before the next write to the device
-  bool judges_member = true;            ///< the end says whether the member answers
-  bool wrote = false;                   ///< its request may have changed the device
-  std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
-  std::optional<Write> write;
+ private:
+  void Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
+             ReplyEffects& effects);
+  void Report(const Job& job, const Device& device, protocols::EventBatch batch,
+              ReplyEffects& effects);
+
+  PointStore& store_;
+  PollerListener& listener_;
+  EventDelivery delivery_;
 };
 
 }  // namespace baudgate::bus

@@ -1,0 +1,92 @@
+// All that waits to be sent on a line, and whose turn it is. ParkedJobs keeps jobs that were put
+// aside.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_source.h"
+#include "gateway/bus/schedule/probes.h"
+#include "gateway/bus/schedule/schedule.h"
+#include "gateway/bus/schedule/turns.h"
+#include "gateway/bus/writes/route_queue.h"
+#include "gateway/bus/writes/write_queue.h"
+
+namespace baudgate::bus {
+
+// Jobs that wait while the line goes on: their device was busy, or a late reply of it may still
+// come. At most one read-back and one other job for each device.
+class ParkedJobs final {
+ public:
+  void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
+  /// Null: none may go on yet.
+  std::unique_ptr<Job> Take(Instant now) {
+    const auto next =
+        std::ranges::find_if(parked_, [now](const One& one) { return one.until <= now; });
+    if (next == parked_.end()) return nullptr;
+    std::unique_ptr<Job> job = std::move(next->job);
+    parked_.erase(next);
+    return job;
+  }
+  /// There is no room for this job.
+  bool HasLike(const Job& job) const {
+    return std::ranges::any_of(parked_, [&job](const One& one) {
+      return one.member() == job.member && one.job->is_read_back() == job.is_read_back();
+    });
+  }
+  /// A read-back that has not failed yet.
+  bool HasReadBack(const Member& member) const {
+    return std::ranges::any_of(
+        parked_, [&member](const One& one) { return one.job->ReadsBack(member); });
+  }
+  std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
+    std::vector<std::unique_ptr<Job>> taken;
+    for (One& one : parked_) {
+      if (one.member() == &member) taken.push_back(std::move(one.job));
+    }
+    std::erase_if(parked_, [](const One& one) { return one.job == nullptr; });
+    return taken;
+  }
+  void Drop(const Member& member) {
+    std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
+  }
+  /// When the first may go on.
+  std::optional<Instant> NextAt() const {
+    const auto first = std::ranges::min_element(parked_, {}, &One::until);
+    return first == parked_.end() ? std::nullopt : std::optional(first->until);
+  }
+
+ private:
+  struct One {
+    std::unique_ptr<Job> job;
+    Instant until{};
+    const Member* member() const { return job->member; }
+  };
+
+  std::vector<One> parked_;
+};
+
+// All that waits to be sent on a line, and whose turn it is: polls that are due, writes and their
+// read-backs, requests of routes, probes, background tasks, jobs that were put aside.
+// Chooser takes from the agenda what goes first.
+struct Agenda {
+  /// Both outlive it.
+  Agenda(Roster& roster, const LateReplies& late)
+      : routes(route_queue), probes(roster, late), background(schedule) {}
+
+  Schedule schedule;
+  WriteQueue write_queue;
+  RouteQueue route_queue;
+  RoutedSide routes;
+  Probes probes;
+  Background background;
+  ParkedJobs parked;
+  Turns turns;
+};
+
+}  // namespace baudgate::bus

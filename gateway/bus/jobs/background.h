@@ -1,0 +1,38 @@
+// A read of low priority, such as a load profile: sent where it fits before the next poll, or once
+// a minute anyway (gateway/bus/schedule/schedule.h, Background).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_source.h"
+#include "gateway/bus/schedule/schedule.h"
+
+namespace baudgate::bus {
+
+class BackgroundJob final : public Job {
+ public:
+  BackgroundJob(Member& who, Instant now)
+      : Job(who, {.kind = protocols::Task::Kind::background}, now) {}
+
+ protected:
+  void End(const JobEnd& end, Instant /*now*/, EndEffects& effects) override {
+    const Duration took = ProvesLife(end.outcome) ? wire : Duration::zero();
+    effects.background = EndEffects::Background{was_sent, took, proved};
+  }
+};
+
+class BackgroundSource final : public JobSource {
+ public:
+  BackgroundSource(LineContext& line, Background::Which which) : line_(line), which_(which) {}
+
+  std::unique_ptr<Job> Take(const Idle& idle) override;
+  std::optional<Instant> NextAt(const Idle& idle) const override;
+
+ private:
+  LineContext& line_;
+  const Background::Which which_;
+};
+
+}  // namespace baudgate::bus

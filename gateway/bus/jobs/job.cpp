@@ -1,0 +1,515 @@
+// All states of a job, and what happens in them. The functions follow in the order of its life.
+//
+// clang-format off
+//   the job               what happens                        next
+//   chosen, or parked     it asks, or its request is ready    waiting
+//   chosen                the conversation will not ask       ended: unsupported
+//   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
+//   read-back, events or                                      WaitsBesideLine
+//   background
+//   waiting, another kind the same, or replies name nobody    the line waits: NextStep::hold
+//   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
+//                         request could pass for its own
+//   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
+//   waiting, quiet        its deadline came, its client left, broken off: what it has begun is closed,
+//                         its device was disabled, or an      then ended: not_sent or denied; unknown
+//                         interlock holds no more             if it may have written
+//   quiet, a routed read  a short write came                  back in its queue
+//   under way             a good reply, a step remains        waiting, for the next request
+//   under way             a good reply, nothing remains       ended: its outcome
+//   under way             a good reply with events or         postponed behind a probe of its device,
+//                         readings, to a repetition or        if that has a name: Answer
+//                         after a miss
+//   under way             a broadcast out, a step remains     waiting, for the next request
+//   under way, a poll or  busy                                parked, as often as there are retries,
+//   a read-back                                               unless one like it is: ParkedJobs
+//   under way, a read     a good reply that may answer a      waiting, to be repeated, also a routed
+//                         much older request                  one
+//   under way, a probe    a good reply that may answer the    waiting, to be repeated, before it goes
+//                         probe of an earlier task            on with what is postponed
+//   under way, no route   silence, damage, another's reply    waiting, to be repeated: MayRepeat
+//   under way, a routed   damage                              back in its queue, as often as there are
+//   read                                                      retries
+//   under way, routed     silence, damage, another's reply    ended: its client judges
+//   under way, no route   the same, no retry left             a step that closes what is open, or ended
+//   under way             the port is lost                    ended: line_down
+//   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
+//                                                             its reply is here and waits for that
+//   postponed             its probe was answered in order     waiting
+//   postponed             it was not                          ended: as the probe, or not sent if that
+//                                                             was refused
+//   a write, ended ok     points of its command remain        chosen, with the next point
+//   a write, ended ok     none remains                        confirmed: answered after the read-back
+// clang-format on
+//
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/job.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+#include <utility>
+
+#include "gateway/base/text.h"
+#include "gateway/bus/jobs/line_context.h"
+
+namespace baudgate::bus {
+
+// ---------------------------------------------------------------- ask
+
+namespace {
+
+/// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
+/// reply to the probe the device has 5 queries.
+bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conversation) {
+  if (task.kind == protocols::Task::Kind::events) return conversation.HasEvents();
+  if (task.kind == protocols::Task::Kind::background)
+    return conversation.BackgroundDue().has_value();
+  return task.kind != protocols::Task::Kind::poll || task.query < conversation.Queries().size();
+}
+
+}  // namespace
+
+NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
+  if (++requests > protocols::kMostSteps) {
+    return NextStep::Finish(
+        Outcome::unexpected,
+        "the task needed more than " + std::to_string(protocols::kMostSteps) + " requests");
+  }
+  protocols::Conversation& conversation = *member->device->conversation;
+  FollowPlan();
+  if (!IsPlanned(task, conversation)) {
+    judges_member = false;
+    unplanned = true;
+    return NextStep::Finish(
+        Outcome::busy, "the query no longer exists: the points of the device were planned again");
+  }
+  auto request = conversation.Ask(task, now);
+  if (!request) {
+    judges_member = false;
+    unasked = true;
+    if (!is_probe()) line.accounts.devices.OnUnsupported(*member, request.error());
+    return NextStep::Finish(Outcome::unsupported, request.error());
+  }
+  if (probe_budget == Probes::Kind::rested_look) {
+    request->quiet = std::max(request->quiet, Probes::kRest);
+  }
+  step = {.request = std::move(*request), .waiting = true, .repeats = repeats};
+  return NextStep::Wait();
+}
+
+// ---------------------------------------------------------------- depart
+
+std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
+  if (step.request.closes) return std::nullopt;
+  if (!is_routed() && !member->in_use) {
+    return Withheld{WriteEnd::not_sent, "the device is disabled"};
+  }
+  const auto latest = LatestStart();
+  if (latest && *latest <= now) return Withheld{WriteEnd::not_sent, kTooLate};
+  return std::nullopt;
+}
+
+/// The waiting request is not sent. What the job has begun is closed properly.
+NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
+  judges_member = false;
+  OnWithheld(withheld);
+  if (!is_routed() && begun()) {
+    protocols::Conversation& conversation = *member->device->conversation;
+    const protocols::Then then = conversation.OnFailure(task, step.request, Outcome::busy, now);
+    if (then == protocols::Then::ask_again) return NextStep::Ask();
+  }
+  return NextStep::Finish(Outcome::no_reply, withheld.why);
+}
+
+/// The next step of a read waits for a late reply of its device. If replies carry an address, the
+/// line does not wait.
+bool Job::WaitsBesideLine(const LineContext& line) const {
+  const bool reads = task.kind == protocols::Task::Kind::poll ||
+                     task.kind == protocols::Task::Kind::events ||
+                     task.kind == protocols::Task::Kind::background;
+  return reads && asked().named() && !line.agenda.parked.HasLike(*this);
+}
+
+NextStep Job::Depart(LineContext& line, Instant now) {
+  if (const auto withheld = WhyNotSend(now)) return BreakOff(*withheld, now);
+  WhoseReply& whose = line.owed.whose;
+  whose.Recognise(*member, step.request.expect.address);
+  if (whose.NeedsProbeFirst(asked(), now)) {
+    const Device& device = *member->device;
+    if (!writes() || !whose.IsProbedByWrites(device)) return NextStep::ProbeFirst();
+    unprovable = true;
+    whose.OnNoProof(device, now);
+  }
+  // A retry does not wait: a late reply to its first try is as good as its own.
+  const Instant clear = line.owed.late_replies.ClearAt(asked());
+  if (step.repeats > 0 || clear <= now) return NextStep::Send();
+  return WaitsBesideLine(line) ? NextStep::Park(clear) : NextStep::Hold();
+}
+
+std::optional<Instant> Job::DepartsAt(const LineContext& line) const {
+  const bool repeats = step.repeats > 0;
+  return Soonest(
+      {repeats ? std::nullopt : std::optional(line.owed.late_replies.ClearAt(asked())),
+       goal().LatestStart()});
+}
+
+std::optional<NextStep> Job::Withdraw(LineContext& line, Instant now) {
+  if (const auto withheld = WhyNotSend(now)) return BreakOff(*withheld, now);
+  return LetsPass(line, now) ? std::optional(NextStep::BackInQueue()) : std::nullopt;
+}
+
+// ---------------------------------------------------------------- send
+
+Asked Job::asked() const {
+  const bool alone = &goal() == this;
+  return {.member = member,
+          .request = &step.request,
+          .sent = attempt.sent_at,
+          .first = requests == 1 + broadcasts && step.repeats == 0 && !is_probe(),
+          .retry = step.repeats > 0,
+          .probe = is_probe(),
+          .lone_probe = is_probe() && alone,
+          .renews_proof_early = renews_proof_early,
+          .proved = proved,
+          .unprovable = unprovable,
+          .writes = writes()};
+}
+
+Exchange Job::Start(LineContext& line, Instant idle_since, Instant now) {
+  const Device* const device = member->device;
+  const bool trusted = device != nullptr && device->config->trust_order;
+  step.waiting = false;
+  attempt = {.began = now, .sent_at = now, .job_was_sent = was_sent};
+  return line.owed.ExchangeOf(asked(), trusted, idle_since, now);
+}
+
+const protocols::Request& Job::Send(LineContext& line, Now now) {
+  protocols::Request& request = step.request;
+  if (request.stamped) {
+    const Duration character = member->times.character;
+    const Duration takes = TransmissionTime(request, character);
+    member->device->conversation->Stamp(request, {now.instant + takes, now.wall + takes},
+                                        character);
+  }
+  OnSend(line);
+  line.agenda.turns.OnSent(goal().is_urgent());
+  line.owed.whose.OnSent(asked(), now.instant);
+  if (probe_budget && !was_sent) line.accounts.line.OnProbe();
+  line.accounts.line.OnSent(*member, request);
+  attempt.sent_at = now.instant;
+  was_sent = true;
+  return request;
+}
+
+// ---------------------------------------------------------------- judge
+
+namespace {
+
+/// "'<1D:READY:4B' has "; empty: it is no text, or may repeat a password.
+std::string Quoted(const protocols::Request& request, View frame) {
+  const std::string_view text = Trim(AsText(frame));
+  const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
+  if (text.empty() || !printable || !request.expect.secrets.empty()) return {};
+  return "'" + std::string(text) + "' has ";
+}
+
+}  // namespace
+
+Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant now) {
+  protocols::Answer& answer = attempt.answer;
+  if (echo.MayBeEcho(step.request, frame)) {
+    answer.reason =
+        "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
+        "answered; set 'echo: strip' in the configuration";
+    return answer.outcome = Outcome::unexpected;
+  }
+  FollowPlan();
+  const Outcome outcome = JudgeForm(line, frame, echo);
+  if (member->device == nullptr) return answer.outcome = outcome;
+  const bool says_whose = ProvesLife(outcome) || outcome == Outcome::unexpected;
+  if (says_whose) attempt.verdict = line.owed.whose.OnReply(asked(), frame, outcome);
+  if (!ProvesLife(outcome)) return Refuse(frame, outcome);
+  const bool asks = !is_routed() && !is_probe();
+  if (attempt.verdict.elsewhere || (asks && !attempt.verdict.proven)) {
+    return LeaveUnproven(frame, outcome);
+  }
+  return Read(frame, now);
+}
+
+Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/) {
+  protocols::Conversation& conversation = *member->device->conversation;
+  const Outcome outcome = conversation.Check(step.request.bytes, frame);
+  // A form that was not asked for, as where a profile is wrong, and yet its own.
+  if (outcome == Outcome::unexpected && line.owed.whose.MayBeOdd(asked())) {
+    return conversation.Interpret(step.request.bytes, frame).outcome;
+  }
+  return outcome;
+}
+
+/// It may belong to an earlier request.
+Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
+  protocols::Answer& answer = attempt.answer;
+  answer.reason =
+      "the reply may belong to an earlier request; it is asked again until that is certain";
+  attempt.unproven = Unproven{};
+  if (outcome != Outcome::ok && !is_routed()) {
+    protocols::Answer said =
+        member->device->conversation->Interpret(step.request.bytes, frame);
+    attempt.unproven = {.refusal = std::move(said.reason), .refused_as = outcome};
+    answer.remedy = std::move(said.remedy);
+  }
+  return answer.outcome = Outcome::unexpected;
+}
+
+Outcome Job::Read(View frame, Instant now) {
+  protocols::Conversation& conversation = *member->device->conversation;
+  protocols::Answer& answer = attempt.answer;
+  const bool planned = IsPlanned(task, conversation);
+  answer = planned ? conversation.OnFrame(task, step.request, frame, now)
+                   : conversation.Interpret(step.request.bytes, frame);
+  unplanned = !planned;
+  // Readings are dropped if the reply may belong to another request, or if the plan no longer has
+  // the query, so that nothing could check them.
+  if (!planned || !attempt.verdict.proven) {
+    answer.readings.clear();
+    answer.batch.reset();
+  }
+  return answer.outcome;
+}
+
+/// Not a good reply, in the words of its conversation.
+Outcome Job::Refuse(View frame, Outcome outcome) {
+  protocols::Answer& answer = attempt.answer;
+  protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
+  answer.reason = std::move(said.reason);
+  answer.remedy = std::move(said.remedy);
+  if (answer.reason.empty()) {
+    answer.reason = Quoted(step.request, frame) + "not the form that was asked for";
+    answer.reason += "; does the profile fit?";
+  }
+  return answer.outcome = outcome;
+}
+
+// ---------------------------------------------------------------- the exchange has ended
+
+EndedExchange Job::Ended(ExchangeEnd end) const {
+  EndedExchange ended{.member = member,
+                      .asked = asked(),
+                      .end = std::move(end),
+                      .began = attempt.began,
+                      .use = use(),
+                      .broadcast = is_broadcast(),
+                      .routed = is_routed(),
+                      .polls = task.kind == protocols::Task::Kind::poll,
+                      .answer = &attempt.answer,
+                      .verdict = attempt.verdict,
+                      .unproven = attempt.unproven ? &*attempt.unproven : nullptr};
+  if (!ended.cut_off() && !attempt.answer.reason.empty()) ended.end.reason = attempt.answer.reason;
+  return ended;
+}
+
+/// The request was a broadcast: there was no answer, and none is due.
+bool Job::GoesOnBehindBroadcast(Instant now) {
+  if (!is_broadcast() || is_routed()) return false;
+  protocols::Conversation& conversation = *member->device->conversation;
+  if (conversation.OnSent(task, step.request, now) != protocols::Then::ask_again) return false;
+  ++broadcasts;
+  return true;
+}
+
+NextStep Job::Conclude(LineContext& line, const ExchangeEnd& end, Now now) {
+  const bool answered = ProvesLife(end.outcome);
+  judges_member = !is_broadcast();
+  if (answered) wire += now.instant - attempt.began;
+  if (end.outcome == Outcome::line_down) return NextStep::Finish(end.outcome, end.reason);
+  if (answered && GoesOnBehindBroadcast(now.instant)) return NextStep::Ask(step.repeats);
+  return answered ? Answer(line, end, now) : Fail(line, end, now.instant);
+}
+
+NextStep Job::Repeat() {
+  ++step.repeats;
+  step.waiting = true;
+  return NextStep::Wait();
+}
+
+// ---------------------------------------------------------------- answer
+
+/// Another device may have answered a repetition, so news wait for a probe, if the device has a
+/// name.
+NextStep Job::Answer(LineContext& line, const ExchangeEnd& end, Now now) {
+  attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
+  attempt.round_trip = end.round_trip;
+  attempt.after_reply_time = LateReplies::Lateness(asked(), end) > Duration::zero();
+  if (attempt.verdict.replaced) OnReplaced(line, now);
+  if (MustRepeat(line, now.instant)) return Repeat();
+  const bool in_doubt = has_news() && (had_failure || step.repeats > 0);
+  if (in_doubt && line.owed.whose.HasName(*member)) return NextStep::ProbeFirst();
+  return Take(line, now.instant);
+}
+
+void Job::OnReplaced(LineContext& line, Now now) {
+  line.tracker.OnReplaced(*member->device, now);
+  line.intake.OnReplaced(*member->device);
+}
+
+/// A read is repeated while its reply may answer a much older one.
+bool Job::MustRepeat(const LineContext& line, Instant now) const {
+  const bool reads =
+      task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
+  const bool much_older =
+      line.owed.whose.Lags(*member) && attempt.verdict.older > member->times.ceiling;
+  return reads && step.request.expect.repeatable && much_older &&
+         MayRepeat(line, kMostTriesMore, now);
+}
+
+NextStep Job::Take(LineContext& line, Instant now) {
+  Device& device = *member->device;
+  protocols::Answer answer = std::exchange(attempt.answer, {});
+  line.tracker.OnHeard(device, now);
+  NoteTold({answer.outcome, answer.reason}, answer.may_have_acted);
+  const Outcome outcome = answer.outcome;
+  const Duration wait = answer.wait;
+  const protocols::Then then = answer.then;
+  const std::string reason = answer.reason;
+  for (const protocols::Reading& reading : answer.readings) {
+    if (HasValue(reading.value) && reading.point != protocols::kNoPoint)
+      device.heard.OnValue(reading.point, now);
+  }
+  TakeOver(line, device, std::move(answer), now);
+  if (then == protocols::Then::ask_again) return NextStep::Ask();
+  if (then == protocols::Then::replan) line.tracker.GoOnWithPlan(device, now);
+  if (then == protocols::Then::restart) line.tracker.RestartWithPlan(device, now);
+  const bool same_plan = then != protocols::Then::replan && then != protocols::Then::restart;
+  if (!same_plan || !ParksBusy(line, outcome)) return NextStep::Finish(outcome, reason);
+  ++parkings;
+  --requests;
+  return NextStep::Park(now + std::max<Duration>(wait, device.times.quiet));
+}
+
+/// Readings go to the store and events to the disk; then applies what follows from these.
+void Job::TakeOver(LineContext& line, Device& device, protocols::Answer answer, Instant now) {
+  const ReplyEffects effects = line.intake.Take(*this, device, std::move(answer), now);
+  if (effects.rechecked) line.accounts.devices.OnRecheck(device);
+  if (effects.unconfirmed) line.accounts.devices.OnUnconfirmed(device);
+  for (const QueryRef& query : effects.read_soon) line.agenda.write_queue.AddReadBack(query);
+  for (const config::Group group : effects.repeat) line.tracker.Repeat(device, group, false, now);
+  if (effects.stored) line.owed.readings.OnStored(*effects.stored);
+  if (effects.hold_events) {
+    line.agenda.schedule.HoldEvents(device.place);
+    line.agenda.background.AwaitDisk(device.place);
+  }
+  if (effects.peace > Duration::zero())
+    line.agenda.schedule.Hold(device.place, now + effects.peace);
+}
+
+/// A device that was busy is read again soon.
+bool Job::ParksBusy(const LineContext& line, Outcome outcome) const {
+  return outcome == Outcome::busy && task.kind == protocols::Task::Kind::poll &&
+         parkings < member->max_retries && member->in_use && !line.agenda.parked.HasLike(*this);
+}
+
+// ---------------------------------------------------------------- fail
+
+NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
+  const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
+  attempt.answer = {};
+  had_failure = true;
+  // Another request's reply has come, so one fewer stands before ours. That is not so if the sender
+  // owes none, or has answered this request in an odd form.
+  const bool nearer = end.outcome == Outcome::unexpected && !attempt.verdict.odd;
+  const int before = nearer ? line.owed.whose.RepliesBefore(asked(), heard_itself) : 0;
+  if (!MayRepeat(line, std::min(before, kMostTriesMore), now)) return GiveUp(line, end, now);
+  protocols::Request& request = step.request;
+  const auto instead = member->device->conversation->Instead(request, end.outcome, now);
+  if (!instead && (!request.expect.repeatable || !request.context.empty())) {
+    return GiveUp(line, end, now);
+  }
+  if (instead) request = *instead;
+  line.accounts.devices.OnRetry(*member);
+  return Repeat();
+}
+
+bool Job::MayRepeat(const LineContext& line, int more, Instant now) const {
+  const bool looked_for = is_probe() && &goal() == this;
+  const bool once = looked_for || member->health.state() == DeviceState::never_seen;
+  if (step.repeats >= (once ? 0 : member->max_retries) + more) return false;
+  if (const auto until = goal().RepeatsUntil()) return now < *until;
+  return line.chooser.MayRepeat(*this, more, now);
+}
+
+NextStep Job::GiveUp(LineContext& line, const ExchangeEnd& end, Instant now) {
+  FollowPlan();
+  Device& device = *member->device;
+  const auto queries = device.conversation->Queries();
+  const bool silent =
+      task.kind == protocols::Task::Kind::poll && end.outcome == Outcome::no_reply;
+  blames_query = silent && task.query < queries.size() &&
+                 !device.heard.TellsOfDevice(queries[task.query].points, now);
+  OnGaveUp(end);
+  const protocols::Then then =
+      device.conversation->OnFailure(task, step.request, end.outcome, now);
+  line.tracker.OnHeard(device, now);
+  if (then == protocols::Then::ask_again) return NextStep::Ask();
+  if (then == protocols::Then::replan) line.tracker.GoOnWithPlan(device, now);
+  line.tracker.HoldBack(device);
+  return NextStep::Finish(end.outcome, end.reason);
+}
+
+// ---------------------------------------------------------------- end
+
+NextStep Job::GoOn() {
+  requests = broadcasts = 0;
+  return NextStep::Ask();
+}
+
+EndEffects Job::EffectsOf(const JobEnd& end, Instant now) {
+  EndEffects effects;
+  // A device that answers in an odd form is there.
+  effects.judges_member = judges_member && !attempt.verdict.odd;
+  End(end, now, effects);
+  return effects;
+}
+
+Job::After Job::Finish(LineContext& line, const JobEnd& end, Instant now) {
+  FollowPlan();  // its own answer may have changed it
+  EndEffects effects = EffectsOf(end, now);
+  Apply(line, effects, end, now);
+  return {};
+}
+
+void Job::Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Instant now) {
+  Agenda& agenda = line.agenda;
+  Accounts& accounts = line.accounts;
+  DeviceTracker& tracker = line.tracker;
+  Device* const device = member->device;
+  if (const auto& background = effects.background; background && background->sent) {
+    agenda.background.NoteEnd(member->place, background->took, background->proved);
+  } else if (background) {
+    agenda.background.OnUnsent(member->place);
+  }
+  if (device != nullptr) tracker.PlanBackground(*device);
+  if (probe_budget) agenda.probes.NoteEnd(*member, *probe_budget, began);
+  if (effects.fast_poll) accounts.rounds.OnPoll(*member, *effects.fast_poll, now);
+  if (effects.poll) {
+    const auto& [query, answered] = *effects.poll;
+    accounts.devices.OnPoll(*device, query, answered, had_failure);
+    line.observer->OnPoll(*device, query);
+  }
+  if (effects.repeat) tracker.Repeat(*device, effects.repeat->group, effects.repeat->soon, now);
+  if (!effects.read_again.empty()) tracker.ReadBack(*device, effects.read_again);
+  if (!effects.doubt.empty() && member->in_use) tracker.Doubt(*device, effects.doubt, now);
+  if (effects.polls_first && device != nullptr) agenda.schedule.GoFirst(member->place);
+  // Silence to a query that was never answered says something about the query, not about the
+  // device.
+  if (effects.judges_member && !blames_query) {
+    tracker.OnTask(*member, end.outcome, end.reason, now);
+  }
+  if (effects.wrote) {
+    tracker.OnWritten(*member->protocol, step.request.bytes, device, effects.written,
+                      ProvesLife(end.outcome), now);
+  }
+  for (auto& [request, reply] : effects.replies) request.done(std::move(reply));
+}
+
+}  // namespace baudgate::bus

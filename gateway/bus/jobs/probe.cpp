@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/probe.h"
+
+#include "gateway/bus/jobs/line_context.h"
+
+namespace baudgate::bus {
+
+NextStep ProbeJob::Ask(LineContext& line, int repeats, Instant now) {
+  NextStep next = Job::Ask(line, repeats, now);
+  const bool asked = next.what == NextStep::What::wait;
+  if (!asked && !unasked) return next;
+  line.agenda.probes.OnAsked(*member, asked, now);
+  return asked || !goal_ ? next : NextStep::GoUnproved(next.end.reason);
+}
+
+/// It is repeated until its reply cannot answer the probe of an earlier task. Through a server that
+/// lags, two tasks may differ by one probe only.
+bool ProbeJob::MustRepeat(const LineContext& line, Instant now) const {
+  const protocols::Answer& answer = attempt.answer;
+  const bool wants_peace = answer.outcome == Outcome::busy || answer.wait > Duration::zero();
+  return goal_ && !line.owed.whose.IsOfLatest(asked()) && !wants_peace &&
+         MayRepeat(line, kMostProbesMore, now);
+}
+
+void ProbeJob::OnReplaced(LineContext& line, Now now) {
+  Job::OnReplaced(line, now);
+  if (goal_) goal_->attempt.answer = {};
+}
+
+namespace {
+
+NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Instant now) {
+  job.judges_member = false;
+  if (job.attempt.answer.batch) {
+    job.member->device->conversation->OnFailure(job.task, job.step.request, Outcome::unexpected,
+                                                now);
+  }
+  return NextStep::Finish(outcome, reason);
+}
+
+}  // namespace
+
+/// A good probe is not counted for a device that has been seen: that it answers probes does not
+/// make up for polls that fail.
+Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
+  if (!goal_) return Job::Finish(line, end, now);
+  const auto& [outcome, reason] = end;
+  const bool life = ProvesLife(outcome);
+  if (member->device != nullptr) line.tracker.PlanBackground(*member->device);
+  if (!life || member->health.state() == DeviceState::never_seen) {
+    line.tracker.OnTask(*member, outcome, reason, now);
+  }
+  std::unique_ptr<Job> job = std::move(goal_);
+  job->proved = true;
+  job->wire += wire;
+  // A device that wants to be left in peace gets it: a meter counts wrong passwords.
+  const bool in_peace = line.agenda.schedule.held_until(member->place) > now;
+  const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
+  NextStep next;
+  if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
+    next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();  // only its proof was awaited
+  } else if (!member->in_use) {
+    next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
+  } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
+    next = EndUnproved(*job, Outcome::no_reply, "the probe before it was answered: " + reason, now);
+  } else {
+    next = EndUnproved(*job, outcome == Outcome::ok ? Outcome::busy : outcome, reason, now);
+  }
+  return {std::move(job), std::move(next)};
+}
+
+Job::After ProbeJob::GoUnproved(LineContext& line, const std::string& why, Instant now) {
+  std::unique_ptr<Job> job = std::move(goal_);
+  job->unprovable = true;
+  line.owed.whose.OnNoProof(*job->member->device, now);
+  NextStep next = job->has_news() ? EndUnproved(*job, Outcome::busy, why, now) : job->GoOn();
+  return {std::move(job), std::move(next)};
+}
+
+std::unique_ptr<Job> ProbeSource::Take(const Idle& idle) {
+  Probes& probes = line_.agenda.probes;
+  const Probes::Facts facts = line_.chooser.FactsOf(idle);
+  const auto when = probes.NextAt(facts);
+  if (!when || *when > idle.now) return nullptr;
+  Member& member = *probes.Next(facts);
+  const Probes::Kind kind = probes.OnTaken(member, facts);
+  std::unique_ptr<Job> job;
+  if (member.device != nullptr && member.in_use) {
+    job = std::make_unique<ProbeJob>(member, idle.now);
+  } else {
+    job = line_.routed.TakeProbe(member, idle);
+  }
+  if (job) job->probe_budget = kind;
+  return job;
+}
+
+std::optional<Instant> ProbeSource::NextAt(const Idle& idle) const {
+  return line_.agenda.probes.NextAt(line_.chooser.FactsOf(idle));
+}
+
+}  // namespace baudgate::bus

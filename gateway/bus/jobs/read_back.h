@@ -1,0 +1,43 @@
+// A read-back reads a query as soon as possible: points that were written, are in doubt, or are
+// wanted at once by a client.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "gateway/bus/jobs/poll.h"
+
+namespace baudgate::bus {
+
+class ReadBackJob final : public QueryJob {
+ public:
+  using QueryJob::QueryJob;
+
+  LineUse use() const override { return LineUse::writes; }
+  bool is_urgent() const override { return true; }
+  bool is_read_back() const override { return true; }
+  bool ReadsBack(const Member& of) const override { return member == &of && !had_failure; }
+
+ protected:
+  void End(const JobEnd& end, Instant /*now*/, EndEffects& effects) override {
+    if (points.empty()) return;
+    if (unplanned) effects.read_again = points;
+    const config::Group group = member->device->config->points[points.front()].group;
+    if (IsUnread(end) && IsSeldom(group)) effects.repeat = EndEffects::Repeat{group};
+    // Other points of the same register may have changed, too.
+    if (!ProvesLife(end.outcome)) effects.doubt = points;
+  }
+};
+
+class ReadBackSource final : public JobSource {
+ public:
+  explicit ReadBackSource(LineContext& line) : line_(line) {}
+
+  std::unique_ptr<Job> Take(const Idle& idle) override;
+  std::optional<Instant> NextAt(const Idle& idle) const override;
+
+ private:
+  LineContext& line_;
+};
+
+}  // namespace baudgate::bus

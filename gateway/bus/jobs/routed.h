@@ -1,0 +1,132 @@
+// Requests of transparent routes. RoutedJob passes a request of a client on as it is, and the reply
+// back: no conversation takes part. RoutedJobs says which of the requests that wait may be sent
+// now (gateway/bus/writes/route_queue.h keeps them).
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "gateway/bus/jobs/agenda.h"
+#include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_source.h"
+
+namespace baudgate::bus {
+
+class RoutedJob final : public Job {
+ public:
+  /// `batch`: what the reply answers; clients may leave meanwhile. `every_slave_answers`: if only
+  /// with an exception; then silence tells of the slave.
+  RoutedJob(Member& slave, RouteQueue::Batch batch, bool every_slave_answers, bool is_read,
+            protocols::Request request, Instant now)
+      : Job(slave, {}, now),
+        batch_(std::move(batch)),
+        every_slave_answers_(every_slave_answers),
+        is_read_(is_read) {
+    step = {.request = std::move(request), .waiting = true};
+    requests = 1;
+  }
+
+  NextStep Begin() override { return NextStep::Wait(); }
+
+  LineUse use() const override { return LineUse::routes; }
+  bool is_urgent() const override { return first() != nullptr && RouteQueue::IsShortWrite(*first()); }
+  bool is_routed() const override { return true; }
+  bool is_writing() const override { return !is_read_; }
+  bool is_read() const { return is_read_; }
+  /// Nobody waits any more: at once.
+  std::optional<Instant> LatestStart() const override;
+  bool LetsPass(const LineContext& line, Instant now) const override;
+  void PutBack(LineContext& line) override;
+  void Abandon(std::uint64_t client, bool unsent) override;
+
+ protected:
+  Outcome JudgeForm(LineContext& line, View frame, const EchoWatch& echo) override;
+  Outcome Read(View /*frame*/, Instant /*now*/) override { return attempt.answer.outcome; }
+  Outcome Refuse(View /*frame*/, Outcome outcome) override {
+    return attempt.answer.outcome = outcome;
+  }
+  NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
+  NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
+  void End(const JobEnd& end, Instant now, EndEffects& effects) override;
+  /// Its request is as it was.
+  NextStep GoOn() override { return NextStep::Wait(); }
+
+ private:
+  /// Null: all its clients have left.
+  const RoutedRequest* first() const { return batch_.empty() ? nullptr : &batch_.front(); }
+  bool IsDeclined(const JobEnd& end) const;
+
+  RouteQueue::Batch batch_;
+  const bool every_slave_answers_;
+  const bool is_read_;
+  Bytes reply_;
+  bool odd_ = false;  // the slave has answered, but not in a form that fits its request
+  LostReplies::Older older_;  // which lost requests its latest reply may answer instead
+  std::size_t replies_ = 0;   // to this request
+};
+
+class RoutedJobs {
+ public:
+  /// All references outlive it.
+  RoutedJobs(Roster& roster, Agenda& agenda, const LateReplies& late)
+      : roster_(roster), agenda_(agenda), late_(late) {}
+
+  Turns::Waiting Waiting() const;
+  /// A request waits that may be sent, as far as its slave and earlier writes are concerned.
+  bool AnyMayGo(Instant now) const;
+  /// A short write waits that may be sent, likewise.
+  bool ShortWriteMayGo(Instant now) const;
+  /// A start or stop of a client waits for a slave that is not offline. For one that is offline it
+  /// waits for a probe, so nothing else has to make room.
+  bool ShortWriteWaits() const;
+  /// A client wants to know whether this slave is back.
+  bool IsLookedFor(const Member& slave, const Idle& idle) const;
+
+  // Null: there is none that may be sent.
+  std::unique_ptr<RoutedJob> Take(config::Priority priority, Instant now);
+  std::unique_ptr<RoutedJob> TakeUrgent(Instant now);
+  /// To this slave, even if it is offline.
+  std::unique_ptr<RoutedJob> TakeShortWrite(std::uint8_t slave, Instant now);
+  /// A client's request to an offline slave is its probe.
+  std::unique_ptr<RoutedJob> TakeProbe(const Member& slave, const Idle& idle);
+
+ private:
+  bool MayGo(const RoutedRequest& request, Instant now) const;
+  std::unique_ptr<RoutedJob> JobOf(RouteQueue::Batch batch, Instant now);
+
+  Roster& roster_;
+  Agenda& agenda_;
+  const LateReplies& late_;
+};
+
+// Short writes of clients, also to a slave that is offline.
+class ShortWriteSource final : public JobSource {
+ public:
+  explicit ShortWriteSource(LineContext& line) : line_(line) {}
+
+  std::unique_ptr<Job> Take(const Idle& idle) override;
+  /// Of all requests of routes.
+  std::optional<Instant> NextAt(const Idle& idle) const override;
+
+ private:
+  LineContext& line_;
+};
+
+// Requests of one priority.
+class RoutedSource final : public JobSource {
+ public:
+  RoutedSource(RoutedJobs& jobs, config::Priority priority) : jobs_(jobs), priority_(priority) {}
+
+  std::unique_ptr<Job> Take(const Idle& idle) override { return jobs_.Take(priority_, idle.now); }
+  /// See ShortWriteSource.
+  std::optional<Instant> NextAt(const Idle& /*idle*/) const override { return std::nullopt; }
+
+ private:
+  RoutedJobs& jobs_;
+  const config::Priority priority_;
+};
+
+}  // namespace baudgate::bus

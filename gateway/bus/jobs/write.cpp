@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gateway/bus/jobs/write.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "gateway/bus/jobs/line_context.h"
+
+namespace baudgate::bus {
+
+std::unique_ptr<Job> WriteSource::Take(const Idle& idle) {
+  Agenda& agenda = line_.agenda;
+  // Commands to one device keep their order, and so do writes to one slave, whichever way they
+  // came. A write to an absent device, which nothing else can find, must not take the line from the
+  // others.
+  std::optional<WriteCommand> next = agenda.write_queue.Take([&](const WriteCommand& command) {
+    const Device& device = line_.roster.DeviceAt(command.device);
+    const auto routed =
+        device.slave == 0 ? std::nullopt : agenda.route_queue.FirstWrite(device.slave);
+    if (routed && *routed < command.sequence) return false;
+    if (agenda.schedule.GoesFirst(device.place, idle.now)) return false;
+    const bool absent = device.health.absent();
+    if (absent && agenda.probes.NextWriteAt(device, line_.chooser.FactsOf(idle)) > idle.now)
+      return false;
+    return line_.owed.late_replies.IsClear(device, idle.now);
+  });
+  if (!next) return nullptr;
+  Device& device = line_.roster.DeviceAt(next->device);
+  auto job = std::make_unique<WriteJob>(device, std::move(*next), idle.now);
+  if (device.health.absent()) job->probe_budget = Probes::Kind::short_write;
+  return job;
+}
+
+std::optional<Instant> WriteSource::NextAt(const Idle& idle) const {
+  std::optional<Instant> soonest;
+  for (const WriteCommand& command : line_.agenda.write_queue.waiting()) {
+    const Device& device = line_.roster.DeviceAt(command.device);
+    soonest = Soonest({soonest, line_.ClearsAt(device, idle.now)});
+    if (!device.health.absent()) continue;
+    const Instant allowed =
+        line_.agenda.probes.NextWriteAt(device, line_.chooser.FactsOf(idle));
+    if (allowed > idle.now) soonest = Soonest({soonest, allowed});
+  }
+  return soonest;
+}
+
+// ---------------------------------------------------------------- ask
+
+WriteJob::WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next)
+    : Job(who, {.kind = protocols::Task::Kind::write}, now),
+      command_(std::move(command)),
+      first_(next) {
+  std::vector<protocols::PointValue> rest;
+  for (std::size_t i = next; i < command_.writes().size(); ++i) {
+    rest.push_back({command_.writes()[i].point, command_.writes()[i].raw});
+  }
+  protocols::Conversation& conversation = *member->device->conversation;
+  rest.resize(std::clamp<std::size_t>(conversation.WritesTogether(rest), 1, rest.size()));
+  next_ = next + rest.size();
+  task.point = rest.front().point;
+  task.value = rest.front().value;
+  task.also.assign(rest.begin() + 1, rest.end());
+}
+
+// ---------------------------------------------------------------- send
+
+std::optional<Instant> WriteJob::LatestStart() const {
+  return step.request.closes ? std::nullopt : std::optional(command_.deadline);
+}
+
+std::optional<Withheld> WriteJob::WhyNotSend(Instant now, bool held) const {
+  if (step.request.closes) return std::nullopt;
+  const bool untouched = first_ == 0 && !(held ? may_have_written_before_ : sent());
+  if (member->in_use && untouched && command_.client_left()) {
+    return Withheld{WriteEnd::not_sent, kClientLeft};
+  }
+  if (auto withheld = Job::WhyNotSend(now, held)) return withheld;
+  auto forbidden = command_.why_not ? command_.why_not(now) : std::nullopt;
+  if (!forbidden) return std::nullopt;
+  return Withheld{WriteEnd::denied, std::move(*forbidden)};
+}
+
+/// A request that may write the points under way is noted before it goes out.
+void WriteJob::OnSend(LineContext& line) {
+  may_have_written_before_ = sent();
+  if (step.request.prepares || step.request.closes) return;
+  command_.MoveTo(WriteState::sent);
+  told_.reset();
+  const Device& device = *member->device;
+  std::vector<std::size_t> points;
+  for (const PointWrite& write : under_way()) {
+    points.push_back(write.point);
+    line.agenda.write_queue.OnBegun(device.index, write.point);
+  }
+  line.agenda.write_queue.AddReadBacks(device.place, device.conversation->Queries(), points);
+}
+
+void WriteJob::NeverLeft() {
+  Job::NeverLeft();
+  if (sent() && !may_have_written_before_) command_.MoveTo(WriteState::queued);
+}
+
+// ---------------------------------------------------------------- answer and fail
+
+void WriteJob::NoteTold(const JobEnd& told, bool may_have_acted) {
+  may_have_acted_ = may_have_acted;
+  // That a step which only prepares has succeeded says nothing of the write.
+  const bool counts = sent() || told.outcome != Outcome::ok;
+  if (counts && !step.request.closes) told_ = told;
+}
+
+void WriteJob::OnGaveUp(const ExchangeEnd& end) {
+  if (!step.request.closes) told_ = {end.outcome, end.reason};
+}
+
+// ---------------------------------------------------------------- end
+
+/// If the closing request is not answered, the write keeps the outcome that it had. If a step after
+/// a request that may have written cannot be asked, only a refusal remains known.
+WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
+  const bool cut_short = unasked && sent();
+  const bool refused = told_ && told_->outcome != Outcome::ok;
+  const bool closing = step.request.closes && !ProvesLife(end.outcome);
+  PointsEnd points;
+  points.keeps_told = cut_short ? refused : closing && told_;
+  const Outcome last = cut_short ? Outcome::no_reply : end.outcome;
+  points.outcome = points.keeps_told ? told_->outcome : last;
+  if (withheld_) {
+    points.how = sent() ? EndUnheard(true) : withheld_->end;
+  } else {
+    points.how = WriteEndOf(points.outcome, sent(), may_have_acted_);
+  }
+  // Requests that prepare the write went out, and then the conversation refused to send the write.
+  const bool refuses = points.outcome == Outcome::unsupported && was_sent && !sent();
+  if (refuses) points.how = WriteEnd::not_sent;
+  points.open = closing || cut_short;
+  return points;
+}
+
+EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
+  using Next = EndEffects::Write::Next;
+  const PointsEnd points = EndOfPoints(end);
+  const bool ok = points.how == WriteEnd::ok;
+  EndEffects::Write effects;
+  for (const PointWrite& one : under_way()) {
+    if (ok || sent()) effects.unknown.push_back(one.point);
+    if (ok) effects.confirmed.push_back(one);
+  }
+  // Nothing of it was sent: what the conversation knows of the device says why.
+  const protocols::DeviceTrouble& trouble = member->device->conversation->trouble();
+  const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
+  const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
+  const auto answer = [&](WriteEnd what, const std::string& why) {
+    effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
+                      ok ? next_ : first_, next_};
+    // The conversation could not encode the first point, so nothing was sent for it.
+    effects.result.unfit = points.outcome == Outcome::unsupported && !was_sent && first_ == 0;
+  };
+  const bool closed = end.outcome == Outcome::line_down;
+  const char* const open = points.open ? "; what was opened for it may still be open" : "";
+  if (withheld_) {
+    answer(points.how, withheld_->why + open);
+    if (!sent()) effects.result.tried = first_;
+  } else if (!ok && points.keeps_told) {
+    answer(points.how, (told_->reason.empty() ? name : told_->reason) + open);
+  } else if (!ok) {
+    answer(points.how, end.reason);
+  } else if (next_ == command_.writes().size()) {
+    effects.next = closed ? Next::answer : Next::confirm;
+    answer(WriteEnd::ok, {});
+  } else if (closed) {
+    answer(WriteEnd::not_sent, end.reason);
+  } else if (!member->in_use) {
+    answer(WriteEnd::not_sent, "the device was disabled before all points were written");
+  } else if (command_.deadline <= now) {
+    answer(WriteEnd::not_sent, "the deadline passed before all points were written");
+  } else {
+    effects.next = Next::go_on;
+  }
+  return effects;
+}
+
+void WriteJob::End(const JobEnd& end, Instant now, EndEffects& effects) {
+  effects.polls_first = !ProvesLife(end.outcome);
+  effects.write = EndOfWrite(end, now);
+  effects.wrote = !effects.write->unknown.empty();
+  effects.written = under_way();
+}
+
+Job::After WriteJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
+  using Next = EndEffects::Write::Next;
+  EndEffects effects = EffectsOf(end, now);
+  Apply(line, effects, end, now);
+  const EndEffects::Write& write = *effects.write;
+  Device& device = *member->device;
+  line.tracker.Doubt(device, write.unknown, now);
+  for (const PointWrite& one : write.confirmed) device.jumps.OnWritten(one.point, one.shown);
+  if (!write.confirmed.empty()) command_.MoveTo(WriteState::reading_back);
+  switch (write.next) {
+    case Next::answer:
+      line.accounts.devices.OnWrite(device, write.result.end, false);
+      command_.End(write.result);
+      return {};
+    case Next::confirm:
+      line.agenda.write_queue.Confirm(std::move(command_), device.place, now);
+      return {};
+    case Next::go_on:
+      break;
+  }
+  command_.MoveTo(WriteState::queued);
+  return {std::make_unique<WriteJob>(device, std::move(command_), now, next_), NextStep::Ask()};
+}
+
+// ---------------------------------------------------------------- how a write has ended
+
+namespace {
+
+/// Significant digits of a number that a device takes and shows.
+constexpr int kDigits = 3;
+
+/// How far what is shown may be from what was written.
+Decimal Tolerance(const config::Point& point, const Decimal& written) {
+  Decimal tolerance = Abs(written).Shifted(-kDigits);
+  if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
+  if (point.writing.decimals) {
+    tolerance = std::max(tolerance, Abs(point.scale).Shifted(-*point.writing.decimals) / 2);
+  }
+  return tolerance;
+}
+
+}  // namespace
+
+WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted) {
+  switch (outcome) {
+    case Outcome::ok:
+      return sent ? WriteEnd::ok : WriteEnd::not_sent;
+    case Outcome::refused:
+      return may_have_acted ? WriteEnd::unknown : WriteEnd::refused;
+    case Outcome::unsupported:
+      return WriteEnd::refused;
+    case Outcome::busy:
+      return WriteEnd::busy;
+    default:
+      return EndUnheard(sent);
+  }
+}
+
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown) {
+  if (!HasValue(shown)) return Comparison::nothing;
+  const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
+  const bool scaled = point.scale != 1 || point.offset != 0;
+  if (!is_float && !scaled)
+    return ToText(shown) == ToText(write.shown) ? Comparison::written : Comparison::another;
+  const auto written = Decimal::Of(write.shown);
+  const auto now = Decimal::Of(shown);
+  if (!written || !now) return Comparison::another;
+  if (Abs(*now - *written) <= Tolerance(point, *written)) return Comparison::written;
+  const auto before = Decimal::Of(write.before);
+  const bool on_its_way =
+      before && std::min(*before, *written) < *now && *now < std::max(*before, *written);
+  return on_its_way ? Comparison::between : Comparison::another;
+}
+
+ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record) {
+  ReadBackVerdict verdict{{.read_back = !one.replaced, .written = one.written}};
+  WriteResult& result = verdict.result;
+  const auto is_read = [&](std::uint32_t point) {
+    const PointRecord& shown = record.points[point];
+    return shown.read_at && *shown.read_at > one.at && shown.at_best == Quality::good;
+  };
+  for (const PointWrite& write : one.command.writes()) {
+    const config::Point& point = record.device->points[write.point];
+    const PointRecord& shown = record.points[write.point];
+    const bool read = is_read(write.point) && IsGood(shown.reported);
+    if (!read) result.read_back = false;
+    verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
+    const Comparison what = read ? Compare(point, write, shown.value) : Comparison::nothing;
+    if (what != Comparison::written) result.read_back = false;
+    // It may be on its way, or the device may have limited it: that is not known yet.
+    if (what == Comparison::between) result.reason = point.name + " shows " + ToText(shown.value);
+    if (what != Comparison::another) continue;
+    const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";
+    result.end = WriteEnd::differs;
+    result.reason = before + point.name + " shows " + ToText(shown.value) + " after " +
+                    ToText(write.shown) + " was written and confirmed";
+  }
+  if (!std::ranges::all_of(one.command.reads(), is_read)) {
+    result.read_back = false;
+    result.reason = "not all was answered";
+  }
+  return verdict;
+}
+
+}  // namespace baudgate::bus

@@ -1,0 +1,108 @@
+// A write to points of a device: point after point, or several in one exchange where the protocol
+// can. The job ends with each exchange that writes; what remains of the command goes on as another
+// job. WriteEndOf, Compare and VerdictOn say how a write has ended, from the replies and from what
+// its points show.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "config/model/point.h"
+#include "gateway/base/outcome.h"
+#include "gateway/base/value.h"
+#include "gateway/bus/jobs/job.h"
+#include "gateway/bus/jobs/job_source.h"
+#include "gateway/bus/points/point_store.h"
+#include "gateway/bus/writes/write_command.h"
+#include "gateway/bus/writes/write_queue.h"
+
+namespace baudgate::bus {
+
+class WriteJob : public Job {
+ public:
+  /// The points that the command begins with are `next` and those that go with it.
+  WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next = 0);
+
+  LineUse use() const override { return LineUse::writes; }
+  bool is_urgent() const override { return true; }
+  bool writes() const override { return true; }
+  bool is_writing() const override { return true; }
+  std::optional<Instant> LatestStart() const override;
+  std::optional<Instant> RepeatsUntil() const override { return command_.deadline; }
+  std::optional<Withheld> WhyNotSend(Instant now, bool held = false) const override;
+  void NeverLeft() override;
+  After Finish(LineContext& line, const JobEnd& end, Instant now) override;
+
+ protected:
+  void OnSend(LineContext& line) override;
+  void NoteTold(const JobEnd& told, bool may_have_acted) override;
+  void OnGaveUp(const ExchangeEnd& end) override;
+  void OnWithheld(const Withheld& why) override { withheld_ = why; }
+  void End(const JobEnd& end, Instant now, EndEffects& effects) override;
+
+ private:
+  /// How the points that are under way have ended.
+  struct PointsEnd {
+    WriteEnd how = WriteEnd::not_sent;
+    Outcome outcome = Outcome::none;
+    bool keeps_told = false;  // it is the outcome that it had before the latest request
+    bool open = false;        // what was opened for it may still be open
+  };
+
+  /// Whether a request was sent that may have written the points under way.
+  bool sent() const { return command_.state == WriteState::sent; }
+  std::span<const PointWrite> under_way() const {
+    return std::span(command_.writes()).subspan(first_, next_ - first_);
+  }
+  PointsEnd EndOfPoints(const JobEnd& end) const;
+  EndEffects::Write EndOfWrite(const JobEnd& end, Instant now) const;
+
+  WriteCommand command_;
+  std::size_t first_ = 0;  // index in command.writes() of the first point under way
+  std::size_t next_ = 0;   // index of the first point that was not begun
+  /// The latest failure or refusal, or answer to a request that may write. Behind it only closing
+  /// requests were sent.
+  std::optional<JobEnd> told_;
+  bool may_have_acted_ = false;           // see Answer
+  bool may_have_written_before_ = false;  // sent(), before the latest try
+  std::optional<Withheld> withheld_;      // a request was not sent; what is open is closed now
+};
+
+// Commands that wait: gateway/bus/writes/write_queue.h.
+class WriteSource final : public JobSource {
+ public:
+  explicit WriteSource(LineContext& line) : line_(line) {}
+
+  std::unique_ptr<Job> Take(const Idle& idle) override;
+  std::optional<Instant> NextAt(const Idle& idle) const override;
+
+ private:
+  LineContext& line_;
+};
+
+/// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
+WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
+
+/// What a point shows after its write was confirmed.
+enum class Comparison {
+  nothing,
+  written,  ///< numbers may differ by rounding
+  between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
+  another,
+};
+Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown);
+
+struct ReadBackVerdict {
+  WriteResult result;
+  bool lost = false;  ///< an expected reading did not come
+};
+/// The verdict on a command that its device has confirmed, from what `record` shows since then. A
+/// point that has not been read decides nothing.
+ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
+
+}  // namespace baudgate::bus
