@@ -88,9 +88,8 @@ void Observer::OnPoll(const bus::Device& device, std::size_t query) {
 void Observer::Amend(const bus::Member& member, const Finding& finding, std::size_t back) {
   if (back == 0) last_[member].symptom = finding.symptom;
   if (member.device == nullptr) return;
-  store_.UpdateStatus(member.index, [&](bus::DeviceStatus& status) {
-    status.findings.Amend(finding, back);
-  });
+  store_.UpdateStatus(member.index,
+                      [&](bus::DeviceStatus& status) { status.findings.Amend(finding, back); });
 }
 
 void Observer::OnUnaskedBytes(View bytes, Instant now) {

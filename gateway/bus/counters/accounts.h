@@ -67,15 +67,15 @@ class DeviceAccounts final : public ExchangeObserver {
 
  private:
   struct Entry {
-    Duration busy{};                   // line time that it has taken
-    Duration counted{};                // of that, in the status
-    Duration drained{};                // line time of the silence after its last exchange
-    Instant heard{};                   // end of its last exchange, or when the port was opened
-    bool out = false;                  // its last task has failed
-    std::uint32_t missed = 0;          // of its periods
-    Duration patience{};               // as the status has it
-    std::uint32_t behind = 0;          // as the status has it
-    bool told_second = false;          // the user has been warned of a second, different reply
+    Duration busy{};           // line time that it has taken
+    Duration counted{};        // of that, in the status
+    Duration drained{};        // line time of the silence after its last exchange
+    Instant heard{};           // end of its last exchange, or when the port was opened
+    bool out = false;          // its last task has failed
+    std::uint32_t missed = 0;  // of its periods
+    Duration patience{};       // as the status has it
+    std::uint32_t behind = 0;  // as the status has it
+    bool told_second = false;  // the user has been warned of a second, different reply
   };
 
   void Change(const Member& member, const std::function<void(DeviceStatus&)>& change);

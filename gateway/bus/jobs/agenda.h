@@ -41,8 +41,8 @@ class ParkedJobs final {
   }
   /// A read-back that has not failed yet.
   bool HasReadBack(const Member& member) const {
-    return std::ranges::any_of(
-        parked_, [&member](const One& one) { return one.job->ReadsBack(member); });
+    return std::ranges::any_of(parked_,
+                               [&member](const One& one) { return one.job->ReadsBack(member); });
   }
   std::vector<std::unique_ptr<Job>> TakeAll(const Member& member) {
     std::vector<std::unique_ptr<Job>> taken;

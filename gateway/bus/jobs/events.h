@@ -8,8 +8,7 @@ namespace baudgate::bus {
 
 class EventsJob final : public Job {
  public:
-  EventsJob(Member& who, Instant now)
-      : Job(who, {.kind = protocols::Task::Kind::events}, now) {}
+  EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}
 };
 
 }  // namespace baudgate::bus

@@ -149,9 +149,8 @@ NextStep Job::Depart(LineContext& line, Instant now) {
 
 std::optional<Instant> Job::DepartsAt(const LineContext& line) const {
   const bool repeats = step.repeats > 0;
-  return Soonest(
-      {repeats ? std::nullopt : std::optional(line.owed.late_replies.ClearAt(asked())),
-       goal().LatestStart()});
+  return Soonest({repeats ? std::nullopt : std::optional(line.owed.late_replies.ClearAt(asked())),
+                  goal().LatestStart()});
 }
 
 std::optional<NextStep> Job::Withdraw(LineContext& line, Instant now) {
@@ -254,8 +253,7 @@ Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
       "the reply may belong to an earlier request; it is asked again until that is certain";
   attempt.unproven = Unproven{};
   if (outcome != Outcome::ok && !is_routed()) {
-    protocols::Answer said =
-        member->device->conversation->Interpret(step.request.bytes, frame);
+    protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
     attempt.unproven = {.refusal = std::move(said.reason), .refused_as = outcome};
     answer.remedy = std::move(said.remedy);
   }
@@ -355,8 +353,7 @@ void Job::OnReplaced(LineContext& line, Now now) {
 
 /// A read is repeated while its reply may answer a much older one.
 bool Job::MustRepeat(const LineContext& line, Instant now) const {
-  const bool reads =
-      task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
+  const bool reads = task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
   const bool much_older =
       line.owed.whose.Lags(*member) && attempt.verdict.older > member->times.ceiling;
   return reads && step.request.expect.repeatable && much_older &&
@@ -442,13 +439,11 @@ NextStep Job::GiveUp(LineContext& line, const ExchangeEnd& end, Instant now) {
   FollowPlan();
   Device& device = *member->device;
   const auto queries = device.conversation->Queries();
-  const bool silent =
-      task.kind == protocols::Task::Kind::poll && end.outcome == Outcome::no_reply;
+  const bool silent = task.kind == protocols::Task::Kind::poll && end.outcome == Outcome::no_reply;
   blames_query = silent && task.query < queries.size() &&
                  !device.heard.TellsOfDevice(queries[task.query].points, now);
   OnGaveUp(end);
-  const protocols::Then then =
-      device.conversation->OnFailure(task, step.request, end.outcome, now);
+  const protocols::Then then = device.conversation->OnFailure(task, step.request, end.outcome, now);
   line.tracker.OnHeard(device, now);
   if (then == protocols::Then::ask_again) return NextStep::Ask();
   if (then == protocols::Then::replan) line.tracker.GoOnWithPlan(device, now);

@@ -164,11 +164,11 @@ class Job {
   /// The latest try of that request, and its reply. Lives from Start to the next one.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};                  ///< see Asked
-    bool job_was_sent = false;          ///< was_sent of the job, before this try
-    protocols::Answer answer{};         ///< what the reply says
-    WhoseReply::Verdict verdict{};      ///< whose it is
-    std::optional<Unproven> unproven{}; ///< about that
+    Instant sent_at{};                   ///< see Asked
+    bool job_was_sent = false;           ///< was_sent of the job, before this try
+    protocols::Answer answer{};          ///< what the reply says
+    WhoseReply::Verdict verdict{};       ///< whose it is
+    std::optional<Unproven> unproven{};  ///< about that
     Now answered_at{};
     Duration round_trip{};
     /// It came after the reply time, while the line waited in patience.
@@ -198,7 +198,8 @@ class Job {
   ///   may not be sent any more (WhyNotSend)             what is open is closed; else the job ends
   ///   could be met by a reply to an earlier one         a probe goes first
   ///   is a retry, or nothing is owed                    it is sent
-  ///   of a read, a late reply of its device is due      the job is parked, where replies name their
+  ///   of a read, a late reply of its device is due      the job is parked, where replies name
+  ///   their
   ///                                                     sender
   ///   of anything else, a late reply is due             the line waits
   ///
@@ -234,8 +235,8 @@ class Job {
   NextStep Take(LineContext& line, Instant now);
   /// The job is over. Applies what End says.
   virtual After Finish(LineContext& line, const JobEnd& end, Instant now);
-  /// This probe cannot be asked, which says nothing of the device: the job behind it goes on without
-  /// a proof. A reply whose owner is not proven yet is not taken.
+  /// This probe cannot be asked, which says nothing of the device: the job behind it goes on
+  /// without a proof. A reply whose owner is not proven yet is not taken.
   virtual After GoUnproved(LineContext& /*line*/, const std::string& /*why*/, Instant /*now*/) {
     return {};
   }

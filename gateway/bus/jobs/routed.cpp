@@ -229,8 +229,8 @@ std::optional<Instant> ShortWriteSource::NextAt(const Idle& idle) const {
     const auto clears = line_.ClearsAt(*member, idle.now);
     soonest = Soonest({soonest, clears});
     if (clears || !member->health.absent() || !queue.HasUrgent(slave)) continue;
-    soonest = Soonest(
-        {soonest, line_.agenda.probes.NextWriteAt(*member, line_.chooser.FactsOf(idle))});
+    soonest =
+        Soonest({soonest, line_.agenda.probes.NextWriteAt(*member, line_.chooser.FactsOf(idle))});
   }
   return soonest;
 }

@@ -32,7 +32,9 @@ class RoutedJob final : public Job {
   NextStep Begin() override { return NextStep::Wait(); }
 
   LineUse use() const override { return LineUse::routes; }
-  bool is_urgent() const override { return first() != nullptr && RouteQueue::IsShortWrite(*first()); }
+  bool is_urgent() const override {
+    return first() != nullptr && RouteQueue::IsShortWrite(*first());
+  }
   bool is_routed() const override { return true; }
   bool is_writing() const override { return !is_read_; }
   bool is_read() const { return is_read_; }
@@ -63,7 +65,7 @@ class RoutedJob final : public Job {
   const bool every_slave_answers_;
   const bool is_read_;
   Bytes reply_;
-  bool odd_ = false;  // the slave has answered, but not in a form that fits its request
+  bool odd_ = false;          // the slave has answered, but not in a form that fits its request
   LostReplies::Older older_;  // which lost requests its latest reply may answer instead
   std::size_t replies_ = 0;   // to this request
 };

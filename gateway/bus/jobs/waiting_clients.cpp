@@ -64,7 +64,8 @@ void WaitingClients::AnswerCommands(Instant now) {
   for (WriteQueue::Confirmed& one : expired.confirmed) Answer(one);
   for (WriteCommand& command : expired.unsent) {
     const Device& device = line_.roster.DeviceAt(command.device);
-    const bool in_vain = !Answers(device.health.state()) || line_.agenda.schedule.failing(device.place);
+    const bool in_vain =
+        !Answers(device.health.state()) || line_.agenda.schedule.failing(device.place);
     NotSent(command,
             in_vain ? "the device did not answer before the deadline of the command" : kTooLate);
   }
@@ -79,14 +80,16 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
   // Nothing but a write shows that such a device is back.
-  const bool is_its_probe = !command.writes().empty() &&
-                            (line_.agenda.probes.CannotProbe(device) || line_.owed.whose.IsProbedByWrites(device));
+  const bool is_its_probe =
+      !command.writes().empty() &&
+      (line_.agenda.probes.CannotProbe(device) || line_.owed.whose.IsProbedByWrites(device));
   return device.health.absent() && !is_its_probe ? "the device is offline" : nullptr;
 }
 
 void WaitingClients::NotSent(WriteCommand& command, const std::string& reason) {
   if (!command.writes().empty()) {
-    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(command.device), WriteEnd::not_sent, false);
+    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(command.device), WriteEnd::not_sent,
+                                   false);
   }
   command.End({.end = WriteEnd::not_sent, .reason = reason});
 }
@@ -105,7 +108,8 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
   store_.Read(one.command.device,
               [&](const DeviceRecord& record) { verdict = VerdictOn(one, record); });
   if (one.written > 0) {
-    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(one.command.device), verdict.result.end, !verdict.lost);
+    line_.accounts.devices.OnWrite(line_.roster.DeviceAt(one.command.device), verdict.result.end,
+                                   !verdict.lost);
   }
   one.command.End(verdict.result);
 }
@@ -132,8 +136,8 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
     const Member* member = line_.roster.FindSlave(slave);
     if (member == nullptr || !member->health.absent()) continue;
     const std::size_t keep = line_is_free && line_.chooser.MayProbe(*member, idle) ? 1 : 0;
-    for (RoutedRequest& read :
-         line_.agenda.routes.TakeHopeless(*member, keep, *line_.roster.carrier()->carrier, idle.now)) {
+    for (RoutedRequest& read : line_.agenda.routes.TakeHopeless(
+             *member, keep, *line_.roster.carrier()->carrier, idle.now)) {
       read.done({Outcome::no_reply, {}, DoesNotAnswer(slave)});
     }
   }

@@ -37,8 +37,7 @@ std::optional<Instant> WriteSource::NextAt(const Idle& idle) const {
     const Device& device = line_.roster.DeviceAt(command.device);
     soonest = Soonest({soonest, line_.ClearsAt(device, idle.now)});
     if (!device.health.absent()) continue;
-    const Instant allowed =
-        line_.agenda.probes.NextWriteAt(device, line_.chooser.FactsOf(idle));
+    const Instant allowed = line_.agenda.probes.NextWriteAt(device, line_.chooser.FactsOf(idle));
     if (allowed > idle.now) soonest = Soonest({soonest, allowed});
   }
   return soonest;

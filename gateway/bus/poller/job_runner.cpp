@@ -44,8 +44,7 @@ void JobRunner::OnClosed(const std::string& reason) {
 }
 
 void JobRunner::Receive(View bytes) {
-  const EchoWatch::Received heard =
-      echo_.OnReceived(bytes, job_ ? &job_->step.request : nullptr);
+  const EchoWatch::Received heard = echo_.OnReceived(bytes, job_ ? &job_->step.request : nullptr);
   if (!heard.bytes.empty()) context_.observer->Hear(heard.bytes, now_.instant);
   const Member* const asked = job_ ? job_->member : nullptr;
   LineNews collided;

@@ -4,7 +4,8 @@
 //
 //   1  the echo of the request is taken out of the bytes (EchoWatch)
 //   2  Line says what has happened (LineNews): a message sent unasked, a request to be sent, stray
-//      bytes, the end of the exchange, a second reply. Apply passes each to the part that it is for.
+//      bytes, the end of the exchange, a second reply. Apply passes each to the part that it is
+//      for.
 //   3  HandleEnd makes one value of an exchange that has ended (EndedExchange). DeviceTracker
 //      learns from the value, the observers are told once, and then the job decides what follows.
 //   4  Do carries out one step after the other, until the job waits or is over.

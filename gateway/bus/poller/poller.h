@@ -1,8 +1,8 @@
 // Poller runs one line: takes in bytes, time and requests, has the next job chosen whenever the
-// line is idle (gateway/bus/jobs/chooser.h) and run (gateway/bus/poller/job_runner.h), and has those
-// answered who wait (gateway/bus/jobs/waiting_clients.h). It owns all parts of the bus for this
-// line. Sans-I/O like gateway/bus/exchange/line.h: bytes and time come in as arguments. One thread
-// at a time.
+// line is idle (gateway/bus/jobs/chooser.h) and run (gateway/bus/poller/job_runner.h), and has
+// those answered who wait (gateway/bus/jobs/waiting_clients.h). It owns all parts of the bus for
+// this line. Sans-I/O like gateway/bus/exchange/line.h: bytes and time come in as arguments. One
+// thread at a time.
 //
 // Every input is handled in three steps: Advance lets time pass, the part that the input is for
 // takes it in, and Settle handles what has ended, answers clients and gives the next turns.

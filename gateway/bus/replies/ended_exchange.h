@@ -58,8 +58,8 @@ struct EndedExchange {
   const protocols::Answer* answer = nullptr;  ///< what the reply says
   WhoseReply::Verdict verdict{};              ///< whose reply it was
   const Unproven* unproven = nullptr;         ///< null: its owner was certain, or none came
-  bool no_echo = false;  ///< `echo: verify`: the echo was missing
-  bool cut = false;      ///< see EchoWatch::is_cut
+  bool no_echo = false;                       ///< `echo: verify`: the echo was missing
+  bool cut = false;                           ///< see EchoWatch::is_cut
   // What the bus has learned from it:
   Duration patience{};  ///< the line waits this much longer for the member
   bool lags = false;    ///< its replies come one or more requests late

@@ -3,9 +3,9 @@
 // shift the whole line. After silence, damage, a second reply or a closed port nothing is proven;
 // then a probe goes first whose reply can be told from all others (a proof: `is_proof` in
 // protocols/conversation.h). The cases are a table in whose_reply.cpp.
-// gateway/bus/jobs/job.cpp reports every request and every reply of the line; docs/timeouts.md. AnswerOrder, ReplyOrders and LostReplies keep the requests,
-// Identity keeps the name of a device, and LatestReadings what was read last; OwedReplies joins all
-// with LateReplies.
+// gateway/bus/jobs/job.cpp reports every request and every reply of the line; docs/timeouts.md.
+// AnswerOrder, ReplyOrders and LostReplies keep the requests, Identity keeps the name of a device,
+// and LatestReadings what was read last; OwedReplies joins all with LateReplies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

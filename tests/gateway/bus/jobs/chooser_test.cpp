@@ -37,10 +37,9 @@ class ChooserTest : public ::testing::Test, protected PollerListener {
 
   config::Config config_ = ToyConfig();
   PointStore store_{config_};
-  LineContext line_{
-      config_.lines[0], 0,
-      [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, store_,
-      *this};
+  LineContext line_{config_.lines[0], 0,
+                    [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); },
+                    store_, *this};
   Device& a = line_.roster.device(0);
   Device& b = line_.roster.device(1);
   LateReplies& late_ = line_.owed.late_replies;
@@ -109,9 +108,7 @@ TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
 }
 
 TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
-  const auto poll = [this] {
-    return std::make_unique<PollJob>(a, Schedule::Pick{}, kStart);
-  };
+  const auto poll = [this] { return std::make_unique<PollJob>(a, Schedule::Pick{}, kStart); };
   line_.agenda.parked.Park(poll(), kStart + 1s);
   EXPECT_EQ(chooser_.NextAt({kStart, kStart}), kStart + 1s);
   EXPECT_EQ(NextAt(0s), nullptr);

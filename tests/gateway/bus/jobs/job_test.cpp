@@ -86,8 +86,8 @@ TEST_F(JobTest, AWriteIsNotSentFromItsDeadlineOn) {
 }
 
 TEST_F(JobTest, OneExchangeServesWhoWaitsLongestForIt) {
-  const auto job = Routed(
-      {Request("03 00 00 00 01", kStart + 1s), Request("03 00 00 00 01", kStart + 3s)});
+  const auto job =
+      Routed({Request("03 00 00 00 01", kStart + 1s), Request("03 00 00 00 01", kStart + 3s)});
   EXPECT_EQ(job->LatestStart(), kStart + 3s);
 }
 
@@ -134,9 +134,7 @@ class JobEndTest : public JobTest {
     job.wire = 40ms;
     return job.EffectsOf({outcome}, kStart);
   }
-  EndEffects EndOfPoll(config::Group group, Outcome outcome) {
-    return End(*Poll(group), outcome);
-  }
+  EndEffects EndOfPoll(config::Group group, Outcome outcome) { return End(*Poll(group), outcome); }
   EndEffects EndOfReadBack(Outcome outcome, bool unplanned = false) {
     ReadBackJob back(a, 0, kStart);
     back.unplanned = unplanned;

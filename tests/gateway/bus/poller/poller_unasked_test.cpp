@@ -178,10 +178,9 @@ class ReplyTest : public ::testing::Test, protected PollerListener {
 
   config::Config config_ = ToyConfig();
   PointStore store_{config_};
-  LineContext line_{
-      config_.lines[0], 0,
-      [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, store_,
-      *this};
+  LineContext line_{config_.lines[0], 0,
+                    [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); },
+                    store_, *this};
   Device& a_ = line_.roster.device(0);
   diagnosis::Observer observer_{line_.roster, store_};
 };
@@ -192,7 +191,8 @@ TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
     const protocols::Request read = AskFor("?A1\r");
     echo.OnSent(read.bytes);
     if (echoes) echo.OnReceived(read.bytes, &read);
-    ExchangeEnd end{.outcome = Outcome::no_reply};
+    ExchangeEnd end;
+    end.outcome = Outcome::no_reply;
     echo.OnExchangeEnd(read, end);
     PollJob write(a_, Schedule::Pick{}, kStart);
     write.step.request = AskFor("!A1=7\r");
@@ -250,8 +250,7 @@ TEST_F(ReplyTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
     EXPECT_EQ(answer("A1=5", kStart + 1100ms), Symptom::clean);
     observer.OnRequest(a_, AskFor("?A2\r"), kStart + 2s);
     observer.Hear(ToyReply("A1=6"), kStart + 2050ms);
-    EXPECT_EQ(answer("A2=5", kStart + 2100ms),
-              repeated ? Symptom::clean : Symptom::others_beside);
+    EXPECT_EQ(answer("A2=5", kStart + 2100ms), repeated ? Symptom::clean : Symptom::others_beside);
     const std::vector<diagnosis::EarlierFinding> changed = observer.TakeChanged();
     ASSERT_EQ(changed.size(), repeated ? 1U : 0U);
     if (!repeated) continue;
