@@ -52,7 +52,7 @@ TEST_F(DeviceHealthTest, NoiseDoesNotProveLife) {
 
 TEST_F(DeviceHealthTest, ABurstOfFailuresIsNotEnoughForOffline) {
   Task(Outcome::ok, 0s);
-  for (int i = 0; i < 20; ++i) Task(Outcome::no_reply, 1s + i * 10ms);
+  for (int i = 0; i < 20; ++i) Task(Outcome::no_reply, 1s + i * 50ms);
   EXPECT_EQ(health_.state(), DeviceState::degraded);
   Task(Outcome::no_reply, 2s);
   EXPECT_EQ(health_.state(), DeviceState::offline);
@@ -87,11 +87,11 @@ TEST_F(DeviceHealthTest, ReturnIsOnlineAtOnce) {
 
 TEST_F(DeviceHealthTest, RetriesThatHelpedShowAsDegraded) {
   Task(Outcome::ok, 0s);
-  for (int i = 0; i < DeviceHealth::kDegradedCount; ++i) {
+  for (int failures = 1; failures <= 3; ++failures) {
     health_.OnExchange(Outcome::corrupt);
     Task(Outcome::ok, 1s);
+    EXPECT_EQ(health_.state(), failures < 3 ? DeviceState::online : DeviceState::degraded);
   }
-  EXPECT_EQ(health_.state(), DeviceState::degraded);
   for (int i = 0; i < 32; ++i) Task(Outcome::ok, 2s);
   EXPECT_EQ(health_.state(), DeviceState::online);
 }
@@ -100,6 +100,20 @@ TEST_F(DeviceHealthTest, ALostPortSaysNothingAboutTheDevice) {
   Task(Outcome::ok, 0s);
   for (int i = 0; i < 50; ++i) Task(Outcome::line_down, i * 1s);
   EXPECT_EQ(health_.state(), DeviceState::online);
+}
+
+TEST_F(DeviceHealthTest, TwoRefusalsInARowAreNoChance) {
+  for (const Outcome refusal : {Outcome::refused, Outcome::unsupported}) {
+    health_ = {};
+    Task(refusal, 0s);
+    EXPECT_FALSE(health_.refuses()) << Name(refusal);
+    Task(Outcome::line_down, 1s);
+    Task(refusal, 2s);
+    EXPECT_TRUE(health_.refuses()) << Name(refusal);
+    Task(Outcome::busy, 3s);
+    Task(refusal, 4s);
+    EXPECT_FALSE(health_.refuses()) << "it had something else to say";
+  }
 }
 
 // ---------------- Whether silence to a request tells of the device, or of what was asked.
@@ -130,15 +144,20 @@ TEST(HeardPoints, TheSilenceOfADeviceThatIsLateTellsOfIt) {
   points.OnLate(kStart);
   points.OnValue(0, kStart + 1s);
   EXPECT_TRUE(points.TellsOfDevice(kNever, kStart + 2s));
-  points.OnValue(0, kStart + 11min);
-  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 11min));
+  points.OnValue(0, kStart + 599s);
+  EXPECT_TRUE(points.TellsOfDevice(kNever, kStart + 599s));
+  EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 600s));
 }
 
 TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
   HeardPoints points;
-  points.OnValue(0, kStart);
+  points.OnValue(1, kStart);
+  points.OnLate(kStart);
   points.Clear();
   EXPECT_TRUE(points.TellsOfDevice(kNever, kStart));
+  points.OnValue(2, kStart);
+  EXPECT_FALSE(points.TellsOfDevice({3}, kStart)) << "that one has never been late";
+  EXPECT_FALSE(points.TellsOfDevice(kHeard, kStart)) << "and has not answered these";
 }
 
 // ---------------- Who can be asked on a line.

@@ -292,6 +292,56 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
   }
 }
 
+/// A reply that is lost keeps in doubt what comes next: of its own device always, of a neighbour
+/// where replies name nobody.
+TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
+  for (const bool named : {true, false}) {
+    for (const Device* lost : {&a, &b}) {
+      SCOPED_TRACE(testing::Message() << (named ? "named, " : "nameless, ") << lost->config->name);
+      orders_.Reset(a);
+      orders_.Reset(b);
+      const protocols::Request asked = AskFor("?A1\r", named);
+      const bool doubted = lost == &a || !named;
+      Send(*lost, AskFor("?A2\r", named));
+      EXPECT_EQ(orders_.IsSafe(Of(a, asked)), !doubted);
+      Send(a, asked);
+      EXPECT_EQ(orders_.Owed(Of(a, asked)), doubted ? 2 : 1);
+      orders_.OnAnswer(a, true, [](const SentRequest& sent, std::size_t) {
+        return sent.place != SentRequest::kNobody;
+      });
+      EXPECT_EQ(orders_.IsAnswerTo(Of(a, asked)), !doubted);
+      EXPECT_EQ(orders_.IsOfLatest(Of(a, asked)), !doubted);
+      EXPECT_EQ(orders_.Older(Of(a, asked)), doubted ? 1s : 0s);
+    }
+  }
+}
+
+TEST_F(ReplyOrdersTest, WhatIsKnownOfRepliesCountsForTheDeviceAndForTheLine) {
+  const protocols::Request named = AskFor("?A1\r");
+  const protocols::Request nameless = AskFor("?A1\r", false);
+  const auto owed = [&] {
+    return std::pair(orders_.Owed(Of(a, named)), orders_.Owed(Of(a, nameless)));
+  };
+  Send(a, named);
+  orders_.Reset(a);
+  EXPECT_EQ(owed(), std::pair(0, 0));
+  Send(a, named);
+  orders_.ForgetBefore(a, kStart + sent_ * 1s);
+  EXPECT_EQ(owed(), std::pair(1, 1)) << "it was sent at that time";
+  orders_.ForgetBefore(a, kStart + sent_ * 1s + 1ms);
+  EXPECT_EQ(owed(), std::pair(0, 0));
+  orders_.OnCopy(a);
+  EXPECT_EQ(owed(), std::pair(1, 1));
+  Send(a, named);
+  for (const protocols::Request* asked : {&named, &nameless}) {
+    EXPECT_FALSE(orders_.MayBeInStep(Of(a, *asked)));
+  }
+  orders_.OnOddForm(a);
+  for (const protocols::Request* asked : {&named, &nameless}) {
+    EXPECT_TRUE(orders_.MayBeInStep(Of(a, *asked)));
+  }
+}
+
 /// Behind a server that lags, the replies to a device may have come while its neighbour was asked.
 /// They are counted as owed for ever, so how many are owed says nothing of the neighbour.
 TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
@@ -340,9 +390,31 @@ TEST_F(PatienceTest, OneLateReplyIsChanceAndTwoAreNot) {
 }
 
 TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
-  patience_.OnLate(a, 150ms);
+  patience_.OnLate(a, 300ms);
   for (int i = 0; i < 100; ++i) patience_.OnAnswered(a, -280ms);
-  patience_.OnLate(a, 150ms);
+  patience_.OnLate(a, 160ms);
+  EXPECT_EQ(patience_.More(a), 0ms);
+  for (int i = 0; i < 99; ++i) patience_.OnAnswered(a, -280ms);
+  patience_.OnLate(a, 80ms);
+  EXPECT_EQ(patience_.More(a), 200ms) << "these two are not; what was before is forgotten";
+}
+
+/// A hundred in a row.
+TEST_F(PatienceTest, LateRepliesAreForgottenOnlyIfNoneIsLateMeanwhile) {
+  for (const bool taken : {false, true}) {
+    patience_ = {};
+    patience_.OnLate(a, 160ms);
+    for (int i = 0; i < 60; ++i) patience_.OnAnswered(a, -280ms);
+    taken ? patience_.OnAnswered(a, 40ms) : patience_.OnLate(a, 40ms);
+    for (int i = 0; i < 60; ++i) patience_.OnAnswered(a, -280ms);
+    patience_.OnLate(a, 240ms);
+    EXPECT_EQ(patience_.More(a), 300ms) << taken;
+  }
+}
+
+TEST_F(PatienceTest, AReplyThatWasInTimeIsNoLateOne) {
+  patience_.OnLate(a, 0ms);
+  patience_.OnLate(a, 160ms);
   EXPECT_EQ(patience_.More(a), 0ms);
 }
 
@@ -362,10 +434,15 @@ TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileItIsNeeded) {
   patience_.OnLate(a, 160ms);
   for (int i = 0; i < 200; ++i) patience_.OnAnswered(a, -280ms);
   EXPECT_GT(patience_.More(a), 160ms);
+  EXPECT_LT(patience_.More(a), 170ms);
   patience_.OnAnswered(a, 160ms);
   EXPECT_EQ(patience_.More(a), 200ms);
-  for (int i = 0; i < 10'000; ++i) patience_.OnAnswered(a, -280ms);
-  EXPECT_EQ(patience_.More(a), 0ms);
+  patience_.OnAnswered(a, 10ms);
+  EXPECT_EQ(patience_.More(a), 200ms) << "one that is less late needs no less";
+  for (int i = 0; i < 5'000; ++i) patience_.OnAnswered(a, -280ms);
+  EXPECT_GT(patience_.More(a), 1ms);
+  for (int i = 0; i < 1'000; ++i) patience_.OnAnswered(a, -280ms);
+  EXPECT_EQ(patience_.More(a), 0ms) << "less than a millisecond is nothing";
 }
 
 TEST_F(PatienceTest, IsNoneForADeviceThatHasGone) {

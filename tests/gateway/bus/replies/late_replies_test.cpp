@@ -44,6 +44,36 @@ TEST_F(LateRepliesTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
   EXPECT_EQ(late_.ClearAt(Next(a, true)), kStart + 1s);
 }
 
+TEST_F(LateRepliesTest, NoiseThatLengthensAnExchangeLengthensTheWait) {
+  Exchange(a, 0ms, 400ms, Outcome::no_reply);
+  EXPECT_EQ(LateUntil(a), 1200ms);
+}
+
+TEST_F(LateRepliesTest, BehindAnothersReplyTheOwnOneMayStillCome) {
+  for (const bool named : {true, false}) {
+    const Device& asked = named ? a : b;
+    request_ = AskFor("?A1\r", named);
+    Exchange(asked, 0ms, 200ms, Outcome::unexpected);
+    EXPECT_EQ(LateUntil(asked), 1000ms);
+    Exchange(asked, 300ms, 500ms, Outcome::no_reply, true);
+    EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), named ? 370ms : 670ms)
+        << "where replies carry addresses, the one that came closed the first try";
+  }
+}
+
+TEST_F(LateRepliesTest, ABroadcastEndsNoWaiting) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  request_.expect.reply = protocols::Expectation::Reply::none;
+  Exchange(a, 300ms, 320ms, Outcome::ok);
+  EXPECT_EQ(LateUntil(a), 1000ms);
+}
+
+/// A client of a serial server, or a telegram by hand.
+TEST_F(LateRepliesTest, TheReplyToARequestOfSomebodyElseMayComeUntilTheCeiling) {
+  late_.OnUnknownRequest(a, kStart);
+  EXPECT_EQ(LateUntil(a), 1s);
+}
+
 // A serial server gives it to the next connection.
 TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
@@ -64,8 +94,13 @@ TEST_F(LateRepliesTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), Duration()) << "one may be chance";
   late_.OnSecondReply(a);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 30ms), a.times.drain);
-  for (int good = 0; good < 500; ++good) Exchange(a, 100ms, 120ms, Outcome::ok);
-  EXPECT_EQ(late_.Aftermath(asked_, kStart + 120ms), Duration()) << "it is trusted again";
+  const auto aftermath_behind = [&](int good) {
+    for (int i = 0; i < good; ++i) Exchange(a, 100ms, 120ms, Outcome::ok);
+    return late_.Aftermath(asked_, kStart + 120ms);
+  };
+  EXPECT_NEAR(static_cast<double>(aftermath_behind(100) / 1us), 10'350, 100);
+  EXPECT_GT(aftermath_behind(140), 1ms);
+  EXPECT_EQ(aftermath_behind(30), Duration()) << "it is trusted again";
 }
 
 TEST_F(LateRepliesTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
@@ -78,6 +113,9 @@ TEST_F(LateRepliesTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
   late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
   late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
+  request_ = AskFor("?A1\r", false);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  EXPECT_EQ(LateUntil(a), 1s) << "where its reply could pass for another's it does";
 }
 
 TEST_F(LateRepliesTest, EntriesOfOneAddressWaitTogether) {
@@ -120,10 +158,13 @@ TEST_F(LateRepliesTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   EXPECT_LT(LateUntil(a), 1260ms);
 }
 
-TEST_F(LateRepliesTest, WhoseOrderIsProvenOwesNothing) {
-  Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, true, kStart + 250ms);
-  EXPECT_TRUE(late_.IsClear(a, kStart + 250ms));
+TEST_F(LateRepliesTest, WhoseOrderIsProvenOrWhoseRepliesCarryItsNameOwesNothing) {
+  for (const bool proven : {false, true}) {
+    request_ = AskFor("?A1\r", !proven);
+    Exchange(a, 0ms, 200ms, Outcome::no_reply);
+    late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, proven, kStart + 250ms);
+    EXPECT_TRUE(late_.IsClear(a, kStart + 250ms)) << proven;
+  }
 }
 
 TEST_F(LateRepliesTest, BytesAfterSilenceAreTheLateAnswer) {
@@ -139,6 +180,53 @@ TEST_F(LateRepliesTest, BytesAfterSilenceAreTheLateAnswer) {
   EXPECT_EQ(effects.late_member, nullptr) << "once for each exchange";
   EXPECT_EQ(effects.warned, nullptr) << "once for ever";
   EXPECT_EQ(late_.ExtraDrain(a), 130ms);
+  late_.OnStray({1, 40ms}, kStart + 400ms);
+  EXPECT_EQ(late_.ExtraDrain(a), 130ms) << "less is enough this time";
+  late_.OnStray({1, 990ms}, kStart + 1190ms);
+  EXPECT_EQ(late_.ExtraDrain(a), 950ms) << "the ceiling at most";
+  late_.OnOffline(a);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms) << "it is silent, not late";
+}
+
+TEST_F(LateRepliesTest, FourBytesMayBeAReplyWhereItsLengthIsUnknown) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  LateReplies::StrayEffects effects = late_.OnStray({3, 10ms}, kStart + 210ms);
+  EXPECT_TRUE(effects.counts);
+  EXPECT_EQ(effects.late_member, nullptr);
+  EXPECT_EQ(late_.OnStray({1, 11ms}, kStart + 211ms).late_member, &a);
+  Exchange(a, 2s, 2200ms, Outcome::no_reply);
+  EXPECT_EQ(late_.OnStray({3, 10ms}, kStart + 2210ms).late_member, nullptr) << "counted anew";
+}
+
+/// The reply time of the next requests grows, but not that of probes of an absent device.
+TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
+  for (const Duration began : {0s, 10s}) {
+    EXPECT_EQ(late_.PatienceFor(a), 0ms);
+    Exchange(a, began, began + 200ms, Outcome::no_reply);
+    late_.OnStray({9, 100ms}, kStart + began + 300ms);
+  }
+  EXPECT_GT(late_.PatienceFor(a), 100ms);
+  asked_.lone_probe = false;
+  EXPECT_EQ(late_.MoreReply(asked_), late_.PatienceFor(a));
+  asked_.lone_probe = true;
+  EXPECT_EQ(late_.MoreReply(asked_), 0ms);
+  late_.OnOffline(a);
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+}
+
+/// It came 60 ms after its reply time, while the line was still waiting. A repetition may have got
+/// the reply to its first try: it tells nothing.
+TEST_F(LateRepliesTest, AReplyThatWasAwaitedLongerShowsHowLongIsEnough) {
+  asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
+  const Duration characters = 4 * a.times.character;
+  const Duration received = 9 * a.times.character;
+  const ExchangeEnd end{Outcome::ok, {}, characters + 260ms + received, 9};
+  EXPECT_EQ(LateReplies::Lateness(asked_, end), 60ms);
+  late_.SetWait(asked_, end, true, kStart + 300ms);
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  asked_.retry = false;
+  late_.SetWait(asked_, end, true, kStart + 300ms);
+  EXPECT_EQ(late_.PatienceFor(a), 75ms) << "a quarter more";
 }
 
 TEST_F(LateRepliesTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
@@ -156,6 +244,31 @@ TEST_F(LateRepliesTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
   EXPECT_GT(effects.lateness, 100ms);
   EXPECT_LT(effects.lateness, 110ms)
       << "310 ms after its request was given to the line, less 200 ms";
+  EXPECT_EQ(late_.ExtraDrain(a), 230ms) << "260 ms and a gap, less the drain";
+}
+
+/// Its own reply is not due yet, so only that to the first try was late: once is chance.
+TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  Exchange(a, 250ms, 300ms, Outcome::ok, true);
+  for (const Duration after : {100ms, 101ms}) {
+    EXPECT_EQ(late_.OnStray({5, after}, kStart + 300ms + after).late_member, nullptr);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
+  Exchange(a, 2s, 2200ms, Outcome::no_reply);
+  late_.OnStray({9, 50ms}, kStart + 2250ms);
+  EXPECT_GT(late_.PatienceFor(a), 0ms) << "but it has been counted";
+}
+
+/// Nothing came behind the repetition. What comes behind the next request is a copy of its reply.
+TEST_F(LateRepliesTest, WhatComesBehindTheNextRequestIsNoAnswerToARetry) {
+  for (const Duration began : {0s, 10s}) {
+    Exchange(a, began, began + 200ms, Outcome::no_reply);
+    Exchange(a, began + 250ms, began + 300ms, Outcome::ok, true);
+    Exchange(a, began + 2s, began + 2s + 20ms, Outcome::ok);
+    late_.OnStray({9, 30ms}, kStart + began + 2s + 50ms);
+  }
+  EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
 TEST_F(LateRepliesTest, LatenessIsThatOfTheFirstTry) {
@@ -178,6 +291,7 @@ TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},  // bytes are the rest of it
       {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
       {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // asked again, whosever the first was
   };
@@ -245,6 +359,15 @@ TEST_F(LateRepliesTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
   EXPECT_EQ(effects.warned, nullptr);
 }
 
+TEST_F(LateRepliesTest, BehindTheProbeOfAnAbsentDeviceItsOwnReplyIsLate) {
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  asked_.probe = asked_.lone_probe = true;
+  asked_.sent = kStart + 250ms;
+  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
+  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  EXPECT_EQ(late_.OnStray({9, 30ms}, kStart + 480ms).late_member, &a);
+}
+
 TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
@@ -252,22 +375,59 @@ TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
   EXPECT_EQ(effects.late_member, nullptr);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 50ms);
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
+  late_.OnStray({4, 10ms}, kStart + 60ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 70ms), 50ms) << "less is enough this time";
+  Exchange(a, 100ms, 300ms, Outcome::no_reply);
+  late_.OnStray({4, 60ms}, kStart + 360ms);
+  EXPECT_EQ(late_.ExtraDrain(a), 30ms) << "that was no copy";
+}
+
+/// 256 characters at most: a longer silence is none between a reply and its copy.
+TEST_F(LateRepliesTest, WhatComesLongBehindAGoodAnswerIsNoCopyOfIt) {
+  const Duration longest = a.times.drain + 256 * a.times.character;
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  late_.OnStray({4, longest + 1us}, kStart + 20ms + longest + 1us);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 1s), 0ms);
+  late_.OnStray({4, longest}, kStart + 20ms + longest);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 1s), longest);
+}
+
+TEST_F(LateRepliesTest, TheSilenceBehindARepetitionHasRoomForLateBytesAndCopies) {
+  Exchange(a, 0ms, 20ms, Outcome::ok);
+  late_.OnStray({4, 280ms}, kStart + 300ms);
+  Exchange(a, 2s, 2200ms, Outcome::no_reply);
+  asked_.retry = true;
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 2210ms), 300ms) << "a copy of its reply";
+  late_.OnStray({9, 130ms}, kStart + 2330ms);
+  EXPECT_EQ(late_.Aftermath(asked_, kStart + 2400ms), 520ms)
+      << "400 ms, a gap and 100 ms that its bytes came later than its drain time";
+}
+
+TEST_F(LateRepliesTest, TheLongestReplyTimeIsThatOfTheSlowestDevice) {
+  a.times.reply = 300ms;
+  EXPECT_EQ(late_.LongestReply(), 300ms);
+  b.times.reply = 400ms;
+  EXPECT_EQ(late_.LongestReply(), 400ms);
 }
 
 TEST_F(LateRepliesTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
-  request_.any_order = true;
-  Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
-  EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms);
-  Exchange(a, 600ms, 650ms, Outcome::ok, true);
-  late_.OnStray({40, 30ms}, kStart + 680ms);
-  EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
+  for (const bool numbered : {false, true}) {
+    request_.any_order = !numbered;
+    request_.numbered = numbered;
+    Exchange(a, 0ms, 200ms, Outcome::no_reply);
+    Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
+    EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << numbered;
+    Exchange(a, 600ms, 650ms, Outcome::ok, true);
+    late_.OnStray({40, 30ms}, kStart + 680ms);
+    EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms) << numbered;
+  }
 }
 
 TEST_F(LateRepliesTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_FALSE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
-  late_.OnStray({2, 30ms}, kStart + 50ms);
+  EXPECT_TRUE(late_.OnStray({1, 1ms}, kStart + 21ms).counts) << "two are more than a driver leaves";
+  late_.OnStray({1, 30ms}, kStart + 50ms);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 0ms);
   late_.OnStray({1, 31ms}, kStart + 51ms);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 51ms) << "four of them may be";
@@ -278,6 +438,16 @@ TEST_F(LateRepliesTest, WhatFollowsADamagedReplyBelongsToIt) {
   const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
   EXPECT_FALSE(effects.counts);
   EXPECT_EQ(effects.warned, nullptr);
+}
+
+TEST_F(LateRepliesTest, WhatFollowsAReplyThatBrokeOffIsItsRest) {
+  Exchange(a, 0ms, 60ms, Outcome::partial);
+  const LateReplies::StrayEffects effects = late_.OnStray({4, 130ms}, kStart + 190ms);
+  EXPECT_FALSE(effects.counts);
+  EXPECT_EQ(effects.late_member, nullptr);
+  EXPECT_EQ(effects.warned, &a);
+  EXPECT_NE(effects.warning.find("timing.gap"), std::string::npos) << effects.warning;
+  EXPECT_EQ(late_.ExtraDrain(a), 100ms);
 }
 
 TEST_F(LateRepliesTest, WhatComesBehindTheCeilingIsNoise) {

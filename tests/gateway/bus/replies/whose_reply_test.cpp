@@ -43,13 +43,18 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
     return verdict;
   }
   /// "PA0:A0" is a request and its reply, "UA1:" one without, "*UA1:=1" a probe by a read, "-UA1:="
-  /// one whose replies name nobody, "open" the opening of the port. What the last one comes to.
+  /// one whose replies name nobody, "WA1:A1=1" a write, "open" the opening of the port, "back" that
+  /// another device may be connected. What the last one comes to.
   std::string Run(const std::string& history) {
     std::istringstream words(history);
     std::string follows;
     for (std::string word; words >> word;) {
       if (word == "open") {
         order_.OnOpened(a, kStart);
+        continue;
+      }
+      if (word == "back") {
+        order_.OnReconnect(a);
         continue;
       }
       const bool probe = word[0] == '*';
@@ -61,6 +66,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
       Device& device = word[1] == 'A' ? a : b;
       Asked asked = Of(device, request);
       asked.probe = asked.probe || probe;
+      asked.writes = word[0] == 'W';
       Send(asked);
       WhoseReply::Verdict verdict;
       Outcome outcome = Outcome::no_reply;
@@ -127,7 +133,8 @@ TEST_P(WhoseReplyTable, Row) { EXPECT_EQ(Run(GetParam().history), GetParam().fol
 INSTANTIATE_TEST_SUITE_P(
     Rows, WhoseReplyTable,
     ::testing::Values(
-        WhoseReplyCase{1, "PA0:A0 UA1:=1", "proven"},
+        WhoseReplyCase{1, "PA0:A0 UA1:=1", "proven"}, WhoseReplyCase{1, "UA1:=1 UA1:=2", "proven"},
+        WhoseReplyCase{1, "*UA1:=1", "proven"},
         WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1", "shifted"},
         WhoseReplyCase{2, "PA0:A0 UA1:=1 ?A3:=1 ?A3:=1", "elsewhere"},
         WhoseReplyCase{3, "PA0:A0 UA1: UA2:=1", "not proven"},
@@ -136,12 +143,16 @@ INSTANTIATE_TEST_SUITE_P(
         WhoseReplyCase{5, "PA0:A0 UA1:=1 UA1: ?A1:A1=5", "proven"},
         WhoseReplyCase{6, "PA0:A0 UA1: PA0:=1", "elsewhere"},
         WhoseReplyCase{7, "PA0:A0 UA1: PA0:A0", "proven"},
+        WhoseReplyCase{7, "PA0:A0 PA0: PA0:A0", "proven, older"},
         WhoseReplyCase{8, "PA0:A0 UA1: PA0:=1 UA1:A0", "elsewhere"},
         WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2", "shifted"},
         WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=2", "replaced"},
         WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=3", "elsewhere"},
         WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0", "proven, older"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0 PA0:A0=2", "elsewhere"},
         WhoseReplyCase{9, "PA0:A0=7 PA0:A0 PA0:A0", "proven, older"},
+        WhoseReplyCase{9, "PA0:A0 PA0:A0 PA0:A0=2 PA0:A0=2", "replaced"},
+        WhoseReplyCase{9, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=2 PA0:A0=2", "proven, older"},
         WhoseReplyCase{9, "PA0:A0 PA0:A0=2 PA0:A0=2 PA0:A0=2", "proven, older"},
         WhoseReplyCase{10,
                        "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
@@ -151,11 +162,30 @@ INSTANTIATE_TEST_SUITE_P(
                        "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
                        "*UA1:=1 *UA1:=1 *UA1:=1",
                        "replaced"},
+        WhoseReplyCase{10,
+                       "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 "
+                       "*UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1",
+                       "proven"},
+        WhoseReplyCase{10,
+                       "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 PA0:A0 "
+                       "*UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1",
+                       "not proven"},
+        WhoseReplyCase{10,
+                       "PA0:A0 *UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1 back "
+                       "*UA1:=1 *UA1:=1 *UA1:=1 *UA1:=1",
+                       "not proven"},
         WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0", "not proven"},
         WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0 PA0:A0", "proven"},
+        WhoseReplyCase{11, "open PA0:A0 PA0:A0 PA0:A0 PA0:A0 PA0: PA0:A0", "proven, older"},
+        WhoseReplyCase{11, "open UA1:=1", "not proven"},
+        WhoseReplyCase{11, "open UA1:=1 UA1:=1 UA1:=1 UA1:=1", "proven, older"},
+        WhoseReplyCase{11, "open ?A1:~refused", "elsewhere"},
         WhoseReplyCase{12, "PA0:A0 PB0:B0 -UB1: -UA1:=1", "not proven"},
         WhoseReplyCase{13, "PA0:A0 PB0:B0 ?B1: ?A1:A1=5", "proven"},
-        WhoseReplyCase{14, "PA0:A0 UA1:A9", "odd"},
+        WhoseReplyCase{13, "PA0:A0 PB0:B0 -?B1: -?A1:A1=5", "proven"},
+        WhoseReplyCase{14, "PA0:A0 UA1:A9", "odd"}, WhoseReplyCase{14, "UA1:A9 UA1:A9", "shifted"},
+        WhoseReplyCase{14, "PA0:A0 UA1:=1 UA2:A9 UA2:A9", "elsewhere"},
+        WhoseReplyCase{14, "PA0:A0~refused UA1:=1 UA2:A9 UA2:A9", "elsewhere"},
         WhoseReplyCase{14, "PA0:A0 UA1:A9 UA1:A9 PA0:A0", "proven"},
         WhoseReplyCase{14, "PA0:A0 UA1:A0", "shifted"},
         WhoseReplyCase{14, "PA0:A0 UA2:=2 UA1:A9", "shifted"},
@@ -163,6 +193,22 @@ INSTANTIATE_TEST_SUITE_P(
         WhoseReplyCase{15, "PA0:A0 UA1: ?A1:A1=5", "not proven"},
         WhoseReplyCase{15, "PA0:A0 UA1: ?A1:A1=5 ?A1:A1=5", "proven, older"},
         WhoseReplyCase{15, "PA0:A0 UA1: UA1: UA1: UA1: PA0:A0", "proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: ?A1: ?A1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: ?A1: ?A1: ?A1: ?A1:A1=5", "proven, older"},
+        WhoseReplyCase{15, "PA0:A0 UA1: PA0:A0 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: PA0:A0 UA1: PA0:A0 UA1: ?A1:A1=5", "proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: UA1: UA1: back PA0:A0 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1:~busy UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1: WA1:A1=5", "proven"},
+        WhoseReplyCase{15, "PA0:A0 UA2: UA1:=1 PA0:A0 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "UA1:A9 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1:=1 PA0:A0=2 PA0:A0=2 PA0:A0=2 UA1: ?A1:A1=5", "not proven"},
+        WhoseReplyCase{15, "PA0:A0 UA1:=1 open PA0:A0 PA0:A0 PA0:A0 PA0:A0 UA1: ?A1:A1=5",
+                       "not proven"},
+        WhoseReplyCase{15,
+                       "PA0:A0 UA1: UA1: UA1: PA0:A0 UA1:=1 open PA0:A0 PA0:A0 PA0:A0 PA0:A0 UA1: "
+                       "?A1:A1=5",
+                       "not proven"},
         WhoseReplyCase{16, "PA0:A0=7 ?A0:A0=7 ?A0: PA0:A0=7", "not proven"},
         WhoseReplyCase{16, "PA0:A0=7 ?A0:A0=7 ?A0: PA0:A0=7 PA0:A0=7", "proven, older"},
         WhoseReplyCase{17, "PA0:A0 UA2:=2 UA1:=1 ?A1:=1 UA1:=1", "not proven"},
@@ -257,9 +303,124 @@ TEST_F(WhoseReplyTest, WhoHasANameProvesNothingByOtherAnswers) {
 
 TEST_F(WhoseReplyTest, AProofHoldsForAMinute) {
   Reply(a, name_, "A0");
+  const Instant proven = kStart + 1s;
   Reply(a, one_, "=1");
-  EXPECT_FALSE(order_.NeedsProbeFirst(Of(a, two_), kStart + 60s));
-  EXPECT_TRUE(order_.NeedsProbeFirst(Of(a, two_), kStart + 62s));
+  Asked asked = Of(a, two_);
+  EXPECT_FALSE(order_.NeedsProbeFirst(asked, proven + 60s));
+  EXPECT_TRUE(order_.NeedsProbeFirst(asked, proven + 60s + 1ms));
+  EXPECT_EQ(order_.ProofEnds(a), proven + 60s);
+  asked.renews_proof_early = true;
+  EXPECT_FALSE(order_.NeedsProbeFirst(asked, proven + 45s));
+  EXPECT_TRUE(order_.NeedsProbeFirst(asked, proven + 45s + 1ms)) << "the line has time";
+  EXPECT_EQ(order_.ProofRenews(a), proven + 45s);
+  Silence(a, one_);
+  EXPECT_EQ(order_.ProofEnds(a), Instant{}) << "another device may be there now";
+}
+
+TEST_F(WhoseReplyTest, NoProbeGoesBeforeWhatNeedsNone) {
+  protocols::Request broadcast = AskFor("QA1\r");
+  broadcast.expect.reply = protocols::Expectation::Reply::none;
+  ASSERT_TRUE(NeedsProbe(a, one_));
+  Asked asked = Of(a, one_);
+  asked.first = false;
+  EXPECT_FALSE(order_.NeedsProbeFirst(asked, kStart)) << "the task is under way";
+  asked = Of(a, one_);
+  asked.unprovable = true;
+  EXPECT_FALSE(order_.NeedsProbeFirst(asked, kStart)) << "it cannot be probed";
+  EXPECT_FALSE(NeedsProbe(a, broadcast)) << "nobody answers it";
+  a.in_use = false;
+  EXPECT_FALSE(NeedsProbe(a, one_));
+}
+
+TEST_F(WhoseReplyTest, NoReplyIsOwedToABroadcast) {
+  protocols::Request broadcast = AskFor("QA1\r");
+  broadcast.expect.reply = protocols::Expectation::Reply::none;
+  Reply(a, name_, "A0");
+  Send(Of(a, broadcast));
+  EXPECT_TRUE(orders_.Of(a).IsInStep());
+}
+
+/// The port was lost, or the request was a broadcast: the device need not have changed. Damage
+/// shows that somebody is there.
+TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
+  const Asked asked = Of(a, one_);
+  const auto needs_probe_after = [&](Outcome outcome, bool silent) {
+    Reply(a, name_, "A0");
+    order_.NoteOutcome(asked, outcome, silent, kStart);
+    return NeedsProbe(a, two_);
+  };
+  EXPECT_FALSE(needs_probe_after(Outcome::no_reply, false));
+  EXPECT_FALSE(needs_probe_after(Outcome::corrupt, true));
+  EXPECT_TRUE(needs_probe_after(Outcome::no_reply, true));
+}
+
+/// Repeats of a request, writes, and what is known to be answered say nothing of a request that
+/// the device does not know.
+TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
+  struct Case {
+    bool retry = false;
+    bool writes = false;
+    bool known = false;
+    const char* follows;
+  };
+  for (const Case& one :
+       {Case{false, false, false, "proven"}, Case{true, false, false, "not proven"},
+        Case{false, true, false, "not proven"}, Case{false, false, true, "not proven"}}) {
+    SCOPED_TRACE(testing::Message() << one.retry << one.writes << one.known);
+    order_.OnReconnect(a);
+    Run("open PA0:A0 PA0:A0 PA0:A0 PA0:A0");
+    if (one.known) Run("UA1:=1");
+    Asked asked = Of(a, one_);
+    asked.retry = one.retry;
+    asked.writes = one.writes;
+    for (int task = 0; task < 3; ++task) order_.NoteOutcome(asked, Outcome::no_reply, true, kStart);
+    Run("open PA0:A0 PA0:A0 PA0:A0 PA0:A0");
+    Send(Of(a, one_));
+    EXPECT_EQ(Run("?A1:A1=5"), one.follows);
+  }
+}
+
+/// Five repeats would be needed to reach its own reply.
+TEST_F(WhoseReplyTest, WhoLagsByMoreThanFourIsProbedBeforeEachTask) {
+  Run("PA0:A0 UA1: UA1: UA1: UA1: UA1: PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:A0");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "names are owed, and these are recognised";
+  Run("UA1:A0 UA1:A0 UA1:A0 UA1:A0 UA1:A0 UA1:=1");
+  EXPECT_EQ(orders_.Owed(Of(a, one_)), 5);
+  EXPECT_TRUE(order_.Lags(a));
+  EXPECT_TRUE(NeedsProbe(a, two_));
+}
+
+TEST_F(WhoseReplyTest, OnlyAProofShowsThatADeviceLags) {
+  Run("PA0:A0 UA1: UA1:=1");
+  EXPECT_FALSE(order_.Lags(a)) << "the reply may be the own one";
+  Run("UA1: PA0:=1 PA0:=1 PA0:A0");
+  EXPECT_TRUE(order_.Lags(a));
+  Run("?A1:A1=5");
+  EXPECT_FALSE(order_.Lags(a)) << "nothing else is answered so";
+}
+
+TEST_F(WhoseReplyTest, AReconnectForgetsTheLag) {
+  Run("PA0:A0 UA1: PA0:=1 PA0:A0");
+  EXPECT_TRUE(order_.Lags(a));
+  EXPECT_TRUE(order_.IsSettled(a)) << "waiting brings nothing";
+  order_.OnReconnect(a);
+  EXPECT_FALSE(order_.Lags(a));
+  EXPECT_FALSE(order_.IsSettled(a)) << "a reply is owed";
+  orders_.Reset(a);
+  EXPECT_TRUE(order_.IsSettled(a));
+}
+
+/// How many replies stand before the own one, behind another's.
+TEST_F(WhoseReplyTest, ARepeatComesNearerOnlyIfTheSenderOwesReplies) {
+  const protocols::Request nameless = AskFor("UA1\r", false);
+  Reply(a, name_, "A0");
+  Send(Of(a, one_));
+  EXPECT_EQ(order_.RepliesBefore(Of(a, one_), false), 0) << "somebody else, who owes nothing";
+  EXPECT_EQ(order_.RepliesBefore(Of(a, one_), true), 1);
+  EXPECT_EQ(order_.RepliesBefore(Of(a, nameless), false), 1);
+  Send(Of(b, AskFor("UB1\r")));
+  Send(Of(a, one_));
+  EXPECT_EQ(order_.RepliesBefore(Of(a, one_), false), 2) << "b owes a reply";
 }
 
 TEST_F(WhoseReplyTest, WhoIsTrustedIsInStepAfterASilence) {
@@ -298,8 +459,45 @@ TEST_F(WhoseReplyTest, ARequestThatIsAnsweredInAnOddFormIsAskedBehindAProof) {
   Run("PA0:A0 UA2:=2 UA1:A9 PA0:A0");
   EXPECT_TRUE(NeedsProbe(a, one_));
   EXPECT_FALSE(NeedsProbe(a, two_));
+  orders_.Reset(a);
+  Run("UA2:=2 UA1:A9");
+  orders_.Reset(a);
   Run("PA0:A0 UA1:=1");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "it fits again";
+  Run("PA0:A0 UA1:A9 PA0:A0");
+  EXPECT_TRUE(NeedsProbe(a, one_)) << "though only the proof was before it";
+  Asked asked = Of(a, one_);
+  asked.proved = true;
+  EXPECT_FALSE(order_.NeedsProbeFirst(asked, kStart)) << "the probe has been answered";
+  ProbeWithARead(1);
+  Run("PA0:A0");
+  order_.OnReconnect(a);
+  Reply(a, name_, "A0");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "another device may be there";
+}
+
+TEST_F(WhoseReplyTest, ARequestWhoseReplyWasAnothersOrAProbesHasNoOddForm) {
+  Run("PA0:A0 ?A2: UA1:A2=5 PA0:A0");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "that was the reply to ?A2";
+  Run("*UA1:A9 PA0:A0");
+  orders_.Reset(a);
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "a probe tells nothing of the poll";
+}
+
+/// It would be probed before each of its tasks for ever, and no probe would prove anything.
+TEST_F(WhoseReplyTest, WhoseProbesProveNothingIsNotProbedForAnOddForm) {
+  Run("UA1:A9");
+  ProbeWithARead(1);
+  EXPECT_FALSE(NeedsProbe(a, one_));
+}
+
+TEST_F(WhoseReplyTest, SixteenRequestsOfOddFormsAreRemembered) {
+  Reply(a, name_, "A0");
+  const auto request = [](int number) { return "UA" + std::to_string(number); };
+  for (int i = 1; i <= 17; ++i) Run("PA0:A0 " + request(i) + ":A99");
+  Run("PA0:A0");
+  EXPECT_FALSE(NeedsProbe(a, one_)) << "the oldest of seventeen";
+  EXPECT_TRUE(NeedsProbe(a, two_));
 }
 
 TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
@@ -310,6 +508,38 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   Reply(a, name_, "A0");
   EXPECT_TRUE(order_.HasName(a));
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
+}
+
+TEST_F(WhoseReplyTest, ADeviceThatIsBusyHasNotSaidItsName) {
+  EXPECT_FALSE(order_.HasName(a));
+  Reply(a, name_, "A0~busy", Outcome::busy);
+  EXPECT_FALSE(order_.HasName(a));
+  Reply(a, name_, "A0");
+  EXPECT_TRUE(order_.HasName(a));
+  Reply(b, Identification("PB0\r"), "B0~refused", Outcome::refused);
+  EXPECT_FALSE(order_.HasName(b)) << "it has refused to say";
+}
+
+/// A refusal answers anything, so four of them do not show that nothing is owed to strangers.
+TEST_F(WhoseReplyTest, RefusalsDoNotEndWhatStrangersAreOwed) {
+  order_.OnOpened(a, kStart);
+  for (int i = 0; i < 4; ++i) Reply(a, name_, "A0~refused", Outcome::refused);
+  EXPECT_EQ(orders_.Owed(Of(a, one_)), 3);
+}
+
+/// A probe by a read of an unusual length: a rare poll may be answered alike.
+TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
+  protocols::Request longer = AskFor("UA9\r");
+  longer.unlike_polls = true;
+  order_.OnOpened(a, kStart);
+  const Asked probe{.member = &a, .request = &longer, .probe = true};
+  for (int i = 0; i < 4; ++i) {
+    Send(probe);
+    order_.OnReply(probe, ToyReply("=1"), Outcome::ok);
+    order_.NoteOutcome(probe, Outcome::ok, true, kStart + sent_ * 1s);
+  }
+  EXPECT_EQ(orders_.Owed(probe), 3);
+  EXPECT_FALSE(order_.Lags(a)) << "what other tries are owed is no lag";
 }
 
 /// What is owed to strangers can be any reply, and nothing tells these from its own.
@@ -330,6 +560,51 @@ TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
   EXPECT_TRUE(order_.MayBeOdd(Of(a, one_)));
   Send(Of(a, one_));
   EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "one reply is owed";
+}
+
+TEST_F(WhoseReplyTest, WhatCountsAsReadInStep) {
+  for (const char* history : {"UA1:A9", "PA0:A0 UA2: UA1:=1 PA0:A0", "PA0:A0 UA1:=1 back"}) {
+    SCOPED_TRACE(history);
+    order_.OnReconnect(a);
+    orders_.Reset(a);
+    Run(history);
+    orders_.Reset(a);
+    Send(Of(a, one_));
+    EXPECT_FALSE(order_.MayBeOdd(Of(a, one_)));
+  }
+}
+
+/// Replies that it may owe to another master are taken for lost, those to this gateway after ten
+/// seconds, or twice its ceiling.
+TEST_F(WhoseReplyTest, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
+  const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
+  Roster roster(line, 0,
+                [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); });
+  Device& written = roster.device(0);
+  Device& read = roster.device(1);
+  ReplyOrders orders(roster);
+  WhoseReply order(roster, orders);
+  const protocols::Request write = AskFor("WA1=7\r");
+  const auto owed = [&](Device& device, Duration later) {
+    const Asked asked{.member = &device, .request = &write, .writes = true};
+    order.OnSent(asked, kStart);
+    order.OnNoProof(device, kStart + later);
+    return orders.Owed(asked);
+  };
+  EXPECT_TRUE(order.IsProbedByWrites(written));
+  EXPECT_FALSE(order.IsProbedByWrites(read));
+  order.OnOpened(written, kStart);
+  EXPECT_EQ(owed(written, 10s), 1) << "no stranger's";
+  EXPECT_EQ(owed(written, 10s + 1ms), 0);
+  written.times.ceiling = 6s;
+  EXPECT_EQ(owed(written, 12s), 1);
+  EXPECT_EQ(owed(written, 12s + 1ms), 0);
+  EXPECT_EQ(owed(read, 1h), 1) << "it is asked again until its reply must be its own";
+  const protocols::Request name = Identification("PA0\r");
+  const Asked probe{.member = &written, .request = &name, .probe = true};
+  order.OnSent(probe, kStart);
+  order.OnReply(probe, ToyReply("A0"), Outcome::ok);
+  EXPECT_FALSE(order.IsProbedByWrites(written)) << "it knows a probe";
 }
 
 TEST_F(WhoseReplyTest, AfterAReconnectItIsAskedWhoItIs) {
