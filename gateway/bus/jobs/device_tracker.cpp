@@ -130,17 +130,11 @@ void DeviceTracker::OnExchange(EndedExchange& ended, Instant now) {
   Member& member = *ended.member;
   const ExchangeEnd& end = ended.end;
   if (!ended.broadcast) member.health.OnExchange(end.outcome);
-  if (ended.cut_off()) {
-    owed_.late_replies.OnClosed(member, now);
-  } else {
-    owed_.late_replies.SetWait(ended.asked, end, owed_.whose.IsSettled(member), now);
-  }
+  owed_.OnEnded(ended.asked, end, ended.broadcast, now);
   ended.patience = owed_.late_replies.PatienceFor(member);
   ended.lags = owed_.whose.Lags(member);
   if (ended.answered() && !owed_.late_replies.IsClear(member, now)) HoldBack(member);
-  const bool silent = !ended.cut_off() && !ended.broadcast;
-  owed_.whose.NoteOutcome(ended.asked, end.outcome, silent, now);
-  if (silent) Charge(ended, now);
+  if (!ended.cut_off() && !ended.broadcast) Charge(ended, now);
   if (ended.verdict.shifted) DoubtLatest(now);
   if (ended.answered() && ended.routed) agenda_.routes.OnAnswered(now);
 }

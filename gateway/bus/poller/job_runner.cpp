@@ -38,7 +38,6 @@ void JobRunner::OnClosed(const std::string& reason) {
   LineNews news = line_.OnClosed();
   if (news.end) news.end->reason = reason;
   Apply(std::move(news));
-  HandleEnd();
   echo_.OnClosed();
   if (job_) Do(NextStep::Finish(Outcome::line_down, reason));
 }
@@ -79,11 +78,7 @@ void JobRunner::Apply(LineNews news) {
   unasked_.OnInput(news.unasked, now_);
   if (news.send) Send();
   if (news.stray_before.count > 0) HandleStray(news.stray_before);
-  if (news.end && job_) {
-    last_ = job_->member;
-    context_.owed.late_replies.OnEnd(job_->asked(), news.end->outcome, now_.instant);
-    ended_ = std::move(news.end);
-  }
+  if (news.end && job_) OnExchangeEnd(std::move(*news.end));
   if (news.stray.count > 0) HandleStray(news.stray);
   if (news.second_reply) context_.tracker.OnSecondReply(now_.instant);
 }
@@ -115,9 +110,8 @@ Outcome JobRunner::Judge(View frame, Instant now) {
   return job_->Judge(context_, frame, echo_, now);
 }
 
-void JobRunner::HandleEnd() {
-  if (!ended_) return;
-  ExchangeEnd end = *std::exchange(ended_, std::nullopt);
+void JobRunner::OnExchangeEnd(ExchangeEnd end) {
+  last_ = job_->member;
   const bool no_echo = echo_.OnExchangeEnd(job_->step.request, end);
   if (!ProvesLife(end.outcome)) DropUnsent(end);
   EndedExchange ended = job_->Ended(std::move(end));
@@ -160,7 +154,7 @@ JobRunner::Turn JobRunner::TakeTurn() {
 }
 
 void JobRunner::Withdraw() {
-  if (!waits_for_quiet() || !job_ || ended_) return;
+  if (!waits_for_quiet() || !job_) return;
   std::optional<NextStep> step = job_->Withdraw(context_, now_.instant);
   if (!step) return;
   Do(std::move(*step));

@@ -97,12 +97,9 @@ class JobRunner final : private LineClient {
     if (job_) job_->Abandon(client, port_.IsUnsent());
   }
 
-  // ---- after each input
-  /// Handles the end of an exchange, if one has ended.
-  void HandleEnd();
-  /// A request that waits for a quiet line may be too late by now, or forbidden. Then the line
-  /// begins again with the next request, also if that is one of the same job that closes what the
-  /// job has opened.
+  /// After each input. A request that waits for a quiet line may be too late by now, or forbidden.
+  /// Then the line begins again with the next request, also if that is one of the same job that
+  /// closes what the job has opened.
   void Withdraw();
 
   // ---- turns, while the line is idle
@@ -131,6 +128,7 @@ class JobRunner final : private LineClient {
   void Apply(LineNews news);
   void Send();
   void HandleStray(const StrayBytes& stray);
+  void OnExchangeEnd(ExchangeEnd end);
   void DropUnsent(ExchangeEnd& end);
   void Do(NextStep step);
   NextStep Continue(Job::After after);
@@ -141,10 +139,9 @@ class JobRunner final : private LineClient {
   Line line_{*this};
   EchoWatch echo_;
   ArrivalTime arrival_;
-  Now now_{};                         // of the input that is being handled
-  std::unique_ptr<Job> job_;          // under way
-  std::optional<ExchangeEnd> ended_;  // of its request, until HandleEnd
-  const Member* last_ = nullptr;      // whose exchange ended last
+  Now now_{};                     // of the input that is being handled
+  std::unique_ptr<Job> job_;      // under way
+  const Member* last_ = nullptr;  // whose exchange ended last
 };
 
 }  // namespace baudgate::bus

@@ -204,7 +204,6 @@ void Poller::SettleIfOpen() {
 }
 
 void Poller::Settle() {
-  runner_.HandleEnd();
   time_.OnHandled(runner_.idle());
   const Idle idle = time_.idle();
   if (runner_.idle()) context_.chooser.ChargeProbe(idle.now);

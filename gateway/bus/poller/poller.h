@@ -5,7 +5,7 @@
 // thread at a time.
 //
 // Every input is handled in three steps: Advance lets time pass, the part that the input is for
-// takes it in, and Settle handles what has ended, answers clients and gives the next turns.
+// takes it in, and Settle answers clients and gives the next turns.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,3 +1,31 @@
+// What a member may still send, by how its last exchange ended (OnEnded):
+//
+//   the exchange ended as     what may still come                      it is waited for until
+//   no_reply, unexpected      its reply                                the ceiling of the request
+//   corrupt, partial          nothing: a probe checks the device. Of   the same
+//                             a slave of routes its reply, unless
+//                             what came was as long
+//   line_down                 its reply                                the reply time and the
+//   drain;
+//                                                                      behind a server the ceiling
+//   an answer after silence   where replies name nobody: the replies   the ceiling of the request
+//                             to the earlier tries
+//   an answer                 a copy, or noise                         -
+//
+// What bytes are that belong to no exchange (OnStray), by how the exchange before them ended:
+//
+//   it ended as               the bytes are                            they lead to
+//   corrupt                   the rest of the damaged reply            nothing
+//   partial                   the rest of a reply that broke off       a longer silence behind
+//   failures an answer                 one: the driver that leaves the bus      nothing
+//                             more than three: a copy                  a silence behind good
+//                             replies
+//   an answer to a retry      as long as a reply: that of the retry    patience; a late reply is
+//   counted no_reply                  as long as a reply: the late reply       the same, and the
+//   longer silence any, another's is due     that of another device, if this one      nothing: the
+//   diagnosis says whose
+//                             has answered or is absent                they are
+//
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -79,30 +107,35 @@ std::size_t ShortestReply(const Asked& asked) {
 
 Instant LateReplies::LateUntil(const Member& member) const { return entries_[member].late_until; }
 
-void LateReplies::OnEnd(const Asked& asked, Outcome outcome, Instant now) {
-  last_ = asked.member;
-  Entry& entry = entries_[*asked.member];
-  entry.late_from.reset();
-  entry.end = End::silent;
-  entry.absent = asked.lone_probe;
-  entry.after = 0;
-  entry.least = ShortestReply(asked);
-  entry.retried = {};
-  if (!asked.retry) entry.due.reset();
+LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, Outcome outcome,
+                                      Instant now) {
+  Last last{.absent = asked.lone_probe,
+            .least = ShortestReply(asked),
+            .due = asked.retry ? before.last.due : std::nullopt};
   const Instant due = asked.sent_out() + asked.reply_time();
   if (outcome == Outcome::no_reply) {
-    entry.late_from = now;
-    if (!entry.due) entry.due = due;
+    last.late_from = now;
+    if (!last.due) last.due = due;
   }
-  if (outcome == Outcome::corrupt) entry.end = End::corrupt;
-  if (outcome == Outcome::partial) entry.end = End::cut_short;
-  if (!ProvesLife(outcome)) return;
+  if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
+  if (outcome == Outcome::partial) last.end = Last::End::cut_short;
+  if (!ProvesLife(outcome)) return last;
   // The late reply to an earlier try was taken for that to the retry, whose own is still to come.
-  if (asked.retry && entry.due) {
-    entry.retried = now - *entry.due;
-    entry.late_from = entry.due = due;
+  if (asked.retry && last.due) {
+    last.retried = now - *last.due;
+    last.late_from = last.due = due;
   }
-  if (!entry.unanswered_since) entry.end = End::answered;
+  if (!before.unanswered_since) last.end = Last::End::answered;
+  return last;
+}
+
+void LateReplies::OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for,
+                          Instant now) {
+  last_ = asked.member;
+  Entry& entry = entries_[*asked.member];
+  entry.last = LastOf(entry, asked, end.outcome, now);
+  if (end.outcome == Outcome::line_down) return OnClosed(*asked.member, now);
+  SetWait(asked, end, nothing_to_wait_for, now);
 }
 
 LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
@@ -111,23 +144,24 @@ LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant 
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
   Entry& entry = entries_[member];
-  effects.counts = entry.end != End::corrupt && entry.end != End::cut_short;
-  if (entry.end == End::corrupt) return effects;
+  Last& last = entry.last;
+  effects.counts = last.end != Last::End::corrupt && last.end != Last::End::cut_short;
+  if (last.end == Last::End::corrupt) return effects;
   // The reply of another device is due, and this one has answered, or is absent. The diagnosis says
   // whose it is.
-  const bool owes_none = entry.end == End::answered || entry.absent;
+  const bool owes_none = last.end == Last::End::answered || last.absent;
   if (owes_none && OthersMayAnswer(member, now)) return effects;
-  entry.after += stray.count;
+  last.after += stray.count;
   // A driver that leaves the bus makes a byte, or a device ends its line twice.
-  const bool harmless = entry.end == End::answered && entry.after == 1 && !member.protocol->tcp;
+  const bool harmless = last.end == Last::End::answered && last.after == 1 && !member.protocol->tcp;
   if (harmless) effects.counts = false;
-  const bool may_be_reply = entry.after >= entry.least;
+  const bool may_be_reply = last.after >= last.least;
   // The repetition is answered as well: what came before was the late answer to its first try.
-  if (may_be_reply) patience_.OnLate(member, std::exchange(entry.retried, {}));
-  if (may_be_reply && entry.late_from && entry.due && *entry.late_from <= now) {
+  if (may_be_reply) patience_.OnLate(member, std::exchange(last.retried, {}));
+  if (may_be_reply && last.late_from && last.due && *last.late_from <= now) {
     effects.late_member = &member;
-    entry.late_from.reset();
-    effects.lateness = now - *entry.due;
+    last.late_from.reset();
+    effects.lateness = now - *last.due;
     patience_.OnLate(member, effects.lateness);
   }
   LearnSilence(entry, member, stray, effects);
@@ -139,8 +173,8 @@ void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBy
                                StrayEffects& effects) {
   const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
-  if (entry.end == End::answered) {
-    if (entry.after <= kNoise) return;
+  if (entry.last.end == Last::End::answered) {
+    if (entry.last.after <= kNoise) return;
     // A second copy of the answer: not longer than an answer can be.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
@@ -152,7 +186,7 @@ void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBy
   effects.warned = &member;
   const auto after = FormatDuration(std::chrono::round<std::chrono::milliseconds>(stray.since_end));
   effects.warning =
-      entry.end == End::cut_short
+      entry.last.end == Last::End::cut_short
           ? "the rest of a broken reply came " + after + " later; if this goes on, raise timing.gap"
           : "bytes came " + after +
                 " after its exchange had ended; if this goes on, raise timing.reply";

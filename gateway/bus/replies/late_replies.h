@@ -1,14 +1,9 @@
 // Until when a reply may still come to a request that was given up. Until then nothing but
 // repetitions goes to its device; where replies carry no address, to no other device either.
 // Numbers are in docs/timeouts.md. whose_reply.h knows to which request a reply belongs that did
-// come. For each exchange, in this order:
-//
-//   OnEnd      at once, by gateway/bus/poller/job_runner.cpp
-//   OnStray    for whatever comes after it, by gateway/bus/jobs/device_tracker.cpp
-//   SetWait    when the input that ended it is done, by gateway/bus/jobs/device_tracker.cpp
-//
-// OnStray comes before OnEnd for bytes that came before the end of an exchange and do not belong to
-// it (LineNews::stray_before): they are counted for the exchange before.
+// come. OnEnded is told how an exchange ended, then OnStray of whatever comes after it. Bytes that
+// came before the end of an exchange, and do not belong to it (LineNews::stray_before), count for
+// the exchange before. The tables of both are in late_replies.cpp.
 //
 // Asked is one such exchange, and Patience lengthens the wait for a device whose replies came late.
 //
@@ -103,8 +98,9 @@ class LateReplies {
  public:
   explicit LateReplies(const Roster& roster) : roster_(roster) {}
 
-  /// The exchange has ended. Before OnStray for what came after its end.
-  void OnEnd(const Asked& asked, Outcome outcome, Instant now);
+  /// The exchange has ended: decides how long the next requests wait. `nothing_to_wait_for`:
+  /// waiting is useless, because the device owes no reply, or always lags by a number of replies.
+  void OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
 
   struct StrayEffects {
     bool counts = true;                   ///< among the line's stray bytes
@@ -115,9 +111,6 @@ class LateReplies {
   };
   StrayEffects OnStray(const StrayBytes& stray, Instant now);
 
-  /// Decides how long the next requests wait. `nothing_to_wait_for`: waiting is useless, because
-  /// the device owes no reply, or always lags by a number of replies.
-  void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
   /// The port closed with an exchange under way. Its reply may come after the port has opened
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.
@@ -167,33 +160,39 @@ class LateReplies {
   const Member* last() const { return last_; }
 
  private:
-  enum class End : std::uint8_t {
-    silent,     // or unexpected, or there was no exchange
-    answered,   // bytes after it are a second copy, or noise
-    corrupt,    // bytes after it are the rest of the damaged reply
-    cut_short,  // bytes after it are the rest of a reply that was cut short
+  /// The last exchange of a member: what bytes after it may be.
+  struct Last {
+    enum class End : std::uint8_t {
+      silent,     // or unexpected, or there was no exchange
+      answered,   // bytes after it are a second copy, or noise
+      corrupt,    // bytes after it are the rest of the damaged reply
+      cut_short,  // bytes after it are the rest of a reply that was cut short
+    };
+    End end = End::silent;
+    bool absent = false;    // it was a probe of the member while that was offline
+    std::size_t least = 0;  // bytes of its shortest reply
+    std::size_t after = 0;  // bytes since its end
+    // When the reply to its first try was due, if that met silence. After a damaged reply nothing
+    // is due.
+    std::optional<Instant> due{};
+    std::optional<Instant> late_from{};  // bytes from here on are its late reply
+    Duration retried{};  // if its reply came to a repetition: the time from `due` until then
   };
   struct Entry {
     Instant late_until{};                     // until then a reply to a failed request may come
     std::optional<Instant> unanswered_since;  // start of the first exchange since its last reply
-    std::optional<Instant> late_from;  // bytes from here on are the late reply to its last request
-    // When the reply to the first try of its last request was due, if that met silence. After a
-    // damaged reply nothing is due.
-    std::optional<Instant> due;
-    Duration retried{};  // if its last reply came to a repetition: the time from `due` until then
+    Last last;
     Duration more_drain{};  // how much longer than its drain time its bytes kept coming after a
                             // failed exchange
     // Silence that follows its good replies, because more bytes came after one. The silence after
     // failures is `more_drain`. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    std::size_t after = 0;    // bytes since its last exchange
-    std::size_t least = 0;    // bytes of the shortest reply to that
-    End end = End::silent;    // of its last exchange
-    bool absent = false;      // that was a probe of it while it was offline
     bool told_late = false;   // the user has been warned
     bool had_second = false;  // a second, different reply came
   };
 
+  static Last LastOf(const Entry& before, const Asked& asked, Outcome outcome, Instant now);
+  void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
   static void LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
                            StrayEffects& effects);
   bool MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const;

@@ -481,6 +481,13 @@ struct OwedReplies {
   /// `trusted`: the device has `trust_order`; `idle_since`: since when the line is idle.
   Exchange ExchangeOf(const Asked& asked, bool trusted, Instant idle_since, Instant now);
 
+  /// The exchange of a request has ended; `broadcast`: no answer was due.
+  void OnEnded(const Asked& asked, const ExchangeEnd& end, bool broadcast, Instant now) {
+    late_replies.OnEnded(asked, end, whose.IsSettled(*asked.member), now);
+    const bool silent = end.outcome != Outcome::line_down && !broadcast;
+    whose.NoteOutcome(asked, end.outcome, silent, now);
+  }
+
   LateReplies late_replies;
   ReplyOrders orders;
   WhoseReply whose;

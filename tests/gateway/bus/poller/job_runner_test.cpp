@@ -140,14 +140,12 @@ class Rig : private PollerListener, private RequestPort {
   void Receive(const Bytes& bytes) {
     Pass(10ms);
     runner_.Receive(bytes);
-    runner_.HandleEnd();
     EndInSilence();
   }
   /// Until the exchange has ended, and the line is quiet.
   void EndInSilence() {
     while (!runner_.idle()) {
       PassTimer();
-      runner_.HandleEnd();
     }
   }
   void PassTimer() {

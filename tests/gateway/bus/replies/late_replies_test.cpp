@@ -21,8 +21,7 @@ class LateRepliesTest : public ::testing::Test, protected ToyMembers {
               .retry = retry,
               .probe = false,
               .lone_probe = false};
-    late_.OnEnd(asked_, outcome, kStart + ended);
-    late_.SetWait(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
+    late_.OnEnded(asked_, {outcome, {}, {}, 0}, true, kStart + ended);
   }
   Duration LateUntil(const Member& member) const { return late_.LateUntil(member) - kStart; }
   Asked Next(const Member& member, bool named) {
@@ -110,11 +109,10 @@ TEST_F(LateRepliesTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
 
 TEST_F(LateRepliesTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
-  late_.OnEnd(asked_, Outcome::no_reply, kStart + 200ms);
-  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  late_.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
   request_ = AskFor("?A1\r", false);
-  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+  late_.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_EQ(LateUntil(a), 1s) << "where its reply could pass for another's it does";
 }
 
@@ -129,8 +127,7 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   request_.reply = 3s;
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
   for (int i = 0; i < 3; ++i) {
-    late_.OnEnd(asked_, Outcome::ok, kStart + 2s);
-    late_.SetWait(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
+    late_.OnEnded(asked_, {Outcome::ok, {}, 2s, 0}, true, kStart + 2s);
   }
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
   Exchange(a, 0ms, 3s, Outcome::no_reply);
@@ -153,7 +150,7 @@ TEST_F(LateRepliesTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   request_ = AskFor("UA1\r", false);
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.sent = kStart + 250ms;
-  late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
+  late_.OnEnded(asked_, {Outcome::ok, {}, {}, 0}, false, kStart + 300ms);
   EXPECT_GT(LateUntil(a), 1250ms) << "the ceiling behind the repetition";
   EXPECT_LT(LateUntil(a), 1260ms);
 }
@@ -162,7 +159,7 @@ TEST_F(LateRepliesTest, WhoseOrderIsProvenOrWhoseRepliesCarryItsNameOwesNothing)
   for (const bool proven : {false, true}) {
     request_ = AskFor("?A1\r", !proven);
     Exchange(a, 0ms, 200ms, Outcome::no_reply);
-    late_.SetWait(asked_, {Outcome::ok, {}, {}, 0}, proven, kStart + 250ms);
+    late_.OnEnded(asked_, {Outcome::ok, {}, {}, 0}, proven, kStart + 250ms);
     EXPECT_TRUE(late_.IsClear(a, kStart + 250ms)) << proven;
   }
 }
@@ -222,10 +219,10 @@ TEST_F(LateRepliesTest, AReplyThatWasAwaitedLongerShowsHowLongIsEnough) {
   const Duration received = 9 * a.times.character;
   const ExchangeEnd end{Outcome::ok, {}, characters + 260ms + received, 9};
   EXPECT_EQ(LateReplies::Lateness(asked_, end), 60ms);
-  late_.SetWait(asked_, end, true, kStart + 300ms);
+  late_.OnEnded(asked_, end, true, kStart + 300ms);
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
   asked_.retry = false;
-  late_.SetWait(asked_, end, true, kStart + 300ms);
+  late_.OnEnded(asked_, end, true, kStart + 300ms);
   EXPECT_EQ(late_.PatienceFor(a), 75ms) << "a quarter more";
 }
 
@@ -352,8 +349,7 @@ TEST_F(LateRepliesTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
             .sent = kStart + 250ms,
             .probe = true,
             .lone_probe = true};
-  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
-  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  late_.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
   const LateReplies::StrayEffects effects = late_.OnStray({9, 30ms}, kStart + 480ms);
   EXPECT_EQ(effects.late_member, nullptr);
   EXPECT_EQ(effects.warned, nullptr);
@@ -363,8 +359,7 @@ TEST_F(LateRepliesTest, BehindTheProbeOfAnAbsentDeviceItsOwnReplyIsLate) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.probe = asked_.lone_probe = true;
   asked_.sent = kStart + 250ms;
-  late_.OnEnd(asked_, Outcome::no_reply, kStart + 450ms);
-  late_.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
+  late_.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 450ms);
   EXPECT_EQ(late_.OnStray({9, 30ms}, kStart + 480ms).late_member, &a);
 }
 
