@@ -121,9 +121,8 @@ bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 
 void Observer::OnRequest(const bus::Member& member, const protocols::Request& request,
                          Instant now) {
-  for (EarlierFinding& changed : TakeChanged()) {
+  for (const EarlierFinding& changed : TakeChanged()) {
     Amend(*changed.member, changed.finding, changed.back);
-    if (changed.lateness > Duration::zero()) late_.push_back({changed.member, changed.lateness});
   }
   Bytes unanswered;  // what came to its last request
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();

@@ -3,8 +3,8 @@
 // Overheard does the same for the device that sends unasked. Start here to read the diagnosis:
 // findings are counted in gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h
 // makes sentences of them. Decides nothing on the bus, which calls it as `LineObserver`; which
-// replies count is decided in gateway/bus/replies/whose_reply.h. One thing that it finds counts
-// there: a late reply (TakeLate). Bounded memory. The parts of Observer have a question each:
+// replies count is decided in gateway/bus/replies/whose_reply.h. Bounded memory. The parts of
+// Observer have a question each:
 //
 //   HeardExchange    what came in this exchange?
 //   ServerGreeting   what did the connection say before the first request?
@@ -127,7 +127,6 @@ class Observer : public bus::LineObserver {
   void OnReply(View frame) override { exchange_.Take(frame); }
   void OnExchange(const bus::EndedExchange& ended, Now now) override;
   bool TakeNegotiation() override { return std::exchange(negotiated_, false); }
-  std::vector<bus::LateReply> TakeLate() override { return std::exchange(late_, {}); }
   void OnPoll(const bus::Device& device, std::size_t query) override;
 
   void OnUnaskedBytes(View bytes, Instant now) override;
@@ -165,7 +164,6 @@ class Observer : public bus::LineObserver {
   EarlierReplies earlier_{habits_};
   Symptom told_ = Symptom::clean;
   bool negotiated_ = false;
-  std::vector<bus::LateReply> late_;
   std::optional<Overheard> overheard_;  // of the first device that sends unasked
 };
 

@@ -44,7 +44,10 @@ void JobRunner::OnClosed(const std::string& reason) {
 
 void JobRunner::Receive(View bytes) {
   const EchoWatch::Received heard = echo_.OnReceived(bytes, job_ ? &job_->step.request : nullptr);
-  if (!heard.bytes.empty()) context_.observer->Hear(heard.bytes, now_.instant);
+  if (!heard.bytes.empty()) {
+    context_.owed.late_replies.Hear(heard.bytes, now_.instant);
+    context_.observer->Hear(heard.bytes, now_.instant);
+  }
   const Member* const asked = job_ ? job_->member : nullptr;
   LineNews collided;
   if (heard.collision) collided = line_.OnCollision(now_.instant);
@@ -95,12 +98,12 @@ void JobRunner::Start(Instant idle_since) {
 }
 
 void JobRunner::Send() {
-  const protocols::Request& request = job_->Send(context_, now_);
-  context_.observer->OnRequest(*job_->member, request, now_.instant);
-  // The line's patience with this device does not grow: its neighbours would pay for it.
-  for (const LateReply& late : context_.observer->TakeLate()) {
+  // The line's patience with these devices does not grow: their neighbours would pay for it.
+  for (const LateReplies::Late& late : context_.owed.late_replies.TakeOthers()) {
     context_.tracker.CountLate(*late.member, late.lateness, now_.instant);
   }
+  const protocols::Request& request = job_->Send(context_, now_);
+  context_.observer->OnRequest(*job_->member, request, now_.instant);
   echo_.OnSent(request.bytes);
   port_.Send(request.bytes, job_->member->serial, now_);
 }

@@ -11,7 +11,7 @@
 //
 //   on the line                          call
 //   the port has opened                  OnOpened
-//   a request is to be sent              OnRequest, then TakeLate
+//   a request is to be sent              OnRequest
 //   bytes come that are no echo          Hear
 //   a whole frame is taken for the reply OnReply
 //   the exchange has ended               OnExchange, then TakeNegotiation
@@ -74,12 +74,6 @@ class ExchangeObserver {
   virtual void OnExchange(const EndedExchange& /*ended*/, Now /*now*/) {}
 };
 
-/// A reply of the member came while another was asked, so long after it was due.
-struct LateReply {
-  const Member* member = nullptr;
-  Duration lateness{};
-};
-
 class LineObserver : public ExchangeObserver {
  public:
   virtual void OnOpened() {}
@@ -89,9 +83,6 @@ class LineObserver : public ExchangeObserver {
   virtual void OnReply(View /*frame*/) {}
   /// True once: the connection began as Telnet, and yet a device has answered.
   virtual bool TakeNegotiation() { return false; }
-  /// Late replies that were found by their address, each once. The line counts them
-  /// (DeviceTracker::CountLate), as those that it finds itself.
-  virtual std::vector<LateReply> TakeLate() { return {}; }
   /// A poll of this query has ended, and was counted.
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
 

@@ -1,12 +1,12 @@
 // What a member may still send, by how its last exchange ended (OnEnded):
 //
+// clang-format off
 //   the exchange ended as     what may still come                      it is waited for until
 //   no_reply, unexpected      its reply                                the ceiling of the request
 //   corrupt, partial          nothing: a probe checks the device. Of   the same
 //                             a slave of routes its reply, unless
 //                             what came was as long
-//   line_down                 its reply                                the reply time and the
-//   drain;
+//   line_down                 its reply                                the reply time and the drain;
 //                                                                      behind a server the ceiling
 //   an answer after silence   where replies name nobody: the replies   the ceiling of the request
 //                             to the earlier tries
@@ -16,15 +16,14 @@
 //
 //   it ended as               the bytes are                            they lead to
 //   corrupt                   the rest of the damaged reply            nothing
-//   partial                   the rest of a reply that broke off       a longer silence behind
-//   failures an answer                 one: the driver that leaves the bus      nothing
-//                             more than three: a copy                  a silence behind good
-//                             replies
-//   an answer to a retry      as long as a reply: that of the retry    patience; a late reply is
-//   counted no_reply                  as long as a reply: the late reply       the same, and the
-//   longer silence any, another's is due     that of another device, if this one      nothing: the
-//   diagnosis says whose
-//                             has answered or is absent                they are
+//   partial                   the rest of a reply that broke off       a longer silence behind failures
+//   an answer                 one: the driver that leaves the bus      nothing
+//                             more than three: a copy                  a silence behind good replies
+//   an answer to a retry      as long as a reply: that of the retry    patience; a late reply is counted
+//   no_reply                  as long as a reply: the late reply       the same, and the longer silence
+//   any, another's is due     that of another device, if this one      TakeOthers finds it by its address
+//                             has answered or is absent
+// clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
@@ -86,6 +85,8 @@ namespace {
 constexpr int kLongestTrail = 256;
 /// Bytes. A driver that releases the bus may leave this many; they are no second reply.
 constexpr std::size_t kNoise = 3;
+/// Bytes that are searched for the late replies of others.
+constexpr std::size_t kMostHeard = 1024;
 
 /// A device that was late is trusted again step by step: each good reply takes off this part.
 constexpr int kDecay = 64;
@@ -116,6 +117,7 @@ LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, O
   if (outcome == Outcome::no_reply) {
     last.late_from = now;
     if (!last.due) last.due = due;
+    if (asked.named()) last.expect = asked.request->expect;
   }
   if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
   if (outcome == Outcome::partial) last.end = Last::End::cut_short;
@@ -147,8 +149,7 @@ LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant 
   Last& last = entry.last;
   effects.counts = last.end != Last::End::corrupt && last.end != Last::End::cut_short;
   if (last.end == Last::End::corrupt) return effects;
-  // The reply of another device is due, and this one has answered, or is absent. The diagnosis says
-  // whose it is.
+  // The reply of another device is due, and this one has answered, or is absent: see TakeOthers.
   const bool owes_none = last.end == Last::End::answered || last.absent;
   if (owes_none && OthersMayAnswer(member, now)) return effects;
   last.after += stray.count;
@@ -166,6 +167,31 @@ LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant 
   }
   LearnSilence(entry, member, stray, effects);
   return effects;
+}
+
+void LateReplies::Hear(View bytes, Instant now) {
+  Append(heard_, bytes.first(std::min(bytes.size(), kMostHeard - heard_.size())));
+  heard_at_ = now;
+}
+
+std::vector<LateReplies::Late> LateReplies::TakeOthers() {
+  std::vector<Late> found;
+  if (heard_.empty()) return found;
+  for (const Member* member : roster_.everyone()) {
+    Last& last = entries_[*member].last;
+    const bool awaited = last.late_from && last.due && !last.expect.address.empty();
+    if (!awaited || last_ == nullptr || member->IsSame(*last_)) continue;
+    const Duration lateness = heard_at_ - *last.due;
+    if (lateness <= Duration::zero() || lateness > member->times.ceiling) continue;
+    protocols::Assembler assembler;
+    assembler.Begin(member->protocol->reply_rule, last.expect);
+    assembler.Feed(heard_);
+    if (!assembler.Next(true)) continue;
+    last.late_from.reset();
+    found.push_back({member, lateness});
+  }
+  heard_.clear();
+  return found;
 }
 
 /// How long the silence after its exchanges has to be, so that such bytes meet no other request.

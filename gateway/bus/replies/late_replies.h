@@ -10,8 +10,7 @@
 // Bytes that come after the end of an exchange are read by nobody: a late reply is counted, and
 // makes the next waits longer. It is read only if it comes while a request is on the wire: then
 // whose_reply.h judges it. Where replies carry addresses, one that comes while another device is
-// asked is not seen here: the diagnosis recognises it (LateReply in
-// gateway/bus/replies/ended_exchange.h).
+// asked is found when the next request is sent (TakeOthers).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "gateway/base/bytes.h"
 #include "gateway/base/outcome.h"
 #include "gateway/base/time.h"
 #include "gateway/bus/devices/roster.h"
@@ -111,6 +111,18 @@ class LateReplies {
   };
   StrayEffects OnStray(const StrayBytes& stray, Instant now);
 
+  /// Bytes have come, whoever sent them.
+  void Hear(View bytes, Instant now);
+  /// A reply of `member`, so long after it was due.
+  struct Late {
+    const Member* member = nullptr;
+    Duration lateness{};
+  };
+  /// The next request is to be sent. Returns the late replies of members that were not asked last,
+  /// among all bytes since the request before; each reply once. Only replies that carry an address
+  /// are found.
+  std::vector<Late> TakeOthers();
+
   /// The port closed with an exchange under way. Its reply may come after the port has opened
   /// again: from the device within its reply time; from a serial server, which keeps what it
   /// receives, until the end of the ceiling.
@@ -177,6 +189,7 @@ class LateReplies {
     std::optional<Instant> due{};
     std::optional<Instant> late_from{};  // bytes from here on are its late reply
     Duration retried{};  // if its reply came to a repetition: the time from `due` until then
+    protocols::Expectation expect{};  // of its reply, if that may come late and carries an address
   };
   struct Entry {
     Instant late_until{};                     // until then a reply to a failed request may come
@@ -203,6 +216,8 @@ class LateReplies {
   Patience patience_;
   ByMember<Entry> entries_;
   const Member* last_ = nullptr;
+  Bytes heard_;  // since the latest request, at most kMostHeard
+  Instant heard_at_{};
 };
 
 }  // namespace baudgate::bus

@@ -237,7 +237,7 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
   if (late->lateness <= Duration::zero() || late->after > kLatestByNumber) return std::nullopt;
   Finding finding{.symptom = Symptom::late, .time = late->after};
   if (late->member->IsSame(*exchange.member())) return finding;
-  found_.push_back({late->member, std::move(finding), 0, late->lateness});
+  found_.push_back({late->member, std::move(finding), 0});
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 
@@ -304,7 +304,7 @@ Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& 
     earlier = whose.in_its_place.value_or(Finding{.symptom = Symptom::late, .time = came.after});
   }
   const bool lags = earlier.symptom == Symptom::one_behind;
-  found_.push_back({whose.member, std::move(earlier), 0, news ? came.lateness : Duration::zero()});
+  found_.push_back({whose.member, std::move(earlier), 0});
   if (answered) return {};
   if (lags) return {.symptom = Symptom::one_behind, .cause = "lags"};
   return {.symptom = Symptom::late_other, .cause = whose.member->Name()};

@@ -138,9 +138,6 @@ struct EarlierFinding {
   const bus::Member* member = nullptr;
   Finding finding{};
   std::size_t back = 0;
-  /// More than zero: a reply of the member came so long after it was due, and has not been counted
-  /// as late.
-  Duration lateness{};
 };
 
 class EarlierReplies {
