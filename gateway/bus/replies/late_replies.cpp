@@ -117,7 +117,7 @@ LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, O
   if (outcome == Outcome::no_reply) {
     last.late_from = now;
     if (!last.due) last.due = due;
-    if (asked.named()) last.expect = asked.request->expect;
+    if (asked.named()) last.request = *asked.request;
   }
   if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
   if (outcome == Outcome::partial) last.end = Last::End::cut_short;
@@ -174,19 +174,29 @@ void LateReplies::Hear(View bytes, Instant now) {
   heard_at_ = now;
 }
 
+/// A reply of the member to this request is among the bytes.
+bool LateReplies::IsAnswered(const Member& member, const protocols::Request& request, View bytes) {
+  protocols::Assembler assembler;
+  assembler.Begin(member.protocol->reply_rule, request.expect);
+  assembler.Feed(bytes);
+  while (const auto frame = assembler.Next(true)) {
+    const bool fits = member.device == nullptr ||
+                      ProvesLife(member.device->conversation->Check(request.bytes, *frame));
+    if (fits) return true;
+  }
+  return false;
+}
+
 std::vector<LateReplies::Late> LateReplies::TakeOthers() {
   std::vector<Late> found;
   if (heard_.empty()) return found;
   for (const Member* member : roster_.everyone()) {
     Last& last = entries_[*member].last;
-    const bool awaited = last.late_from && last.due && !last.expect.address.empty();
+    const bool awaited = last.late_from && last.due && !last.request.bytes.empty();
     if (!awaited || last_ == nullptr || member->IsSame(*last_)) continue;
     const Duration lateness = heard_at_ - *last.due;
     if (lateness <= Duration::zero() || lateness > member->times.ceiling) continue;
-    protocols::Assembler assembler;
-    assembler.Begin(member->protocol->reply_rule, last.expect);
-    assembler.Feed(heard_);
-    if (!assembler.Next(true)) continue;
+    if (!IsAnswered(*member, last.request, heard_)) continue;
     last.late_from.reset();
     found.push_back({member, lateness});
   }

@@ -189,7 +189,7 @@ class LateReplies {
     std::optional<Instant> due{};
     std::optional<Instant> late_from{};  // bytes from here on are its late reply
     Duration retried{};  // if its reply came to a repetition: the time from `due` until then
-    protocols::Expectation expect{};  // of its reply, if that may come late and carries an address
+    protocols::Request request{};  // if its reply may come late, and carries an address
   };
   struct Entry {
     Instant late_until{};                     // until then a reply to a failed request may come
@@ -204,6 +204,7 @@ class LateReplies {
     bool had_second = false;  // a second, different reply came
   };
 
+  static bool IsAnswered(const Member& member, const protocols::Request& request, View bytes);
   static Last LastOf(const Entry& before, const Asked& asked, Outcome outcome, Instant now);
   void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
   static void LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,

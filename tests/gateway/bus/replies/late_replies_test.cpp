@@ -465,5 +465,43 @@ TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
   EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
 }
 
+// ---------------- Replies of others, by their address.
+
+TEST_F(LateRepliesTest, ALateReplyThatComesWhileAnotherIsAskedIsFoundOnce) {
+  request_.expect = ToyProtocol().expect(request_.bytes, {});
+  Exchange(a, 0ms, 200ms, Outcome::no_reply);
+  late_.Hear(ToyReply("A1=5"), kStart + 400ms);
+  request_ = AskFor("?B1\r");
+  Exchange(b, 300ms, 420ms, Outcome::ok);
+  const auto found = late_.TakeOthers();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].member, &a);
+  EXPECT_EQ(found[0].lateness,
+            400ms - TransmissionTime(AskFor("?A1\r"), a.times.character) - 200ms);
+  late_.Hear(ToyReply("A1=5"), kStart + 450ms);
+  EXPECT_TRUE(late_.TakeOthers().empty()) << "told once";
+}
+
+TEST_F(LateRepliesTest, AReplyInTimeOfAnotherAddressOrTooLateIsNoLateReply) {
+  struct Row {
+    const char* what;
+    const char* reply;
+    Duration came;
+  };
+  for (const Row& row : {Row{"of nobody who is awaited", "B1=5", 400ms},
+                         Row{"to no request of it", "A1=5", 190ms}, Row{"noise", "A1=5", 5s}}) {
+    SCOPED_TRACE(row.what);
+    LateReplies late(roster);
+    protocols::Request request = AskFor("?A1\r");
+    request.expect = ToyProtocol().expect(request.bytes, {});
+    const Asked asked{.member = &a, .request = &request, .sent = kStart};
+    late.OnEnded(asked, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
+    const Asked other{.member = &b, .request = &request, .sent = kStart + 300ms};
+    late.OnEnded(other, {Outcome::ok, {}, {}, 0}, true, kStart + 320ms);
+    late.Hear(ToyReply(row.reply), kStart + row.came);
+    EXPECT_TRUE(late.TakeOthers().empty());
+  }
+}
+
 }  // namespace
 }  // namespace baudgate::bus

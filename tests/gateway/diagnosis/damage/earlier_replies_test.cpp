@@ -48,7 +48,6 @@ TEST_F(EarlierRepliesTest, ALateReplyOfAnotherIsToldOfThatExchange) {
   ASSERT_TRUE(earlier);
   EXPECT_EQ(earlier->member, &a);
   EXPECT_EQ(earlier->finding.symptom, Symptom::late);
-  EXPECT_GT(earlier->lateness, 800ms);
   EXPECT_FALSE(earlier_.Take());
 }
 
@@ -62,7 +61,6 @@ TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesIsToldOfItsOwnRequest) {
   const auto second = earlier_.Take();
   ASSERT_TRUE(second);
   EXPECT_EQ(second->member, &a);
-  EXPECT_GT(second->lateness, 800ms);
 }
 
 TEST_F(EarlierRepliesTest, OneInPlaceOfTheOwnSaysWhoseItIs) {
