@@ -10,6 +10,9 @@ namespace baudgate::bus {
 
 namespace {
 
+/// So long after its last look a device does not wait for a rest of the line any more.
+constexpr Duration kLongestWait = 2s;
+
 /// How long a share takes to earn this time.
 Duration TimeToEarn(Duration time, double share) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
@@ -34,13 +37,6 @@ void ProbeBudget::OnProbe(Instant from, Instant to, Duration waited) {
 Duration ProbeBudget::Interval(Duration cost, Duration waited, double share) {
   return std::max(cost + kPause, TimeToEarn(waited, share));
 }
-
-namespace {
-
-/// So long after its last look a device does not wait for a rest of the line any more.
-constexpr Duration kLongestWait = 2s;
-
-}  // namespace
 
 void Probes::OnOpened() {
   first_looks_ = ProbeBudget(kFirstShare);

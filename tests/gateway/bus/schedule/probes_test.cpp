@@ -69,9 +69,9 @@ TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWai
   EXPECT_EQ(probes_.Next(At(0s)), &b);
   b.health.OnTask(Outcome::ok, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), nullptr);
-  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + Probes::kAskAgain);
+  EXPECT_EQ(probes_.NextAt(At(0s)), kStart + 1min);
   EXPECT_EQ(probes_.NoticeBound(kStart), std::nullopt) << "no probe notices its return";
-  EXPECT_EQ(probes_.Next(At(Probes::kAskAgain)), &a);
+  EXPECT_EQ(probes_.Next(At(1min)), &a);
   probes_.OnOffline(a, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), &a) << "it was forgotten why";
   EXPECT_TRUE(probes_.CannotProbe(a));
@@ -98,7 +98,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   probes_.OnOffline(b, kStart);
   next_wanted_ = kStart;
   Duration at = 0s;
-  for (int i = 0; i < Probes::kFirstLooks; ++i) {
+  for (int i = 0; i < 2; ++i) {
     EXPECT_FALSE(i > 0 && probes_.NextAt(At(at - 1ms))) << "20 % of a second";
     ASSERT_EQ(probes_.NextAt(At(at)), kStart + at);
     EXPECT_EQ(probes_.Next(At(at)), &b) << "before all others";
@@ -124,8 +124,8 @@ TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   };
   EXPECT_EQ(look(0s, 0s), Probes::Kind::look);
   EXPECT_EQ(look(1s, 0s), Probes::Kind::look);
-  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
-  EXPECT_EQ(look(2300ms, Probes::kRest), Probes::Kind::look);
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2300ms);
+  EXPECT_EQ(look(2300ms, 300ms), Probes::Kind::look);
   EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s) << "it had one";
 
   next_wanted_ = kStart;
@@ -144,7 +144,7 @@ TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
     probes_.NoteEnd(a, kind, kStart + at);
     probes_.OnIdle(0ms, kStart + at + 200ms);
   }
-  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2s + Probes::kRest);
+  EXPECT_EQ(probes_.NextAt(At(2s)), kStart + 2300ms);
   EXPECT_EQ(probes_.NextAt(At(3s)), kStart + 3s);
   EXPECT_EQ(probes_.OnTaken(a, At(3s)), Probes::Kind::rested_look);
 }
@@ -253,6 +253,14 @@ TEST(ProbeBudget, TheIntervalIsThatOfThePauseOrOfTheShare) {
 }
 
 // ---------------- What ends the hold of a line.
+
+TEST(HoldTest, APauseWaitsFourSecondsForLateReplies) {
+  Hold hold;
+  EXPECT_FALSE(hold.WaitsUntil());
+  hold.Pause(kStart);
+  hold.Pause(kStart + 1s);
+  EXPECT_EQ(hold.WaitsUntil(), kStart + 4s);
+}
 
 struct HoldRow {
   const char* what;

@@ -93,6 +93,24 @@ TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
   }
 }
 
+TEST(Schedule, AnotherDeviceFailsIfItIsThere) {
+  Schedule schedule;
+  for (std::size_t device = 0; device < 2; ++device) {
+    schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+    schedule.Restart(device, kStart);
+  }
+  schedule.SetFailing(0, true);
+  EXPECT_FALSE(schedule.AnotherFails(0)) << "it is the only one";
+  EXPECT_TRUE(schedule.AnotherFails(1));
+  schedule.Suspend(0);
+  EXPECT_FALSE(schedule.failing(0));
+  schedule.SetFailing(0, true);  // a probe
+  EXPECT_FALSE(schedule.AnotherFails(1));
+  EXPECT_TRUE(schedule.HealthyDue(kStart));
+  schedule.Next(kStart);
+  EXPECT_FALSE(schedule.HealthyDue(kStart));
+}
+
 TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast, Group::fast});
@@ -122,6 +140,44 @@ TEST(Schedule, ASlowDeviceCostsItself) {
   }
   EXPECT_LE(picked[0], 2);
   EXPECT_GE(picked[1], 9);
+}
+
+TEST(Schedule, DevicesOfSimilarLineUseTakeTurns) {
+  const struct {
+    std::vector<std::size_t> asked;  // so far
+    std::size_t busy;                // the one of these that takes time
+    Duration used;
+    std::size_t next;
+  } kRows[] = {{{0, 1}, 0, 200ms, 0},
+               {{0, 1}, 0, 201ms, 1},
+               {{0, 1, 0}, 1, 200ms, 1},
+               {{0, 1, 0}, 1, 201ms, 0}};
+  for (const auto& row : kRows) {
+    SCOPED_TRACE(FormatDuration(row.used));
+    Schedule schedule;
+    for (std::size_t device = 0; device < 2; ++device) {
+      schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(9, Group::fast));
+      schedule.Restart(device, kStart);
+    }
+    for (const std::size_t device : row.asked) {
+      ASSERT_EQ(schedule.Next(kStart)->device, device);
+      if (device == row.busy) schedule.OnUsed(device, row.used);
+    }
+    EXPECT_EQ(schedule.Next(kStart)->device, row.next);
+  }
+}
+
+TEST(Schedule, WhereThereWasTimeForAllNobodyHasUsedTooMuch) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
+  schedule.Restart(0, kStart);
+  schedule.Restart(1, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->device, 0U);
+  schedule.OnUsed(0, 500ms);
+  while (schedule.Next(kStart)) {
+  }
+  EXPECT_EQ(schedule.Next(kStart + 1s)->device, 0U) << "it has waited longest";
 }
 
 TEST(Schedule, WhoWasIdleSavesNothingUp) {
@@ -217,6 +273,36 @@ TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
   EXPECT_LE(latest, (6 + 3 + 6) * 20ms) << "a round of polls and events, and one more";
   EXPECT_GE(events[0], 6 * kSeconds);
   EXPECT_LE(events[0], 7 * kSeconds + 1) << "its turn, and as many as the line has queries";
+}
+
+TEST(Schedule, ALineWithFewQueriesHasRoomForFourRequestsForEventsAtOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(9, Group::fast));
+  schedule.Restart(0, kStart);  // the other one is offline
+  for (int at_once = 0; at_once < 5; ++at_once) {
+    while (schedule.Next(kStart)) {
+    }
+    schedule.HoldEvents(0);
+    schedule.ReleaseEvents(0, true, Brought::news, kStart);
+    EXPECT_EQ(schedule.NextDue(), at_once < 4 ? kStart : kStart + 1s);
+  }
+}
+
+TEST(Schedule, HeldEventsStayHeldWhateverComes) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {}, true);
+  schedule.Restart(0, kStart);
+  schedule.HoldEvents(0);
+  schedule.SetQueries(0, {}, true);
+  schedule.GoOn(0, kStart);
+  schedule.Hasten(0, kStart);
+  schedule.Restart(0, kStart);
+  EXPECT_FALSE(schedule.Next(kStart + 1h));
+  EXPECT_FALSE(schedule.NextDue());
+  EXPECT_EQ(schedule.Missed(0, kStart + 1h), 0U);
+  schedule.ReleaseEvents(0, true, Brought::something_else, kStart + 1h);
+  EXPECT_EQ(schedule.Next(kStart + 1h)->query, kEventsQuery);
 }
 
 TEST(Schedule, WhatHasNoNewsWaitsForItsTurn) {
@@ -411,6 +497,27 @@ TEST(Schedule, WhatMayHaveChangedIsReadAtOnceButNotAfterEachOfManyWrites) {
   EXPECT_LE(*schedule.NextDue(), *last + 10s) << "the last write is followed by a reading";
 }
 
+TEST(Schedule, TheSecondHasteWaitsForTenSecondsAndNoneEndsABackOff) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1h, 1h), {Group::fast, Group::slow});
+  schedule.Restart(0, kStart);
+  const auto poll = [&](Instant now) {
+    while (schedule.Next(now)) {
+    }
+  };
+  poll(kStart);
+  schedule.Hasten(0, kStart + 1s);
+  EXPECT_EQ(schedule.NextDue(), kStart + 1s);
+  poll(kStart + 1s);
+  schedule.Hasten(0, kStart + 2s);
+  EXPECT_EQ(schedule.NextDue(), kStart + 11s);
+  poll(kStart + 11s);
+  schedule.RepeatSoon(0, Group::slow, kStart + 11s, 1min);
+  schedule.Hasten(0, kStart + 12s);
+  EXPECT_EQ(schedule.Next(kStart + 12s)->group, Group::fast);
+  EXPECT_EQ(schedule.NextDue(), kStart + 19s);
+}
+
 // ---------------- The schedule alone: groups that are read once or daily, and what a new plan
 // leaves of them.
 
@@ -440,15 +547,25 @@ TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
   EXPECT_FALSE(schedule.Next(kStart + 24h));
 }
 
-TEST(Schedule, ANewPlanStartsAgainWithWhatWasNotYetReadOnce) {
+TEST(Schedule, ANewPlanGoesOnWithWhatWasNotYetReadOnce) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.Restart(0, kStart);
   ASSERT_TRUE(schedule.Next(kStart));
-  schedule.SetQueries(0, {Group::once});
-  EXPECT_TRUE(schedule.Next(kStart));
-  schedule.SetQueries(0, {Group::once});
+  const auto plan = [&](std::size_t queries) {
+    schedule.SetQueries(0, std::vector(queries, Group::once));
+    schedule.GoOn(0, kStart);
+  };
+  plan(1);
+  EXPECT_TRUE(schedule.Next(kStart)) << "what has become of the latest one";
+  EXPECT_FALSE(schedule.Next(kStart));
+  schedule.Restart(1, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->device, 1U);
+  plan(1);
   EXPECT_FALSE(schedule.Next(kStart)) << "all had been asked for";
+  plan(2);
+  EXPECT_EQ(schedule.Next(kStart)->query, 0U) << "there are more of them";
 }
 
 TEST(Schedule, DailyIsAskedAtTheStartAndThenOnceADay) {
@@ -483,8 +600,10 @@ TEST(Schedule, ANewPlanPassesNothingOfTheDayOver) {
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
   schedule.SetQueries(0, std::vector(3, Group::daily));  // query 1 was refused
+  schedule.RestartAsPlanned(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
   schedule.SetQueries(0, std::vector(5, Group::daily));  // something was split
+  schedule.RestartAsPlanned(0, kStart);
   for (std::size_t query = 0; query < 5; ++query) EXPECT_EQ(schedule.Next(kStart)->query, query);
   EXPECT_FALSE(schedule.Next(kStart + 23h));
   EXPECT_TRUE(schedule.Next(kStart + 24h));
@@ -501,6 +620,7 @@ TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
   EXPECT_EQ(schedule.Next(kStart)->query, 0U);
   EXPECT_EQ(schedule.Next(kStart)->query, 1U);
   EXPECT_FALSE(schedule.Next(kStart));
+  schedule.SetQueries(0, std::vector(2, Group::daily));
   schedule.RestartAsPlanned(0, kStart + 9h);  // none is under way
   EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }

@@ -133,15 +133,6 @@ TEST(Round, BeginsOnItsGridAndSkipsPeriodsThatHavePassedWhole) {
   }
 }
 
-TEST(Round, IsNeverDueWhileItIsHeld) {
-  Round round{.queries = {7}, .period = 5s, .due = kStart + 3s, .cursor = 1};
-  round.Block();
-  round.Restart(kStart);
-  EXPECT_EQ(round.StartIfDue(kStart + 1h), 0U);
-  EXPECT_FALSE(round.active());
-  EXPECT_EQ(round.planned, kStart + 3s);
-}
-
 TEST(Round, IsRepeatedOnceAndOnlyEarlier) {
   Round round{.queries = {7}, .period = 24h, .due = kStart + 10s, .cursor = 1};
   round.Repeat(kStart + 20s);
@@ -231,6 +222,34 @@ TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 801ms));
   line.background.NoteEnd(0, Duration::zero());
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms));
+}
+
+TEST(Background, TheRoomIsHalfAsMuchAgainAsTheLongestExchangeWithinLimits) {
+  const struct {
+    std::vector<Duration> took;
+    Duration room;
+  } kRows[] = {{std::vector<Duration>(8, 100ms), 200ms},
+               {std::vector<Duration>(8, 200ms), 300ms},
+               {std::vector<Duration>(8, 390ms), 400ms}};
+  for (const auto& row : kRows) {
+    SCOPED_TRACE(FormatDuration(row.took.front()));
+    FakeLine line;
+    line.background.Set(0, kStart, kRoom);
+    line.Poll(kStart);
+    for (const Duration took : row.took) line.background.NoteEnd(0, took);
+    EXPECT_TRUE(line.background.HasRoom(0, kStart + 1s - row.room));
+    EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - row.room + 1ns));
+  }
+}
+
+TEST(Background, ALongExchangeIsForgottenSlowly) {
+  FakeLine line;
+  line.background.Set(0, kStart, kRoom);
+  line.Poll(kStart);
+  line.background.NoteEnd(0, 240ms);
+  for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);  // (63/64)^32 of the rest: 153 ms
+  EXPECT_TRUE(line.background.HasRoom(0, kStart + 1s - 230ms));
+  EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - 228ms));
 }
 
 TEST(Background, WhatCouldNotBeSentHasNoOtherTurnAtTheSameMoment) {
