@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
-#include <set>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -156,9 +156,11 @@ class QueryPlan {
   /// One more refusal of the query is the verdict that the device does not have it.
   bool IsLastRefusal(std::size_t query) const;
   /// Its short probe was answered: the device is there, whatever it is silent to.
-  void OnProbed() { probed_ = true; }
-  /// Points that are set apart because the device was silent to them.
-  std::vector<std::size_t> SilentlyRefused() const;
+  void OnProbed() { heard_ = true; }
+  /// Points that are set apart because the device was silent to them, where the reply to this query
+  /// tells of them: the first reply to any query does, later those to the first query of the plan
+  /// that is answered. Else empty.
+  std::span<const std::size_t> SilentlyRefused(std::size_t query);
   /// Without any answer. Some devices refuse by silence, and a device that is gone is silent as
   /// well: only while other queries, or probes, are answered does the third silence of one that has
   /// not been answered since OnReconnect count as a refusal.
@@ -191,13 +193,14 @@ class QueryPlan {
     bool silent = false;      // it was set apart for its silence
     bool heard = false;       // since OnReconnect
     bool proven = false;      // answered ever
+    bool crossed = false;     // an answered query has read across its begin
     std::optional<Instant> refused_since{};
     bool lasting = false;  // the refusal
     std::size_t row = 0;   // number of the row of refusals in which it was set apart
   };
   struct CutMade {
-    bool silent = false;  // the device was, to the whole
-    bool fresh = true;    // nothing was answered since
+    bool silent = false;      // the device was, to the whole
+    std::size_t answers = 0;  // answers_ at that time
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
@@ -254,6 +257,14 @@ class QueryPlan {
   /// Calls `change` for every item that the query reads, of whatever group.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
+  Cut PlaceOf(std::size_t item) const { return {items_[item].key, items_[item].begin}; }
+  /// The first in by_place_ that begins there or behind it.
+  auto FirstFrom(const Cut& place) const {
+    return std::ranges::lower_bound(by_place_, place, {},
+                                    [this](std::size_t i) { return PlaceOf(i); });
+  }
+  bool IsCrossed(const Cut& place) const;
+  void ListSilent();
 
   Rules rules_;
   std::vector<Key> keys_;
@@ -261,14 +272,17 @@ class QueryPlan {
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
   std::vector<std::vector<std::size_t>> members_;  // items of each query, by place
+  std::vector<std::size_t> by_place_;              // items, by key and begin
+  std::vector<std::size_t> silent_;                // see SilentlyRefused
+  std::size_t teller_ = 0;                         // no query behind this one tells of them
   std::map<Cut, CutMade> cuts_;
-  std::set<Cut> crossed_;  // places that an answered query has read across
+  std::size_t answers_ = 0;
   std::size_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // of proven queries, while none is answered
   std::size_t row_ = 0;              // rows so far
   TryAgain whole_;       // when a split block is read as a whole, or, if all is refused, in parts
   bool mended_ = false;  // blocks are read as a whole again, and were not answered yet
-  bool probed_ = false;  // since OnReconnect
+  bool heard_ = false;   // something was answered since OnReconnect
 };
 
 // ---------------------------------------------------------------- layout
@@ -319,6 +333,12 @@ void QueryPlan<Key>::Make() {
     queries_.back().points.push_back(next.point);
     members_.back().push_back(i);
   }
+  if (by_place_.size() < items_.size()) {
+    by_place_.resize(items_.size());
+    std::iota(by_place_.begin(), by_place_.end(), 0U);
+    std::ranges::sort(by_place_, {}, [this](std::size_t i) { return PlaceOf(i); });
+  }
+  ListSilent();
 }
 
 /// `first`: the item that the block begins with.
@@ -361,8 +381,10 @@ void QueryPlan<Key>::ForItemsOf(std::size_t query, Change change) {
     for (const std::size_t i : members_[query]) change(items_[i]);
     return;
   }
-  for (Item& item : items_) {
-    if (block.Covers(BlockOf(item))) change(item);
+  const std::size_t key = items_[members_[query].front()].key;
+  const auto end = FirstFrom({key, block.end});
+  for (auto at = FirstFrom({key, block.begin}); at != end; ++at) {
+    if (items_[*at].end <= block.end) change(items_[*at]);
   }
 }
 
@@ -370,7 +392,8 @@ template <typename Key>
 PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
   if (query >= queries_.size()) return PlanChange::nothing;
   if (std::exchange(refusals_in_row_, 0) != 0) ++row_;
-  for (auto& [place, made] : cuts_) made.fresh = false;
+  ++answers_;
+  heard_ = true;
   const Block<Key> block = blocks_[query];
   bool restored = false;
   bool was_apart = false;
@@ -380,7 +403,7 @@ PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
     ClearRefusal(item);
     item.silences = 0;
     item.heard = item.proven = true;
-    if (item.begin > block.begin) crossed_.insert({item.key, item.begin});
+    item.crossed = item.crossed || item.begin > block.begin;
   });
   const bool is_whole = mended_ && cuts_.empty() && members_[query].size() > 1;
   if (was_apart || is_whole) whole_.Forget();
@@ -397,6 +420,7 @@ PlanChange QueryPlan<Key>::OnAnswered(std::size_t query, Instant now) {
 template <typename Key>
 PlanChange QueryPlan<Key>::OnHeard(std::size_t query, Instant now) {
   if (query >= queries_.size()) return PlanChange::nothing;
+  heard_ = true;
   ForItemsOf(query, [&](Item& item) {
     NoteRefusal(item, now);
     item.waits = item.proven;
@@ -418,6 +442,7 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   if (query >= queries_.size()) return PlanChange::nothing;
   const bool last = IsLastRefusal(query);
   const bool proven = IsProven(query);
+  heard_ = true;
   ForItemsOf(query, [&](Item& item) {
     NoteRefusal(item, now);
     item.waits = false;
@@ -425,8 +450,9 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   });
   if (proven && !last) return Regroup(query);
   if (proven && RefusesAll(now)) {
-    const bool mended =
-        Mend([](const Cut&, const CutMade& made) { return made.fresh && !made.silent; });
+    const bool mended = Mend([this](const Cut&, const CutMade& made) {
+      return made.answers == answers_ && !made.silent;
+    });
     const PlanChange change = SetApart(query);
     if (!mended || change != PlanChange::nothing) return change;
     Make();
@@ -461,19 +487,24 @@ bool QueryPlan<Key>::IsLastRefusal(std::size_t query) const {
 }
 
 template <typename Key>
-std::vector<std::size_t> QueryPlan<Key>::SilentlyRefused() const {
-  std::vector<std::size_t> points;
+std::span<const std::size_t> QueryPlan<Key>::SilentlyRefused(std::size_t query) {
+  if (query > teller_) return {};
+  teller_ = query;
+  return silent_;
+}
+
+template <typename Key>
+void QueryPlan<Key>::ListSilent() {
+  silent_.clear();
+  teller_ = queries_.size();
   for (const Item& item : items_) {
-    if (item.refusal != 0 && item.silent) points.push_back(item.point);
+    if (item.refusal != 0 && item.silent) silent_.push_back(item.point);
   }
-  return points;
 }
 
 template <typename Key>
 PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
-  const auto heard = [](const Item& item) { return item.heard; };
-  if (query >= queries_.size()) return PlanChange::nothing;
-  if (!probed_ && std::ranges::none_of(items_, heard)) return PlanChange::nothing;
+  if (query >= queries_.size() || !heard_) return PlanChange::nothing;
   ForItemsOf(query, [&](Item& item) {
     item.lasting = item.refused_since && now - *item.refused_since >= kLasting;
   });
@@ -487,7 +518,9 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
     return PlanChange::split;
   }
   ForItemsOf(query, [](Item& item) { item.silent = true; });
-  return SetApart(query);
+  const PlanChange change = SetApart(query);
+  ListSilent();
+  return change;
 }
 
 /// Where an item begins and all before it have ended.
@@ -511,7 +544,7 @@ bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
   }
   if (places.empty()) return false;
   if (widest == 0) at = places[(places.size() - 1) / 2];
-  cuts_[{items_[members_[query].front()].key, at}] = {.silent = silent};
+  cuts_[{items_[members_[query].front()].key, at}] = {.silent = silent, .answers = answers_};
   return true;
 }
 
@@ -519,6 +552,15 @@ template <typename Key>
 template <typename MayGo>
 bool QueryPlan<Key>::Mend(MayGo may_go) {
   return std::erase_if(cuts_, [&](const auto& cut) { return may_go(cut.first, cut.second); }) != 0;
+}
+
+/// An answered query has read across the place, at which an item begins.
+template <typename Key>
+bool QueryPlan<Key>::IsCrossed(const Cut& place) const {
+  for (auto at = FirstFrom(place); at != by_place_.end() && PlaceOf(*at) == place; ++at) {
+    if (items_[*at].crossed) return true;
+  }
+  return false;
 }
 
 /// What is refused together is asked together, and never with points that the device does send.
@@ -555,12 +597,10 @@ void QueryPlan<Key>::OnReconnect() {
     item.silences = 0;
     item.heard = false;
   }
-  probed_ = mended_ = false;
+  heard_ = mended_ = false;
   refusals_in_row_ = 0;
   whole_.Forget();
-  Mend([this](const Cut& place, const CutMade& made) {
-    return !made.silent || crossed_.contains(place);
-  });
+  Mend([this](const Cut& place, const CutMade& made) { return !made.silent || IsCrossed(place); });
   Make();
 }
 

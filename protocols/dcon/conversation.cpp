@@ -97,8 +97,7 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   answer.outcome = reply.outcome;
   answer.reason = reply.reason;
   answer.remedy = reply.remedy;
-  for (std::size_t i = 0; i < places_.reads.size(); ++i) {
-    if (!places_.reads[i] || places_.reads[i]->command != exchanged.command.text) continue;
+  for (const std::size_t i : places_.ReadBy(exchanged.command.text)) {
     // Two decoders for one command: that of the first point holds, the other cannot be right.
     const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
@@ -122,14 +121,13 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
 void ReplyReader::AddLabels(const Exchanged& exchanged, Answer& answer) const {
   const DecodedReply& reply = exchanged.reply;
   if (reply.outcome != Outcome::ok) return;
+  const auto points = places_.ReadBy(exchanged.command.text);
   for (const Field& field : reply.fields) {
-    const bool used =
-        std::ranges::any_of(places_.reads, [&](const std::optional<ReadAddress>& read) {
-          const bool asked =
-              read && read->command == exchanged.command.text && read->form == reply.form;
-          return asked &&
-                 (read->select != ReadAddress::Select::index || read->index == field.channel);
-        });
+    const bool used = std::ranges::any_of(points, [&](std::size_t point) {
+      const ReadAddress& read = *places_.reads[point];
+      const bool all = read.select != ReadAddress::Select::index;
+      return read.form == reply.form && (all || read.index == field.channel);
+    });
     if (used) continue;
     answer.readings.push_back(
         {kNoPoint, field.value, field.quality, Label(exchanged.command, reply, field)});
@@ -483,7 +481,7 @@ void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Ins
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
     change = plan_.OnRefused(query, now);
   }
-  for (const std::size_t point : plan_.SilentlyRefused()) {
+  for (const std::size_t point : plan_.SilentlyRefused(query)) {
     answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;

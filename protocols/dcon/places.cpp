@@ -159,40 +159,46 @@ constexpr int kRefusals = 3;
 
 }  // namespace
 
-Places::Places(const config::Device& device, const Settings& settings) {
+Places::Places(const config::Device& device, const Settings& options) {
   for (const config::Point& point : device.points) {
     // check_point has told the user of what cannot be parsed.
     const auto write = ParseWrite(point.write);
     const bool written = point.access != config::Access::read && write;
     writes.push_back(written ? std::optional(*write) : std::nullopt);
+    if (written && write->setting) settings.push_back(*write);
     const auto read = ParseRead(point.read);
     const bool polled = point.access != config::Access::write && read;
+    if (polled) by_command[read->command].push_back(reads.size());
     reads.push_back(polled ? std::optional(*read) : std::nullopt);
-    outputs.push_back(GroupOf(reads.back(), writes.back(), settings));
+    outputs.push_back(GroupOf(reads.back(), writes.back(), options));
   }
+}
+
+std::span<const std::size_t> Places::ReadBy(std::string_view command) const {
+  const auto its = by_command.find(command);
+  return its == by_command.end() ? std::span<const std::size_t>() : its->second;
 }
 
 std::size_t Places::ChannelsOf(std::string_view command, const Settings& settings) const {
   if (settings.channels != 0) return settings.channels;
   std::size_t count = 0;
-  for (const auto& read : reads) {
-    if (read && read->command == command && read->select == ReadAddress::Select::index) {
-      count = std::max<std::size_t>(count, read->index + 1);
+  for (const std::size_t point : ReadBy(command)) {
+    const ReadAddress& read = *reads[point];
+    if (read.select == ReadAddress::Select::index) {
+      count = std::max<std::size_t>(count, read.index + 1);
     }
   }
   return count;
 }
 
 std::optional<Form> Places::FormOf(std::string_view command) const {
-  for (const auto& read : reads) {
-    if (read && read->command == command) return read->form;
-  }
-  return std::nullopt;
+  const auto points = ReadBy(command);
+  return points.empty() ? std::nullopt : std::optional(reads[points.front()]->form);
 }
 
 bool Places::IsSetting(std::string_view command) const {
-  return std::ranges::any_of(writes, [command](const auto& write) {
-    return write && write->setting && ParseWritten(*write, command);
+  return std::ranges::any_of(settings, [command](const WriteAddress& write) {
+    return ParseWritten(write, command).has_value();
   });
 }
 

@@ -6,6 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -100,7 +102,7 @@ std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 
 /// Each list is by point; nothing where a point is not read or not written.
 struct Places {
-  Places(const config::Device& device, const Settings& settings);
+  Places(const config::Device& device, const Settings& options);
 
   /// How many values the reply to `command` has, by options and points; 0: nothing says so.
   std::size_t ChannelsOf(std::string_view command, const Settings& settings) const;
@@ -109,8 +111,13 @@ struct Places {
   /// A point is written with the command, and is no output.
   bool IsSetting(std::string_view command) const;
 
+  /// Indices of the points that the command reads.
+  std::span<const std::size_t> ReadBy(std::string_view command) const;
+
   Probing::Reads reads;
+  std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;  ///< see ReadBy
   std::vector<std::optional<WriteAddress>> writes;
+  std::vector<WriteAddress> settings;  ///< those of writes that are no outputs
   GroupedOutputs outputs;
 };
 

@@ -141,7 +141,16 @@ ModbusConversation::ModbusConversation(Framing framing, const config::Device& de
       writing_(device, settings_),
       identification_(device.identity),
       probes_(settings_.probe_by_loopback ? ProbeChoice::Own::identification
-                                          : ProbeChoice::Own::read) {}
+                                          : ProbeChoice::Own::read) {
+  for (std::uint32_t point = 0; point < places_.size(); ++point) {
+    if (places_[point]) by_place_.push_back(point);
+  }
+  std::ranges::sort(by_place_, {}, [this](std::uint32_t point) { return BeginIn(point); });
+}
+
+std::pair<Space, std::size_t> ModbusConversation::BeginIn(std::uint32_t point) const {
+  return {places_[point]->space(), BeginOf(*places_[point])};
+}
 
 Request ModbusConversation::MakeRequest(View pdu) const {
   Request request;
@@ -212,6 +221,17 @@ Bytes ModbusConversation::PollPdu(std::size_t query) const {
 // ---------------------------------------------------------------- answers
 
 ModbusConversation::Exchanged ModbusConversation::Decode(View request, View frame) const {
+  Exchanged exchanged = Judge(request, frame);
+  if (exchanged.answer.outcome == Outcome::ok) {
+    exchanged.data = DataOf(exchanged.request, exchanged.reply);
+    AddReadings(exchanged);
+  } else if (exchanged.exception != 0) {
+    AddFaults(exchanged);
+  }
+  return exchanged;
+}
+
+ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame) const {
   Exchanged exchanged;
   const auto fail = [&](Outcome outcome, std::string reason) {
     exchanged.answer = Failed(outcome, std::move(reason));
@@ -239,18 +259,13 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
     return fail(verdict.outcome, std::move(verdict.reason));
   }
   exchanged.exception = verdict.exception;
-  if (verdict.outcome == Outcome::ok) {
-    exchanged.data = DataOf(exchanged.request, exchanged.reply);
-    AddReadings(exchanged);
-    return exchanged;
-  }
+  if (verdict.outcome == Outcome::ok) return exchanged;
   const std::uint8_t function = exchanged.request[0];
   exchanged.answer.outcome = OutcomeOf(verdict.exception, !TableOf(function).has_value());
   exchanged.answer.reason = "function " + HexByte(function) + ": " + verdict.reason;
   exchanged.answer.remedy = RemedyOf(verdict.exception, exchanged.request);
   if (verdict.exception == kBusy) exchanged.answer.wait = kBusyWait;
   if (verdict.exception == kAcknowledge) exchanged.answer.wait = kWorkWait;
-  AddFaults(exchanged);
   return exchanged;
 }
 
@@ -258,12 +273,12 @@ ModbusConversation::Exchanged ModbusConversation::Decode(View request, View fram
 /// rule has compared them: what the device has said is behind them.
 Outcome ModbusConversation::Check(View request, View frame) const {
   if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
-    return Decode(request, frame).answer.outcome;
+    return Judge(request, frame).answer.outcome;
   }
   Bytes asked(request.begin(), request.end());
   std::copy_n(frame.begin(), 2, asked.begin());
   asked[kTcpOverhead - 1] = frame[kTcpOverhead - 1];
-  return Decode(asked, frame).answer.outcome;
+  return Judge(asked, frame).answer.outcome;
 }
 
 Answer ModbusConversation::Interpret(View request, View frame) {
@@ -361,7 +376,7 @@ Answer ModbusConversation::AfterPoll(std::size_t query, Exchanged exchanged, Ins
     answer.readings.clear();
   }
   if (change != PlanChange::nothing) answer.then = Then::replan;
-  for (const std::size_t point : plan_.SilentlyRefused()) {
+  for (const std::size_t point : plan_.SilentlyRefused(query)) {
     answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
   }
   return answer;
@@ -418,13 +433,23 @@ std::optional<Quality> QualityOf(std::uint8_t exception) {
 
 }  // namespace
 
+std::vector<std::size_t> ModbusConversation::PointsIn(const Block<Space>& block) const {
+  const auto from = [&](std::size_t place) {
+    return std::ranges::lower_bound(by_place_, std::pair(block.key, place), {},
+                                    [this](std::uint32_t point) { return BeginIn(point); });
+  };
+  const bool some = IsAddressed(block.key.table);
+  std::vector<std::size_t> points(from(some ? block.begin : 0), from(some ? block.end : 0x10000));
+  std::ranges::sort(points);
+  return points;
+}
+
 /// Every point that stands wholly in the reply.
 void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   if (!exchanged.data) return;
   const Data& data = *exchanged.data;
-  for (std::size_t point = 0; point < places_.size(); ++point) {
+  for (const std::size_t point : PointsIn(data.block())) {
     const auto& place = places_[point];
-    if (!place || place->space() != data.space) continue;
     const bool there = place->form == Form::object ? data.texts.contains(place->address)
                                                    : data.block().Covers(BlockOf(*place));
     // Objects before the first one that was asked for came in earlier replies.
@@ -458,8 +483,8 @@ void ModbusConversation::AddLabels(Exchanged& exchanged) const {
   const Data& data = *exchanged.data;
   std::vector<bool> used(data.words.size(), false);
   std::vector<std::size_t> spoken;
-  for (const auto& place : places_) {
-    if (!place || place->space() != data.space) continue;
+  for (const std::size_t point : PointsIn(data.block())) {
+    const auto& place = places_[point];
     if (place->form == Form::object) spoken.push_back(place->address);
     if (place->form == Form::object || !data.block().Covers(BlockOf(*place))) continue;
     const auto mark = [&](std::size_t address, std::size_t count) {
@@ -487,9 +512,8 @@ void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   const auto quality = QualityOf(exchanged.exception);
   const auto block = protocols::modbus::BlockOf(exchanged.request);
   if (!quality || !block) return;
-  for (std::size_t point = 0; point < places_.size(); ++point) {
-    const auto& place = places_[point];
-    if (!place || !block->Covers(BlockOf(*place))) continue;
+  for (const std::size_t point : PointsIn(*block)) {
+    if (!block->Covers(BlockOf(*places_[point]))) continue;
     exchanged.answer.readings.push_back({point, {}, *quality, {}});
   }
 }

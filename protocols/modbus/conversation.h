@@ -4,8 +4,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/device.h"
@@ -94,7 +96,13 @@ class ModbusConversation : public Conversation {
     std::optional<Data> data{};  ///< of a good reply to a read
   };
 
+  /// Without what the reply means for the points.
+  Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
+  /// Where a point that is read begins.
+  std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
+  /// Points that begin in the block, in their order; of a table without addresses all of its space.
+  std::vector<std::size_t> PointsIn(const Block<Space>& block) const;
   void AddReadings(Exchanged& exchanged) const;
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
@@ -115,6 +123,7 @@ class ModbusConversation : public Conversation {
   Settings settings_;
   std::uint8_t slave_;
   std::vector<std::optional<Location>> places_;  // by point
+  std::vector<std::uint32_t> by_place_;          // points that are read, by space and begin
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;

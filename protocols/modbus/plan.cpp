@@ -2,6 +2,7 @@
 #include "protocols/modbus/plan.h"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "gateway/base/text.h"
@@ -243,19 +244,22 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 }
 
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
+  const auto unit_of = [](Table table) { return std::size_t{IsBits(table) ? 8U : 1U}; };
   std::vector<Block<Space>> polled;
+  std::map<Table, std::set<std::size_t>> counts;  // of units, which make a reply longer
   for (std::size_t query = 0; query < plan.queries().size(); ++query) {
-    if (plan.block(query).key.table <= Table::input) polled.push_back(plan.block(query));
+    const Block<Space>& block = plan.block(query);
+    const Table table = block.key.table;
+    if (table > Table::input) continue;
+    polled.push_back(block);
+    counts[table].insert((block.size() + unit_of(table) - 1) / unit_of(table));
   }
   std::vector<Block<Space>> reads;
   std::vector<Block<Space>> beyond;
   for (const Block<Space>& block : polled) {
-    const std::size_t unit = IsBits(block.key.table) ? 8 : 1;  // what makes a reply longer
+    const std::size_t unit = unit_of(block.key.table);
     std::size_t count = 1;
-    const auto is_polled = [&](const Block<Space>& other) {
-      return other.key == block.key && (other.size() + unit - 1) / unit == count;
-    };
-    while (std::ranges::any_of(polled, is_polled)) ++count;
+    while (counts[block.key.table].contains(count)) ++count;
     const std::size_t begin = std::min(block.begin, std::size_t{0x10000} - count * unit);
     const bool inside = count * unit <= block.size();
     (inside ? reads : beyond).push_back({block.key, begin, begin + count * unit, 1});

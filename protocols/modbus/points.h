@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -36,7 +37,7 @@ struct Space {
   Table table = Table::holding;
   std::uint16_t which = 0;  ///< number of the file, address of the queue, category of the objects
 
-  bool operator==(const Space&) const = default;
+  auto operator<=>(const Space&) const = default;
 };
 
 /// What the registers hold.

@@ -36,25 +36,27 @@ std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
   return static_cast<std::int64_t>(low ^ sign) - static_cast<std::int64_t>(sign);
 }
 
+/// Word `i` in the order first register first, high byte first.
+std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, std::size_t i) {
+  const bool in_pairs = order == WordOrder::cdabghef && registers.size() == 4;
+  const bool forward = order == WordOrder::abcd || order == WordOrder::badc;
+  const std::size_t from = in_pairs ? i ^ 1U : forward ? i : registers.size() - 1 - i;
+  const bool swaps = order == WordOrder::badc || order == WordOrder::dcba;
+  return swaps ? Swapped(registers[from]) : registers[from];
+}
+
 /// Between the device's order and the first register first, high byte first; its own inverse.
 Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
-  Registers ordered(registers.begin(), registers.end());
-  const bool in_pairs = order == WordOrder::cdabghef && ordered.size() == 4;
-  if (in_pairs) {
-    std::swap(ordered[0], ordered[1]);
-    std::swap(ordered[2], ordered[3]);
-  } else if (order != WordOrder::abcd && order != WordOrder::badc) {
-    std::ranges::reverse(ordered);
-  }
-  if (order == WordOrder::badc || order == WordOrder::dcba) {
-    for (std::uint16_t& word : ordered) word = Swapped(word);
-  }
+  Registers ordered(registers.size());
+  for (std::size_t i = 0; i < ordered.size(); ++i) ordered[i] = WordIn(registers, order, i);
   return ordered;
 }
 
-std::uint64_t Join(const Registers& ordered) {
+std::uint64_t Join(std::span<const std::uint16_t> registers, WordOrder order) {
   std::uint64_t bits = 0;
-  for (const std::uint16_t word : ordered) bits = (bits << 16U) | word;
+  for (std::size_t i = 0; i < registers.size(); ++i) {
+    bits = (bits << 16U) | WordIn(registers, order, i);
+  }
   return bits;
 }
 
@@ -248,8 +250,8 @@ Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
 Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings) {
   if (registers.size() != place.count) return {{}, Quality::bad_configuration};
-  const Registers ordered = Reorder(registers, OrderOf(place, settings));
-  const std::uint64_t bits = Join(ordered);
+  const WordOrder order = OrderOf(place, settings);
+  const std::uint64_t bits = Join(registers, order);
   switch (place.form) {
     case Form::flag:
     case Form::bit:
@@ -291,11 +293,11 @@ Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
     case Form::uint48:
       return Unsigned(bits);
     case Form::date:
-      return DecodeDate(place.date, ordered);
+      return DecodeDate(place.date, Reorder(registers, order));
     case Form::object:
       break;
     case Form::string:
-      return {DecodeString(ordered, place.length), Quality::good};
+      return {DecodeString(Reorder(registers, order), place.length), Quality::good};
     case Form::text:
       return DecodeText(place, static_cast<std::uint16_t>(bits), settings);
   }

@@ -72,6 +72,11 @@ Command ReadOf(unsigned slave, const Block<Row>& block) {
 
 namespace {
 
+std::vector<ReadPoint> SortedByAddress(std::vector<ReadPoint> points) {
+  std::ranges::stable_sort(points, {}, &ReadPoint::address);
+  return points;
+}
+
 constexpr int kFailuresOfChannels = 2;
 constexpr int kInputOverflow = 2;
 
@@ -80,6 +85,7 @@ constexpr int kInputOverflow = 2;
 ItemReads::ItemReads(const config::Device& device, const Settings& settings)
     : settings_(settings),
       points_(ReadablePoints(device.points)),
+      by_address_(SortedByAddress(points_)),
       limits_(ConfiguredLimits()),
       plan_(MakePlan(points_, limits_, OftenOf(device))) {}
 
@@ -251,7 +257,7 @@ class SpaConversation final : public Conversation {
   }
 
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override {
-    Exchange exchange = Decode(request.bytes, frame, reads_.points());
+    Exchange exchange = Decode(request.bytes, frame, reads_.by_address());
     Confirm(request, frame, exchange.answer);
     if (task.kind == Task::Kind::write) {
       const bool complicated = exchange.nack == kTooComplicated || exchange.nack == kSyntax;
@@ -330,7 +336,7 @@ class SpaConversation final : public Conversation {
   bool ForgetRefusals() override { return reads_.ForgetRefusals(); }
 
   Outcome Check(View request, View frame) const override {
-    const Exchange exchange = Decode(request, frame, reads_.points());
+    const Exchange exchange = Decode(request, frame, reads_.by_address());
     const Answer& answer = exchange.answer;
     const bool lists = exchange.command && IsEventList(exchange.command->category);
     if (lists && answer.outcome == Outcome::ok && !LooksLikeEvents(exchange.data)) {
@@ -348,7 +354,7 @@ class SpaConversation final : public Conversation {
   }
 
   Answer Interpret(View request, View frame) override {
-    Exchange exchange = Decode(request, frame, reads_.points());
+    Exchange exchange = Decode(request, frame, reads_.by_address());
     const bool written = exchange.command && exchange.command->write;
     if (written && exchange.answer.outcome == Outcome::ok) {
       exchange.answer.readings = WrittenBy(*exchange.command);

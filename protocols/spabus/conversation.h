@@ -67,6 +67,7 @@ class ItemReads {
 
   std::span<const Query> Queries() const { return plan_.queries(); }
   const std::vector<ReadPoint>& points() const { return points_; }
+  const std::vector<ReadPoint>& by_address() const { return by_address_; }
   const RequestLimits& limits() const { return limits_; }
   Command Ask(unsigned slave, std::size_t query) const { return ReadOf(slave, plan_.block(query)); }
 
@@ -92,9 +93,10 @@ class ItemReads {
   bool ForgoChannels();
 
   const Settings& settings_;
-  const std::vector<ReadPoint> points_;
-  RequestLimits limits_;  ///< less once the device has called it too much
-  TryAgain larger_;       ///< when requests are as large as configured again
+  const std::vector<ReadPoint> points_;      ///< in the order of the device
+  const std::vector<ReadPoint> by_address_;  ///< the same, sorted
+  RequestLimits limits_;                     ///< less once the device has called it too much
+  TryAgain larger_;                          ///< when requests are as large as configured again
   ItemPlan plan_;
   int channel_failures_ = 0;    ///< of ranges of channels, none answered so far
   bool channels_work_ = false;  ///< a range of channels was answered

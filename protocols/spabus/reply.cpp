@@ -280,11 +280,16 @@ bool HidesPassword(const Address& item) {
          *item.number <= kPasswordItems.last;
 }
 
+std::span<const ReadPoint> PointsOf(const Address& item, std::span<const ReadPoint> points) {
+  const auto found = std::ranges::equal_range(points, item, {}, &ReadPoint::address);
+  return {found.begin(), found.end()};
+}
+
 void AddValue(const Address& item, std::string_view text, std::span<const ReadPoint> points,
               Answer& answer) {
   bool known = false;
-  for (const ReadPoint& candidate : points) {
-    if (candidate.address != item || candidate.offset) continue;
+  for (const ReadPoint& candidate : PointsOf(item, points)) {
+    if (candidate.offset) continue;
     known = true;
     const Decoded decoded = DecodeValue(text, *candidate.point);
     answer.readings.push_back({candidate.index, decoded.value, decoded.quality, {}});
@@ -334,8 +339,7 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
   answer.remedy = rule.remedy;
   if (rule.missing && !command.write && command.ItemCount() == 1) {
     const Address item = ItemsOf(command).front();
-    for (const ReadPoint& candidate : points) {
-      if (candidate.address != item) continue;
+    for (const ReadPoint& candidate : PointsOf(item, points)) {
       answer.readings.push_back(
           {candidate.index, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
     }

@@ -112,9 +112,9 @@ struct Exchange {
   std::string data;                ///< of an answered read, as it came
 };
 
-/// Readings carry the index of each point of `points` with the item's address, or a label where
-/// there is none. A single item that the slave does not have gives one reading of bad
-/// configuration.
+/// Readings carry the index of each point of `points`, which are sorted by address, with the item's
+/// address, or a label where there is none. A single item that the slave does not have gives one
+/// reading of bad configuration.
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points);
 
 /// What a write has set, value by value, with labels: "S21 written". Nothing of the password.

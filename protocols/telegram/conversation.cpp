@@ -56,8 +56,7 @@ void AnswerReader::AddReadings(std::size_t telegram, const Bound& sent, const Re
   if (reply.outcome == Outcome::ok) answer.remedy = reply.remedy;
   const bool refused = reply.outcome == Outcome::unsupported;
   if (reply.outcome != Outcome::ok && !refused) return;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (!questions_.IsAsked(i, telegram, sent)) continue;
+  for (const std::size_t i : questions_.AskedBy(telegram, sent)) {
     if (refused) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
       continue;
@@ -83,12 +82,10 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   Answer answer{reply.outcome, reply.reason};
   AddReadings(sent->telegram, sent->values, reply, answer);
   if (reply.outcome != Outcome::ok) return answer;
+  const auto asked = questions_.AskedBy(sent->telegram, sent->values);
   for (const auto& [name, field] : reply.fields) {
-    bool shown = false;
-    for (std::size_t i = 0; i < places_.size() && !shown; ++i) {
-      shown = questions_.IsAsked(i, sent->telegram, sent->values) && places_[i]->field == name;
-    }
-    if (shown) continue;
+    const auto shows = [&](std::size_t point) { return places_[point]->field == name; };
+    if (std::ranges::any_of(asked, shows)) continue;
     answer.readings.push_back({kNoPoint, field.decoded.value, field.decoded.quality,
                                description_.telegrams[sent->telegram].name + "." + name});
   }
@@ -501,7 +498,7 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant 
     change = plan_.OnRefused(query, now);
   }
   if (ProvesLife(answer.outcome)) {
-    for (const std::size_t point : plan_.SilentlyRefused()) {
+    for (const std::size_t point : plan_.SilentlyRefused(query)) {
       answer.readings.push_back({point, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
     }
   }

@@ -346,6 +346,7 @@ Questions::Questions(const Description& description, const Bound& bound,
     const auto telegram = call ? description.Find(call->telegram) : std::nullopt;
     if (!telegram) continue;
     question.emplace(Question{*telegram, {}});
+    calls_.emplace(*telegram, questions_.size() - 1);
     Bound filled = bound;
     for (const auto& [name, text] : call->parameters) filled.insert_or_assign(name, text);
     const Telegram& meant = description.telegrams[*telegram];
@@ -368,6 +369,15 @@ bool Questions::IsAsked(std::size_t call, std::size_t telegram, const Bound& sen
     const auto value = sent.find(field.first);
     return value != sent.end() && SameValue(field.second, value->second);
   });
+}
+
+std::vector<std::size_t> Questions::AskedBy(std::size_t telegram, const Bound& sent) const {
+  std::vector<std::size_t> asked;
+  const auto [begin, end] = calls_.equal_range(telegram);
+  for (auto its = begin; its != end; ++its) {
+    if (IsAsked(its->second, telegram, sent)) asked.push_back(its->second);
+  }
+  return asked;
 }
 
 Result<ReadPlace> ParseRead(const Point& point) {

@@ -62,6 +62,8 @@ class Questions {
   /// Whether `telegram` was sent for calls[call]. `sent`: the fields of this telegram and of those
   /// that were sent before it.
   bool IsAsked(std::size_t call, std::size_t telegram, const Bound& sent) const;
+  /// The calls for which `telegram` was sent, in their order.
+  std::vector<std::size_t> AskedBy(std::size_t telegram, const Bound& sent) const;
 
  private:
   struct Question {
@@ -69,6 +71,7 @@ class Questions {
     Bound fields{};  ///< of those by which calls of the device differ
   };
   std::vector<std::optional<Question>> questions_;  // by call
+  std::multimap<std::size_t, std::size_t> calls_;   // by telegram
 };
 
 struct ReadPlace {

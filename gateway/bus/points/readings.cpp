@@ -43,9 +43,9 @@ Value Fit(const config::Point& point, const Decimal& number) {
 
 Value FitNumber(const config::Point& point, const Value& raw) {
   if (const auto* number = std::get_if<double>(&raw)) {
+    if (!std::isfinite(*number)) return {};
+    if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, *number);
     const double meant = point.type == Type::float32 ? AsDecimal(*number) : *number;
-    if (!std::isfinite(meant)) return {};
-    if (IsFloat(point.type) && IsUnscaled(point)) return FitFloat(point.type, meant);
     return Fit(point, Decimal(meant) * point.scale + point.offset);
   }
   const auto number = Decimal::Of(raw);
@@ -61,9 +61,11 @@ bool FitsType(const config::Point& point, const Value& value) {
 /// Of a point that can be written, `min` and `max` say what may be written: a reading may lie
 /// outside.
 Reason ReasonBeyond(const config::Point& point, const Value& value) {
+  const bool limited = point.writing.max || point.writing.min;
+  if (!limited || point.access != config::Access::read) return Reason::none;
   const auto* const real = std::get_if<double>(&value);
   const auto number = Decimal::Of(real != nullptr ? Value(AsDecimal(*real)) : value);
-  if (!number || point.access != config::Access::read) return Reason::none;
+  if (!number) return Reason::none;
   if (point.writing.max && *number > *point.writing.max) return Reason::over_range;
   if (point.writing.min && *number < *point.writing.min) return Reason::under_range;
   return Reason::none;
@@ -160,10 +162,10 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   // It says itself that what it measures changes.
   const bool changes = std::ranges::any_of(
       samples, [](const Sample& sample) { return IsUncertain(sample.quality); });
-  if (histories_.empty()) histories_.resize(points_.size());
   std::erase_if(samples, [&](Sample& sample) {
     const config::Point& point = points_[sample.point];
     if (point.recheck == config::Recheck::off || !IsGood(sample.quality)) return false;
+    if (histories_.empty()) histories_.resize(points_.size());
     History& history = histories_[sample.point];
     const bool steady = !std::exchange(history.changes, changes) && !changes;
     const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);

@@ -153,6 +153,17 @@ PointFields::PointFields(std::span<const config::Point> points) : points_(points
     auto field = ParseField(point.read);
     fields_.push_back(field ? std::optional(std::move(*field)) : std::nullopt);
   }
+  Index();
+}
+
+void PointFields::Index() {
+  by_pdu_.clear();
+  by_bit_.clear();
+  for (std::size_t point = 0; point < fields_.size(); ++point) {
+    if (!fields_[point]) continue;
+    by_pdu_.emplace(fields_[point]->pdu, point);
+    if (const auto bit = BitOf(point)) by_bit_.emplace(*bit, point);
+  }
 }
 
 bool PointFields::HasFloats() const {
@@ -163,10 +174,10 @@ bool PointFields::HasFloats() const {
 void PointFields::UseIntegers(bool integers) {
   PointFields said(points_);
   fields_ = std::move(said.fields_);
-  if (!integers) return;
   for (auto& field : fields_) {
-    if (field) field = AsInteger(*field).value_or(std::move(*field));
+    if (field && integers) field = AsInteger(*field).value_or(std::move(*field));
   }
+  Index();
 }
 
 PduPlan PointFields::MakePlan(bool masked, Often is_often) const {
@@ -224,20 +235,20 @@ std::optional<unsigned> PointFields::BitOf(std::size_t point) const {
 
 std::vector<Match> PointFields::Matches(View pdu) const {
   std::vector<Match> matches;
-  const std::vector<unsigned> bits = MaskBits(pdu);
-  for (std::size_t point = 0; point < points_.size(); ++point) {
-    if (!fields_[point]) continue;
-    if (std::ranges::equal(fields_[point]->pdu, pdu)) {
-      matches.push_back({point, *fields_[point]});
-    } else if (!bits.empty()) {
-      const auto bit = BitOf(point);
-      const auto at = bit ? std::ranges::find(bits, *bit) : bits.end();
-      if (at == bits.end()) continue;
-      Field field = *fields_[point];
-      field.offset = 1 + 4 * static_cast<std::size_t>(at - bits.begin());
-      matches.push_back({point, std::move(field)});
-    }
+  const auto [begin, end] = by_pdu_.equal_range(Bytes(pdu.begin(), pdu.end()));
+  for (auto its = begin; its != end; ++its) {
+    matches.push_back({its->second, *fields_[its->second]});
   }
+  std::size_t offset = 1;
+  for (const unsigned bit : MaskBits(pdu)) {
+    const auto [first, last] = by_bit_.equal_range(bit);
+    for (auto its = first; its != last; ++its) {
+      matches.push_back({its->second, *fields_[its->second]});
+      matches.back().field.offset = offset;
+    }
+    offset += 4;
+  }
+  std::ranges::sort(matches, {}, &Match::point);
   return matches;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -87,8 +88,13 @@ class PointFields {
   /// Points of the group that masked reads serve.
   std::vector<std::size_t> MaskedPoints(config::Group group) const;
 
+  /// Finds the points of each request.
+  void Index();
+
   std::span<const config::Point> points_;
   std::vector<std::optional<Field>> fields_;  // by point
+  std::multimap<Bytes, std::size_t> by_pdu_;
+  std::multimap<unsigned, std::size_t> by_bit_;  // of the mask
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -188,11 +188,45 @@ TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
   EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::split);
   plan.OnAnswered(0, kStart);
-  EXPECT_TRUE(plan.SilentlyRefused().empty());
+  EXPECT_TRUE(plan.SilentlyRefused(0).empty());
   EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::set_apart) << "its part is suspected already";
-  EXPECT_EQ(plan.SilentlyRefused(), (std::vector<std::size_t>{1}));
+  ASSERT_EQ(plan.SilentlyRefused(0).size(), 1U);
+  EXPECT_EQ(plan.SilentlyRefused(0)[0], 1U);
   plan.OnAnswered(1, kStart);
-  EXPECT_TRUE(plan.SilentlyRefused().empty());
+  EXPECT_TRUE(plan.SilentlyRefused(0).empty());
+}
+
+/// Each reply would cost as much as all points that the device is silent to.
+TEST(QueryPlan, OneReplyOfARoundTellsWhatTheDeviceIsSilentTo) {
+  Plan plan = MakePlan({{"a0"}, {"b0"}, {"c0"}, {"d0"}});
+  plan.OnProbed();
+  for (int i = 0; i < 3; ++i) plan.OnSilent(3, kStart);
+  ASSERT_EQ(Shown(plan), "a0, b0, c0, slow d0");
+  EXPECT_EQ(plan.SilentlyRefused(1).size(), 1U) << "the first reply, to whatever query";
+  EXPECT_EQ(plan.SilentlyRefused(2).size(), 0U);
+  EXPECT_EQ(plan.SilentlyRefused(0).size(), 1U) << "from now on the first query of the plan";
+  EXPECT_EQ(plan.SilentlyRefused(1).size(), 0U);
+  EXPECT_EQ(plan.SilentlyRefused(0).size(), 1U) << "a reply may have been lost on its way";
+}
+
+struct CountedKey {
+  int number = 0;
+  bool operator==(const CountedKey& other) const {
+    ++compared;
+    return number == other.number;
+  }
+  static inline int compared = 0;
+};
+
+TEST(QueryPlan, WhatAReplyCostsDoesNotGrowWithTheDevice) {
+  QueryPlan<CountedKey> plan({});
+  for (int i = 0; i < 1000; ++i) plan.Add(Group::fast, static_cast<std::size_t>(i), {i});
+  plan.Make();
+  CountedKey::compared = 0;
+  plan.OnAnswered(500, kStart);
+  plan.OnHeard(500, kStart);
+  plan.OnSilent(500, kStart);
+  EXPECT_EQ(CountedKey::compared, 0) << "no other item is looked at";
 }
 
 TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
