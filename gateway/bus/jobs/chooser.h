@@ -1,4 +1,4 @@
-// What a line does next: asks the sources of jobs in the order of gateway/bus/schedule/turns.h and
+// What a line does next: asks the sources of jobs in the order of Turns (gateway/bus/schedule/schedule.h) and
 // takes the job of the first that has one. Called by gateway/bus/poller/poller.cpp whenever the
 // line is idle.
 // SPDX-License-Identifier: Apache-2.0

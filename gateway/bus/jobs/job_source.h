@@ -1,6 +1,6 @@
 // Where the jobs of one kind come from. Each kind implements this beside its job;
 // gateway/bus/jobs/chooser.cpp has the list of all, and asks them in the order of
-// gateway/bus/schedule/turns.h.
+// gateway/bus/schedule/schedule.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
