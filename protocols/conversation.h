@@ -1,5 +1,5 @@
 // The contract of conversations. A conversation knows one device: which requests read its points,
-// what to send for a write, and what the replies mean. gateway/bus/poller/poller.h drives it, one
+// what to send for a write, and what the replies mean. gateway/bus/jobs/job.h drives it, one
 // exchange after another, on the thread of its line. It has no thread, socket or clock of its own
 // and writes no log. docs: protocols/README.md, "Conversations".
 //

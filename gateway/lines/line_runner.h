@@ -56,7 +56,7 @@ class LineParts {
 
   /// Conversations know what they had learned; the port opens.
   void Start(Now now);
-  /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller never refuses one.
+  /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller has room for it.
   void Submit(bus::WriteCommand command, Now now);
   /// See EventPath::Kept.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);

@@ -1,7 +1,7 @@
 // Line carries out one exchange at a time on one bus: the line discipline as a state machine
 // without sockets, clock or YAML. Bytes and time come in as arguments; their effect is returned as
 // LineNews. Exchange is one request with its LineTimes. LineClient judges its frames, and is asked
-// nothing else. Line is driven by gateway/bus/poller/poller.cpp and in tests under virtual time.
+// nothing else. Line is driven by gateway/bus/poller/job_runner.h and in tests under virtual time.
 // Transmission, SecondReply and UnaskedReceiver are parts of Line; Tap is the interface for viewers
 // of its bytes. EchoFilter and EchoWatch take the echo of a request out of the bytes before Line
 // gets them.
@@ -193,7 +193,7 @@ struct ExchangeEnd {
   bool ended = false;        ///< the server closed the connection in place of an answer
   /// From the last byte of its reply to this end, if only silence showed that it was the last; or
   /// longer, because that byte may have waited (ArrivalTime in
-  /// gateway/bus/poller/poller.h).
+  /// gateway/bus/poller/job_runner.h).
   Duration since_reply{};
 };
 
@@ -363,7 +363,7 @@ class EchoFilter {
 };
 
 // Which bytes from a bus are the echo of our own request, and whether the echo is as configured.
-// Called by gateway/bus/poller/poller.h before the bytes go to gateway/bus/exchange/line.h.
+// Called by gateway/bus/poller/job_runner.h before the bytes go to gateway/bus/exchange/line.h.
 class EchoWatch {
  public:
   struct Received {

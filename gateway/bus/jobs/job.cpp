@@ -87,7 +87,7 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
   auto request = conversation.Ask(task, now);
   if (!request) {
     judges_member = false;
-    unasked = true;
+    has_no_request = true;
     if (!is_probe()) line.accounts.devices.OnUnsupported(*member, request.error());
     return NextStep::Finish(Outcome::unsupported, request.error());
   }

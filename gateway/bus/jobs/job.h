@@ -7,13 +7,16 @@
 //   Ask        a request is wanted               from the conversation of its device
 //   Depart     the line is idle                  sent, held, parked, or behind a probe
 //   Start      the line is given the exchange    its times
+//   Withdraw   the line is not quiet yet         the request is too late, or forbidden by now
 //   Send       the line was quiet                the bytes
 //   Judge      a whole frame has come            what it means, and whose reply it is
-//   Answer     the exchange was answered         the next request, a repetition, or the end
-//   Fail       the exchange was not answered     the same
-//   End        the job is over                   what follows, as a value
+//   Ended      the exchange is over              the exchange as one value
+//   Conclude   all others know of the end        Answer or Fail: the next request, a repetition, or
+//                                                the end
+//   Take       an answer that waited counts      the same
+//   Finish     the job is over                   what follows (End), applied
 //
-// Each returns what happens next as a value (NextStep, EndEffects), which JobRunner and Finish
+// Each returns what happens next as a value (NextStep, EndEffects), which JobRunner and Apply
 // carry out. The table of all states of a job is in job.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -95,8 +98,8 @@ struct NextStep {
 };
 
 // What follows from the end of a job, as a value: decided by the End of each kind, applied by
-// Job::Finish in the order of the fields. Behind `background` the next background read is planned
-// and the probes are told.
+// Job::Apply in the order of the fields, and `write` by WriteJob::Finish. Behind `background` the
+// next background read is planned and the probes are told.
 //
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
@@ -198,9 +201,8 @@ class Job {
   ///   may not be sent any more (WhyNotSend)             what is open is closed; else the job ends
   ///   could be met by a reply to an earlier one         a probe goes first
   ///   is a retry, or nothing is owed                    it is sent
-  ///   of a read, a late reply of its device is due      the job is parked, where replies name
-  ///   their
-  ///                                                     sender
+  ///   of a read, a late reply of its device is due      the job is parked, where replies carry an
+  ///                                                     address
   ///   of anything else, a late reply is due             the line waits
   ///
   NextStep Depart(LineContext& line, Instant now);
@@ -273,9 +275,12 @@ class Job {
   virtual std::optional<Instant> RepeatsUntil() const { return std::nullopt; }
   /// A routed read lets short writes pass.
   virtual bool LetsPass(const LineContext& /*line*/, Instant /*now*/) const { return false; }
+  /// A second, different reply has come: what the job behind this probe has read is asked for
+  /// again, because one of the two replies belongs to another request.
+  virtual void OnSecondReply() {}
   /// The requests of its clients wait again.
   virtual void PutBack(LineContext& /*line*/) {}
-  /// The client has left. `out`: the request was sent.
+  /// The client has left. `unsent`: the request under way has not left this machine.
   virtual void Abandon(std::uint64_t /*client*/, bool /*unsent*/) {}
   /// While it waits, or is on the wire, its device may be planned again. Then its query has another
   /// number, or is gone: its task names none of the present ones.
@@ -312,7 +317,7 @@ class Job {
   int parkings = 0;                          ///< how often its device has said busy
   bool was_sent = false;                     ///< a request of it
   bool unplanned = false;                    ///< its query was gone before its points were read
-  bool unasked = false;                      ///< its conversation had no request for it any more
+  bool has_no_request = false;               ///< its conversation had none for it any more
   bool had_failure = false;   ///< an exchange has failed: another device may answer since
   bool judges_member = true;  ///< its end says whether the member answers
   bool blames_query = false;  ///< its query was never answered, although others of the device are

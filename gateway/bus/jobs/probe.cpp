@@ -8,7 +8,7 @@ namespace baudgate::bus {
 NextStep ProbeJob::Ask(LineContext& line, int repeats, Instant now) {
   NextStep next = Job::Ask(line, repeats, now);
   const bool asked = next.what == NextStep::What::wait;
-  if (!asked && !unasked) return next;
+  if (!asked && !has_no_request) return next;
   line.agenda.probes.OnAsked(*member, asked, now);
   return asked || !goal_ ? next : NextStep::GoUnproved(next.end.reason);
 }

@@ -42,6 +42,9 @@ class ProbeJob final : public Job {
     return *this;
   }
   std::unique_ptr<Job> TakeGoal() override { return std::move(goal_); }
+  void OnSecondReply() override {
+    if (goal_) goal_->attempt.answer.readings.clear();
+  }
   void Abandon(std::uint64_t client, bool /*unsent*/) override {
     if (goal_) goal_->Abandon(client, false);
   }

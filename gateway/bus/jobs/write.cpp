@@ -117,7 +117,7 @@ void WriteJob::OnGaveUp(const ExchangeEnd& end) {
 /// If the closing request is not answered, the write keeps the outcome that it had. If a step after
 /// a request that may have written cannot be asked, only a refusal remains known.
 WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
-  const bool cut_short = unasked && sent();
+  const bool cut_short = has_no_request && sent();
   const bool refused = told_ && told_->outcome != Outcome::ok;
   const bool closing = step.request.closes && !ProvesLife(end.outcome);
   PointsEnd points;

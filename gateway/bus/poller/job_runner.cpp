@@ -83,7 +83,9 @@ void JobRunner::Apply(LineNews news) {
   if (news.stray_before.count > 0) HandleStray(news.stray_before);
   if (news.end && job_) OnExchangeEnd(std::move(*news.end));
   if (news.stray.count > 0) HandleStray(news.stray);
-  if (news.second_reply) context_.tracker.OnSecondReply(now_.instant);
+  if (!news.second_reply) return;
+  context_.tracker.OnSecondReply(now_.instant);
+  if (job_) job_->OnSecondReply();
 }
 
 void JobRunner::HandleStray(const StrayBytes& stray) {
@@ -160,8 +162,8 @@ void JobRunner::Withdraw() {
   if (!waits_for_quiet() || !job_) return;
   std::optional<NextStep> step = job_->Withdraw(context_, now_.instant);
   if (!step) return;
-  Do(std::move(*step));
   line_.Cancel();
+  Do(std::move(*step));
 }
 
 /// One step after the other, until the job waits or is over.

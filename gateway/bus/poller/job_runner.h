@@ -6,7 +6,7 @@
 //   2  Line says what has happened (LineNews): a message sent unasked, a request to be sent, stray
 //      bytes, the end of the exchange, a second reply. Apply passes each to the part that it is
 //      for.
-//   3  HandleEnd makes one value of an exchange that has ended (EndedExchange). DeviceTracker
+//   3  OnExchangeEnd makes one value of an exchange that has ended (EndedExchange). DeviceTracker
 //      learns from the value, the observers are told once, and then the job decides what follows.
 //   4  Do carries out one step after the other, until the job waits or is over.
 //

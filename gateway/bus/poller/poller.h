@@ -4,7 +4,7 @@
 // this line. Sans-I/O like gateway/bus/exchange/line.h: bytes and time come in as arguments. One
 // thread at a time.
 //
-// Every input is handled in three steps: Advance lets time pass, the part that the input is for
+// Most inputs are handled in three steps: Advance lets time pass, the part that the input is for
 // takes it in, and Settle answers clients and gives the next turns.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -61,8 +61,9 @@ class Poller {
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
 
-  /// Takes the command, or says no when kQueueLimit are waiting. Commands for an offline device, or
-  /// on a closed line, are answered at once: nothing is sent late.
+  /// Takes the command, or says no when kQueueLimit are waiting. Commands for an offline device
+  /// (unless only a write can show that it is back), or on a closed line, are answered at once:
+  /// nothing is sent late.
   bool Submit(WriteCommand command, Now now);
   static constexpr std::size_t kQueueLimit = WriteQueue::kLimit;
   /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed

@@ -175,7 +175,7 @@ class LateReplies {
   /// The last exchange of a member: what bytes after it may be.
   struct Last {
     enum class End : std::uint8_t {
-      silent,     // or unexpected, or there was no exchange
+      silent,     // or unexpected, or answered after silence, or there was no exchange
       answered,   // bytes after it are a second copy, or noise
       corrupt,    // bytes after it are the rest of the damaged reply
       cut_short,  // bytes after it are the rest of a reply that was cut short

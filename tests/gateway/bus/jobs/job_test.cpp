@@ -273,7 +273,7 @@ TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
     command.state = WriteState::sent;
     Told job(a, std::move(command), kStart);
     if (told) job.NoteTold(*told, false);
-    job.unasked = true;
+    job.has_no_request = true;
     const EndEffects effects = End(job, Outcome::unsupported);
     ASSERT_TRUE(effects.write);
     EXPECT_EQ(effects.write->next, Next::answer);

@@ -312,6 +312,21 @@ TEST(JobRunnerTest, AReplyThatCountsIsStored) {
   EXPECT_EQ(rig.Value(1), "5");
 }
 
+/// One of the two belongs to another request; which one is not known.
+TEST(JobRunnerTest, WhatWaitsForAProbeIsAskedForAgainBehindASecondReply) {
+  for (const bool second : {false, true}) {
+    Rig rig("1");
+    rig.Poll(0);
+    rig.Hear("silence");
+    rig.Hear("!A1=8");
+    ASSERT_EQ(rig.Next(), "PA0");
+    if (second) rig.Answer("A1=9");
+    rig.Hear("!A0");
+    EXPECT_EQ(rig.Next(), second ? "?A1" : "ended");
+    EXPECT_EQ(rig.Value(0), second ? "" : "8");
+  }
+}
+
 TEST(JobRunnerTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
   struct ProbeRow {
     const char* what;
