@@ -5,6 +5,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -55,6 +56,9 @@ struct LineContext {
   Intake intake;
   RoutedJobs routed;
   Chooser chooser;
+  /// All that are told of the end of an exchange, in this order.
+  const std::array<ExchangeObserver*, 3> observers{&accounts.devices, &accounts.line,
+                                                   observer.get()};
 };
 
 }  // namespace baudgate::bus

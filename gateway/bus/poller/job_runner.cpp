@@ -123,9 +123,7 @@ void JobRunner::OnExchangeEnd(ExchangeEnd end) {
   ended.no_echo = no_echo;
   ended.cut = echo_.is_cut();
   context_.tracker.OnExchange(ended, now_.instant);
-  context_.accounts.devices.OnExchange(ended, now_);
-  context_.accounts.line.OnExchange(ended, now_);
-  context_.observer->OnExchange(ended, now_);
+  for (ExchangeObserver* const observer : context_.observers) observer->OnExchange(ended, now_);
   if (context_.observer->TakeNegotiation()) context_.accounts.line.OnNegotiation();
   context_.tracker.ShowLine(now_.instant);
   Do(job_->Conclude(context_, ended.end, now_));
