@@ -180,23 +180,24 @@ class QueryPlan {
   static constexpr int kSilencesOfARefusal = 3;
   static constexpr Duration kLasting = 1h;  // of a refusal: then it may be for ever
 
+  /// A large gateway has 100,000 of them: narrow members, the small ones side by side.
   struct Item {
-    std::size_t point = 0;
+    std::uint32_t point = 0;
+    std::uint32_t key = 0;  // place in keys_
+    std::uint32_t begin = 0;
+    std::uint32_t end = 1;
+    std::uint32_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
+    std::uint32_t row = 0;      // number of the row of refusals in which it was set apart
+    int silences = 0;           // in a row, while heard is false
+    int refusals = 0;           // in a row
     config::Group group = config::Group::fast;
-    std::size_t key = 0;  // place in keys_
-    std::size_t begin = 0;
-    std::size_t end = 1;
-    std::size_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
-    int silences = 0;         // in a row, while heard is false
-    int refusals = 0;         // in a row
-    bool waits = false;       // see OnHeard
-    bool silent = false;      // it was set apart for its silence
-    bool heard = false;       // since OnReconnect
-    bool proven = false;      // answered ever
-    bool crossed = false;     // an answered query has read across its begin
-    std::optional<Instant> refused_since{};
+    bool waits = false;    // see OnHeard
+    bool silent = false;   // it was set apart for its silence
+    bool heard = false;    // since OnReconnect
+    bool proven = false;   // answered ever
+    bool crossed = false;  // an answered query has read across its begin
     bool lasting = false;  // the refusal
-    std::size_t row = 0;   // number of the row of refusals in which it was set apart
+    std::optional<Instant> refused_since{};
   };
   struct CutMade {
     bool silent = false;      // the device was, to the whole
@@ -271,15 +272,15 @@ class QueryPlan {
   std::vector<Item> items_;
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
-  std::vector<std::vector<std::size_t>> members_;  // items of each query, by place
-  std::vector<std::size_t> by_place_;              // items, by key and begin
-  std::vector<std::size_t> silent_;                // see SilentlyRefused
-  std::size_t teller_ = 0;                         // no query behind this one tells of them
+  std::vector<std::vector<std::uint32_t>> members_;  // items of each query, by place
+  std::vector<std::uint32_t> by_place_;              // items, by key and begin
+  std::vector<std::size_t> silent_;                  // see SilentlyRefused
+  std::size_t teller_ = 0;                           // no query behind this one tells of them
   std::map<Cut, CutMade> cuts_;
   std::size_t answers_ = 0;
-  std::size_t refusals_ = 0;
+  std::uint32_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // of proven queries, while none is answered
-  std::size_t row_ = 0;              // rows so far
+  std::uint32_t row_ = 0;            // rows so far
   TryAgain whole_;       // when a split block is read as a whole, or, if all is refused, in parts
   bool mended_ = false;  // blocks are read as a whole again, and were not answered yet
   bool heard_ = false;   // something was answered since OnReconnect
@@ -294,11 +295,11 @@ void QueryPlan<Key>::Add(config::Group group, std::size_t point, const Key& key,
   const auto number = static_cast<std::size_t>(known - keys_.begin());
   if (known == keys_.end()) keys_.push_back(key);
   Item item;
-  item.point = point;
+  item.point = static_cast<std::uint32_t>(point);
   item.group = group;
-  item.key = number;
-  item.begin = begin;
-  item.end = end;
+  item.key = static_cast<std::uint32_t>(number);
+  item.begin = static_cast<std::uint32_t>(begin);
+  item.end = static_cast<std::uint32_t>(end);
   items_.push_back(item);
 }
 
@@ -307,18 +308,18 @@ void QueryPlan<Key>::Make() {
   queries_.clear();
   blocks_.clear();
   members_.clear();
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < items_.size(); ++i) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t i = 0; i < items_.size(); ++i) {
     const bool dropped =
         items_[i].refusal != 0 && rules_.refused == WhenRefused::drop && !items_[i].proven;
     if (!dropped) order.push_back(i);
   }
-  std::ranges::sort(order, {}, [this](std::size_t i) {
+  std::ranges::sort(order, {}, [this](std::uint32_t i) {
     const Item& item = items_[i];
     return std::tuple(IsAskedAgain(item), -static_cast<int>(GroupOf(item)), item.key,
                       RefusalOf(item), item.begin, item.end, i);
   });
-  for (const std::size_t i : order) {
+  for (const std::uint32_t i : order) {
     const Item& next = items_[i];
     if (queries_.empty() || !Joins(items_[members_.back().front()], blocks_.back(), next)) {
       queries_.push_back({GroupOf(next), {}});
@@ -334,6 +335,7 @@ void QueryPlan<Key>::Make() {
     members_.back().push_back(i);
   }
   if (by_place_.size() < items_.size()) {
+    items_.shrink_to_fit();
     by_place_.resize(items_.size());
     std::iota(by_place_.begin(), by_place_.end(), 0U);
     std::ranges::sort(by_place_, {}, [this](std::size_t i) { return PlaceOf(i); });
@@ -540,7 +542,7 @@ bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
         at = item.begin;
       }
     }
-    end = std::max(end, item.end);
+    end = std::max<std::size_t>(end, item.end);
   }
   if (places.empty()) return false;
   if (widest == 0) at = places[(places.size() - 1) / 2];

@@ -69,21 +69,21 @@ enum class Form : std::uint8_t {
   text,    ///< a code, and its meaning by the device's option `texts`
 };
 
+/// A large gateway has 100,000 of them: the small members stand side by side.
 struct Location {
   Table table = Table::holding;
-  std::uint16_t which = 0;    ///< of Space
-  std::uint16_t address = 0;  ///< 0-based, as it stands in the PDU
-  std::size_t count = 1;      ///< registers or bits
   Form form = Form::uint16;
+  DateForm date = DateForm::unix;          ///< of Form::date
+  std::optional<config::WordOrder> order;  ///< the point's own
+  std::uint16_t which = 0;                 ///< of Space
+  std::uint16_t address = 0;               ///< 0-based, as it stands in the PDU
   unsigned bit = 0;                        ///< of Form::bit and bits, 0 = lowest
   unsigned width = 1;                      ///< of Form::bits
-  DateForm date = DateForm::unix;          ///< of Form::date
-  std::size_t length = 0;                  ///< of Form::string: characters
-  std::string texts;                       ///< of Form::text: the table's name
-  std::optional<config::WordOrder> order;  ///< the point's own
-
   /// The register of the same table that holds n of "times 10 to the n", -10…10.
   std::optional<std::uint16_t> scale;
+  std::size_t count = 1;   ///< registers or bits
+  std::size_t length = 0;  ///< of Form::string: characters
+  std::string texts{};     ///< of Form::text: the table's name
 
   std::size_t end() const { return std::size_t{address} + count; }
   Space space() const { return {table, which}; }

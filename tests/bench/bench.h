@@ -38,6 +38,7 @@ void RunAddedDelay(const config::Catalog& catalog, const std::string& self);
 void RunScale(const config::Catalog& catalog, const std::string& self);
 void RunCostPerPoint();
 void RunCrowd(const std::string& self);
+void RunRivals();
 void RunHistory();
 void RunDdsHarm(const std::string& self);
 void RunDrive(const config::Catalog& catalog);

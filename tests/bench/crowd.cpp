@@ -4,6 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <netinet/tcp.h>
 #include <signal.h>
 #include <sys/epoll.h>
@@ -20,6 +21,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "gateway/daemon/daemon.h"
@@ -279,7 +281,9 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);
-  daemon::Daemon daemon(Load(Yaml(ports), catalog), catalog);
+  config::Config config = Load(Yaml(ports), catalog);
+  malloc_trim(0);  // as the program does: the nodes of the parser are not the gateway's
+  daemon::Daemon daemon(std::move(config), catalog);
   if (const Status status = daemon.Start(); !status) {
     fmt::print(stderr, "{}\n", status.error());
     return 4;

@@ -1,5 +1,6 @@
 // The benchmarks as one command: baudgate_bench
-// [line|dead|modbus|routes|drive|delay|scale|cost|crowd|history|tag|harm]…, all without arguments.
+// [line|dead|modbus|routes|drive|delay|scale|cost|crowd|rivals|history|tag|harm]…, all without
+// arguments.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -118,6 +119,7 @@ int main(int argc, char** argv) {
   if (wanted("scale")) bench::RunScale(modules.catalog, "/proc/self/exe");
   if (wanted("cost")) bench::RunCostPerPoint();
   if (wanted("crowd")) bench::RunCrowd("/proc/self/exe");
+  if (wanted("rivals")) bench::RunRivals();
   if (wanted("history")) bench::RunHistory();
   if (wanted("tag")) bench::RunTagDelay(modules.catalog);
   if (wanted("harm")) bench::RunDdsHarm("/proc/self/exe");
