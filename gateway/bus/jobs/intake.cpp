@@ -87,7 +87,7 @@ void Intake::Store(const Job& job, Device& device, const protocols::Answer& answ
   const JumpCheck::Result jumps = CheckJumps(job, device, samples, effects);
   const Now at{attempt.answered_at.instant - older, attempt.answered_at.wall - older};
   store_.Update(device.index, samples, at, attempt.round_trip);
-  store_.Doubt(device.index, jumps.doubtful, now);
+  if (!jumps.doubtful.empty()) store_.Doubt(device.index, jumps.doubtful, now);
   if (SpoilsOnce(answer, *device.config)) effects.repeat.push_back(config::Group::once);
   if (jumps.spoils) effects.repeat.push_back(*jumps.spoils);
   listener_.OnRead(device.index, PointsOf(samples), at);
