@@ -35,7 +35,6 @@ void Schedule::GoOn(std::size_t index, Instant now) {
     Round& round = device.rounds[i];
     const Round& before = device.before[i];
     if (round.queries.empty()) continue;
-    round.due = before.due;
     if (before.queries.empty()) {
       // What has come into it was asked a moment ago.
       if (!round.due || *round.due < now) round.due = now + round.period;
@@ -151,7 +150,6 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
   if (best == nullptr) {
     // If there is time for all, no device has a debt to others.
     for (Device& device : devices_) device.used = {};
-    used_ = {};
     return std::nullopt;
   }
   Pick pick{.device = static_cast<std::size_t>(best_device - devices_.data()),

@@ -71,12 +71,18 @@ TEST(Schedule, AGroupWithoutAnAnswerOfItsOwnIsRepeatedSoonAndThenLessAndLessOfte
     now += wait;
     return wait;
   };
-  for (const Duration wait : {8s, 16s, 32s, 60s, 60s}) EXPECT_EQ(round(false), wait);
+  for (const Duration wait : {8s, 16s, 32s}) EXPECT_EQ(round(false), wait);
+  for (int i = 0; i < 60; ++i) EXPECT_EQ(round(false), 1min);
   EXPECT_EQ(round(true), 1h);
   EXPECT_EQ(round(false), 8s) << "it was answered in between";
   EXPECT_EQ(round(false), 16s);
   schedule.Restart(0, now);
   EXPECT_EQ(round(false), 8s);
+  EXPECT_EQ(round(true), 1h);
+  EXPECT_TRUE(schedule.Next(now));
+  schedule.RepeatSoon(0, Group::slow, now, 5s);
+  EXPECT_TRUE(schedule.Next(now));
+  EXPECT_EQ(schedule.NextDue(), now + 5s);
 }
 
 TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
@@ -192,7 +198,7 @@ TEST(Schedule, WhoWasIdleSavesNothingUp) {
   }
   schedule.Restart(1, kStart);
   std::map<std::size_t, int> picked;
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 60; ++i) {
     const std::size_t device = schedule.Next(kStart)->device;
     ++picked[device];
     schedule.OnUsed(device, 50ms);
@@ -242,6 +248,16 @@ TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
   EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, 0U);
   EXPECT_EQ(schedule.Next(kStart + 1300ms)->query, kEventsQuery) << "it has been due meanwhile";
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
+}
+
+TEST(Schedule, EventsThatWereDueWhenTheyWereHeldAreDueAtOnce) {
+  Schedule schedule;
+  schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
+  schedule.Restart(0, kStart);
+  ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+  schedule.HoldEvents(0);
+  schedule.ReleaseEvents(0, true, Brought::something_else, kStart + 100ms);
+  EXPECT_EQ(schedule.NextDue(), kStart + 100ms);
 }
 
 TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
@@ -370,6 +386,7 @@ TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
   schedule.Suspend(0);
   EXPECT_FALSE(schedule.Next(kStart + 10s));
   EXPECT_FALSE(schedule.NextDue());
+  EXPECT_EQ(schedule.Missed(0, kStart + 10s), 0U);
   schedule.Restart(0, kStart + 20s);
   EXPECT_EQ(schedule.Next(kStart + 20s)->query, 0U);
   EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
@@ -565,7 +582,9 @@ TEST(Schedule, ANewPlanGoesOnWithWhatWasNotYetReadOnce) {
   plan(1);
   EXPECT_FALSE(schedule.Next(kStart)) << "all had been asked for";
   plan(2);
-  EXPECT_EQ(schedule.Next(kStart)->query, 0U) << "there are more of them";
+  const auto more = schedule.Next(kStart);
+  ASSERT_TRUE(more) << "there are more of them";
+  EXPECT_EQ(more->query, 0U);
 }
 
 TEST(Schedule, DailyIsAskedAtTheStartAndThenOnceADay) {
@@ -656,6 +675,39 @@ TEST(Schedule, ANewPlanGoesOnWhereItWas) {
   }
   EXPECT_EQ(daily, 0);
   EXPECT_EQ(schedule.Next(kStart + 1s + 24h)->group, Group::daily);
+}
+
+TEST(Schedule, ANewPlanLeavesOtherRoundsWhereTheyAre) {
+  const struct {
+    Group group;
+    std::size_t now;                 // of three queries before; the first of these was asked
+    std::vector<std::size_t> asked;  // among all, the first one is fast
+  } kRows[] = {{Group::slow, 3, {2, 3}},
+               {Group::slow, 2, {2}},
+               {Group::daily, 3, {2, 3}},
+               {Group::daily, 2, {1, 2}},
+               {Group::daily, 4, {1, 2, 3, 4}}};
+  for (const auto& row : kRows) {
+    SCOPED_TRACE(row.now);
+    Schedule schedule;
+    const auto plan = [&](std::size_t queries) {
+      std::vector<Group> groups(queries + 1, row.group);
+      groups.front() = Group::fast;
+      schedule.SetQueries(0, groups);
+    };
+    schedule.AddDevice(1s, 1h);
+    plan(3);
+    schedule.Restart(0, kStart);
+    ASSERT_EQ(schedule.Next(kStart)->query, 1U);
+    ASSERT_EQ(schedule.Next(kStart)->query, 0U);
+    plan(row.now);
+    schedule.GoOn(0, kStart);
+    std::vector<std::size_t> asked;
+    while (const auto pick = schedule.Next(kStart)) {
+      if (pick->group == row.group) asked.push_back(pick->query);
+    }
+    EXPECT_EQ(asked, row.asked);
+  }
 }
 
 TEST(Schedule, WhatHadNoQueriesForLongMissedNothing) {
