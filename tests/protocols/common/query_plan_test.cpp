@@ -238,6 +238,83 @@ TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
   EXPECT_EQ(Shown(plan), "a0, b0, slow b0");
 }
 
+TEST(QueryPlan, WhatWasAnsweredIsNotDroppedForARefusal) {
+  Plan plan = MakePlan({{"a0"}}, {.may_join = {}, .refused = WhenRefused::drop});
+  plan.OnAnswered(0, kStart);
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "again a0");
+  EXPECT_FALSE(plan.ForgetRefusals()) << "it is tried soon anyway";
+  EXPECT_EQ(Shown(plan), "again a0");
+}
+
+/// It is asked every few seconds until then.
+TEST(QueryPlan, AfterAnHourARefusalMayBeForEver) {
+  for (const Group group : {Group::fast, Group::once}) {
+    Plan plan = MakePlan({{"a0", group}}, {.refused = WhenRefused::ask_daily});
+    plan.OnAnswered(0, kStart);
+    plan.OnHeard(0, kStart);
+    plan.OnRefused(0, kStart);
+    plan.OnRefused(0, kStart + 1h - 1s);
+    EXPECT_EQ(Shown(plan), "again a0");
+    plan.OnRefused(0, kStart + 1h);
+    EXPECT_EQ(plan.queries()[0].group, group == Group::fast ? Group::slow : group)
+        << "daily is only what was never answered";
+  }
+}
+
+/// "Busy" in place of a value that is read once an hour.
+TEST(QueryPlan, WhatIsReadSeldomDoesNotWaitForItsTurnBehindAMessage) {
+  Plan plan = MakePlan({{"a0", Group::slow}});
+  EXPECT_EQ(plan.OnHeard(0, kStart), PlanChange::nothing) << "it was never answered";
+  plan.OnAnswered(0, kStart);
+  EXPECT_EQ(plan.OnHeard(0, kStart), PlanChange::set_apart);
+  EXPECT_EQ(Shown(plan), "again a0");
+  EXPECT_EQ(plan.OnAnswered(0, kStart), PlanChange::restored);
+  EXPECT_EQ(Shown(plan), "slow a0");
+}
+
+/// Silence costs time, so not even what has answered is asked every few seconds; and silence is
+/// no verdict, so it is not left for a day.
+TEST(QueryPlan, WhatADeviceIsSilentToIsAskedWithTheSlowGroup) {
+  for (const bool proven : {false, true}) {
+    Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
+    if (proven) plan.OnAnswered(1, kStart);
+    plan.OnReconnect();
+    plan.OnAnswered(0, kStart);
+    for (int i = 0; i < 3; ++i) plan.OnSilent(1, kStart);
+    EXPECT_EQ(Shown(plan), "a0, slow b0") << proven;
+  }
+}
+
+TEST(QueryPlan, AReconnectForgetsWhatProbesAndRefusalsHaveShown) {
+  Plan plan = MakePlan({{"a0"}, {"a1"}});
+  plan.OnProbed();
+  plan.OnReconnect();
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(plan.OnSilent(0, kStart), PlanChange::nothing);
+  plan.OnAnswered(0, kStart);
+  for (int i = 0; i < 4; ++i) plan.OnRefused(0, kStart);
+  plan.OnReconnect();
+  EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split) << "a row of refusals begins anew";
+}
+
+TEST(TryAgain, LessAndLessOftenAtLastOnceAnHour) {
+  TryAgain again;
+  EXPECT_FALSE(again.IsDue(kStart + 1h));
+  Instant refused = kStart;
+  for (const Duration wait : {8s, 16s, 32s, 64s, 128s, 256s, 512s, 1024s, 2048s, 3600s, 3600s}) {
+    again.OnRefused(refused);
+    again.OnRefused(refused + 1s);  // while the wait is running
+    EXPECT_FALSE(again.IsDue(refused + wait - 1ms)) << wait / 1s;
+    EXPECT_TRUE(again.IsDue(refused + wait)) << wait / 1s;
+    refused += wait;
+  }
+  EXPECT_TRUE(again.TakeDue(refused));
+  EXPECT_FALSE(again.TakeDue(refused)) << "once";
+  again.Forget();
+  again.OnRefused(refused);
+  EXPECT_TRUE(again.IsDue(refused + 8s)) << "it has worked meanwhile";
+}
+
 /// The refusal was a copy of another request's reply, perhaps.
 TEST(QueryPlan, WhatWasRefusedIsAskedAgainWhenThatIsInDoubt) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});

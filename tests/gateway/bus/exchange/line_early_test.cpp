@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
+#include <algorithm>
+
 #include "tests/gateway/bus/exchange/line_fixture.h"
 
 namespace baudgate::bus {
@@ -31,13 +33,8 @@ TEST_F(LineTest, AForeignReplyWhileSendingIsDrainedFromTheEndOfTransmission) {
 
 TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
   Opened();
-  Exchange exchange;
-  exchange.request.bytes = ToBytes("?A1\r");
-  exchange.request.expect = ToyProtocol().expect(exchange.request.bytes, {});
-  exchange.request.expect.mirrors = true;
-  exchange.reply_rule = ToyProtocol().reply_rule;
-  exchange.times = kTimes;
-  line_.Start(std::move(exchange), At(1s));
+  mirrors_ = true;
+  Start(1s);
   line_.Feed(reply_, At(1001ms));
   EXPECT_TRUE(frames_.empty());
   line_.OnTimer(At(1004ms));
@@ -55,6 +52,35 @@ TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   EXPECT_EQ(frames_[0], AsText(reply_));
   ASSERT_EQ(strays_.size(), 1U);
   EXPECT_EQ(strays_[0].count, ToyReply("A1=4").size());
+  EXPECT_EQ(before_, ToyReply("A1=4").size());
+}
+
+/// It could be the echo.
+TEST_F(LineTest, WhatMayBeAnEchoIsNoEarlyReply) {
+  line_.OnOpened(At(0ms), true);
+  mirrors_ = true;
+  Start(1s);
+  line_.Feed(reply_, At(1002ms));
+  line_.OnTimer(At(1004ms));
+  line_.OnTimer(At(1104ms));
+  EXPECT_TRUE(frames_.empty());
+  EXPECT_EQ(ends_.back().outcome, Outcome::no_reply);
+}
+
+TEST_F(LineTest, NothingAnswersABroadcastWhileItIsSent) {
+  Opened();
+  Start(1s, "QA1\r");
+  line_.Feed(reply_, At(1001ms));
+  EXPECT_TRUE(frames_.empty());
+  EXPECT_EQ(line_.state(), State::sending);
+}
+
+TEST_F(LineTest, BehindAnEarlyReplyTheAftermathCountsFromTheEndOfTransmission) {
+  aftermath_ = 200ms;
+  Reach(State::sending);
+  line_.Feed(reply_, At(1002ms));
+  EXPECT_EQ(line_.state(), State::drain);
+  EXPECT_EQ(DeadlineIn(), 1004ms + aftermath_);
 }
 
 TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
@@ -109,6 +135,16 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
   EXPECT_EQ(strays_.size(), 1U);
+}
+
+/// The program was busy for a moment.
+TEST_F(LineTest, AReplyUpToATenthOfASecondBehindItsTimeIsTaken) {
+  Reach(State::await_first);
+  line_.Feed(reply_, At(1104ms + 99ms));
+  EXPECT_EQ(frames_.size(), 1U);
+  Reach(State::await_first);
+  line_.Feed(reply_, At(1104ms + 100ms));
+  EXPECT_EQ(frames_.size(), 1U);
 }
 
 TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
@@ -210,6 +246,7 @@ TEST_F(LineTest, TwoDifferentRepliesAtOnceAreUnexpected) {
   EXPECT_EQ(ends_[0].outcome, Outcome::unexpected);
   EXPECT_FALSE(ends_[0].reason.empty());
   EXPECT_TRUE(frames_.empty()) << "nobody knows which is the awaited one";
+  EXPECT_EQ(second_, 1);
   EXPECT_EQ(line_.state(), State::drain);
 }
 
@@ -222,6 +259,55 @@ TEST_F(LineTest, TheSameReplyTwiceIsOne) {
   EXPECT_EQ(ends_[0].outcome, Outcome::ok);
   line_.Feed(reply_, At(1030ms));
   EXPECT_EQ(second_, 0);
+}
+
+/// "5\r" and a console's empty line, at once and later.
+TEST_F(LineTest, AnEmptyLineBehindAReplyIsNoSecondOne) {
+  rule_ = [](View held, const protocols::Expectation&, bool) {
+    const auto end = std::find(held.begin(), held.end(), '\r');
+    if (end == held.end()) return protocols::Cut::NeedMore();
+    return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
+  };
+  Reach(State::await_first);
+  line_.Feed(ToBytes("5\r\r"), At(1015ms));
+  EXPECT_EQ(ends_.back().outcome, Outcome::ok);
+  line_.Feed(ToBytes("\r"), At(1020ms));
+  EXPECT_EQ(second_, 0);
+  line_.Feed(ToBytes("6\r"), At(1025ms));
+  EXPECT_EQ(second_, 1);
+}
+
+TEST_F(LineTest, BehindAReplyThatWasNotTakenNoneIsTheSecond) {
+  Reach(State::await_first);
+  verdict_ = Outcome::unexpected;
+  line_.Feed(reply_, At(1015ms));
+  line_.Feed(ToyReply("A1=6"), At(1030ms));
+  EXPECT_EQ(second_, 0);
+}
+
+/// Copies pass for no other reply where the reply is true whichever request it answers, or carries
+/// the number of its request.
+TEST_F(LineTest, NobodyWaitsBehindHarmlessCopies) {
+  struct Case {
+    bool any_order;
+    bool numbered;
+    Bytes behind;
+    State follows;
+  };
+  const Case cases[] = {{true, false, reply_, State::idle},
+                        {false, true, reply_, State::idle},
+                        {true, false, ToBytes("!"), State::drain},
+                        {false, false, reply_, State::drain}};
+  for (const Case& one : cases) {
+    any_order_ = one.any_order;
+    numbered_ = one.numbered;
+    Reach(State::await_first);
+    Bytes both = reply_;
+    Append(both, one.behind);
+    line_.Feed(both, At(1015ms));
+    EXPECT_EQ(line_.state(), one.follows) << one.any_order << one.numbered;
+    line_.OnClosed();
+  }
 }
 
 TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {

@@ -50,6 +50,7 @@ class LineTest : public ::testing::Test, protected LineClient {
   void Keep(const LineNews& news) {
     if (news.send) sent_.push_back(request_);
     if (news.stray_before.count > 0) strays_.push_back(news.stray_before);
+    before_ += news.stray_before.count;
     if (news.end) ends_.push_back(*news.end);
     if (news.stray.count > 0) strays_.push_back(news.stray);
     if (news.second_reply) ++second_;
@@ -71,6 +72,9 @@ class LineTest : public ::testing::Test, protected LineClient {
     exchange.lags = lags_;
     exchange.aftermath = aftermath_;
     if (!named_) exchange.request.expect.address.clear();
+    exchange.request.expect.mirrors = mirrors_;
+    exchange.request.any_order = any_order_;
+    exchange.request.numbered = numbered_;
     line_.Start(std::move(exchange), At(at));
   }
   /// An exchange that stands in `state` when this returns. The request leaves at 1 s, its
@@ -97,14 +101,18 @@ class LineTest : public ::testing::Test, protected LineClient {
   Outcome verdict_ = Outcome::ok;
   protocols::FrameRule rule_ = ToyProtocol().reply_rule;
   bool lags_ = false;
-  bool named_ = true;  // the reply names its device
+  bool named_ = true;     // the reply names its device
+  bool mirrors_ = false;  // it may equal the request
+  bool any_order_ = false;
+  bool numbered_ = false;
   Duration aftermath_{};
   std::string request_;  // of the exchange under way
   std::vector<std::string> sent_;
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
   std::vector<StrayBytes> strays_;
-  int second_ = 0;  // different replies behind one that was taken
+  std::size_t before_ = 0;  // of these, bytes before the end of the exchange under way
+  int second_ = 0;          // different replies behind one that was taken
   const Bytes reply_ = ToyReply("A1=5");
 };
 

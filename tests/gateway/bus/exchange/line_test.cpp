@@ -85,6 +85,13 @@ TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   EXPECT_EQ(DeadlineIn(), 1104ms);
 }
 
+TEST_F(LineTest, WhatComesBehindABroadcastIsStray) {
+  Reach(State::settle);
+  line_.Feed(reply_, At(1005ms));
+  EXPECT_TRUE(frames_.empty());
+  EXPECT_EQ(before_, reply_.size());
+}
+
 TEST_F(LineTest, SendingWithoutReplySettlesAndIsOk) {
   Reach(State::settle);
   EXPECT_EQ(line_.state(), State::settle);
@@ -149,6 +156,10 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
     line_.Feed(reply_, At(1015ms));
     EXPECT_EQ(line_.state(), State::drain);
     EXPECT_EQ(DeadlineIn(), 1015ms + (named ? kTimes.drain : aftermath_));
+    line_.OnClosed();
+    Reach(State::await_first);
+    line_.OnTimer(At(1104ms));
+    EXPECT_EQ(DeadlineIn(), 1104ms + kTimes.drain) << "the device itself was silent";
     line_.OnClosed();
   }
 }
