@@ -11,7 +11,6 @@
 #include "gateway/bus/jobs/probe.h"
 #include "gateway/bus/poller/poller.h"
 #include "gateway/bus/schedule/turns.h"
-#include "gateway/diagnosis/observer.h"
 #include "tests/gateway/bus/poller/part_fixture.h"
 #include "tests/support/times.h"
 #include "tests/support/virtual_line.h"
@@ -182,7 +181,6 @@ class ReplyTest : public ::testing::Test, protected PollerListener {
                     [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); },
                     store_, *this};
   Device& a_ = line_.roster.device(0);
-  diagnosis::Observer observer_{line_.roster, store_};
 };
 
 TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
@@ -219,44 +217,6 @@ TEST_F(ReplyTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
   EXPECT_EQ(readings("?A1\r", "A1=5"), 1U) << "it has no name yet";
   EXPECT_EQ(readings("PA0\r", "A0"), 0U);
   EXPECT_EQ(readings("?A1\r", "A1=5"), 0U);
-}
-
-TEST_F(ReplyTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
-  observer_.OnRequest(a_, AskFor("?A1\r"), kStart);
-  EXPECT_EQ(observer_.TakeFinding(Outcome::no_reply).symptom, Symptom::silence);
-  EXPECT_TRUE(observer_.TakeChanged().empty());
-  observer_.Hear(ToyReply("A1=5"), kStart + 500ms);
-  const std::vector<diagnosis::EarlierFinding> changed = observer_.TakeChanged();
-  ASSERT_EQ(changed.size(), 1U);
-  EXPECT_EQ(changed[0].member, &a_);
-  EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
-  EXPECT_TRUE(observer_.TakeChanged().empty()) << "told once";
-}
-
-TEST_F(ReplyTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
-  for (const bool repeated : {true, false}) {
-    diagnosis::Observer observer(line_.roster, store_);
-    const auto answer = [&](std::string_view body, Instant now) {
-      const Bytes frame = ToyReply(body);
-      observer.Hear(frame, now);
-      observer.OnReply(frame);
-      return observer.TakeFinding(Outcome::ok).symptom;
-    };
-    if (repeated) {
-      observer.OnRequest(a_, AskFor("?A1\r"), kStart);
-      observer.TakeFinding(Outcome::no_reply);
-    }
-    observer.OnRequest(a_, AskFor("?A1\r"), kStart + 1s);
-    EXPECT_EQ(answer("A1=5", kStart + 1100ms), Symptom::clean);
-    observer.OnRequest(a_, AskFor("?A2\r"), kStart + 2s);
-    observer.Hear(ToyReply("A1=6"), kStart + 2050ms);
-    EXPECT_EQ(answer("A2=5", kStart + 2100ms), repeated ? Symptom::clean : Symptom::others_beside);
-    const std::vector<diagnosis::EarlierFinding> changed = observer.TakeChanged();
-    ASSERT_EQ(changed.size(), repeated ? 1U : 0U);
-    if (!repeated) continue;
-    EXPECT_EQ(changed[0].finding.symptom, Symptom::late);
-    EXPECT_EQ(changed[0].back, 2U);
-  }
 }
 
 }  // namespace
