@@ -71,9 +71,9 @@ class ParkedJobs final {
   std::vector<One> parked_;
 };
 
-// All that waits to be sent on a line, and whose turn it is: polls that are due, writes and their
-// read-backs, requests of routes, probes, background tasks, jobs that were put aside.
-// Chooser takes from the agenda what goes first.
+// Agenda holds the work that waits on one line (due polls, writes and read-backs, requests of
+// routes, probes, reads in the background, parked jobs) and the order of turns. Chooser takes the
+// next job from the agenda.
 struct Agenda {
   /// Both outlive it.
   Agenda(Roster& roster, const LateReplies& late)

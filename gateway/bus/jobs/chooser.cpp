@@ -16,7 +16,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Jobs that were put aside: gateway/bus/jobs/agenda.h.
+/// Offers the jobs that were put aside (ParkedJobs in gateway/bus/jobs/agenda.h).
 class ParkedSource final : public JobSource {
  public:
   explicit ParkedSource(ParkedJobs& parked) : parked_(parked) {}
@@ -30,8 +30,8 @@ class ParkedSource final : public JobSource {
 
 }  // namespace
 
-/// The list of all kinds of jobs. Within a turn they are asked in this order. Read-backs go before
-/// further writes, because their clients are waiting.
+/// Lists the sources of all kinds of jobs. Next asks the sources of a turn in this order.
+/// Read-backs go before further writes, because the clients of the earlier writes still wait.
 Chooser::Chooser(LineContext& line) : line_(line) {
   using Turn = Turns::Choice;
   const auto add = [this](std::optional<Turn> turn, auto source) {

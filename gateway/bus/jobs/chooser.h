@@ -1,6 +1,6 @@
-// What a line does next: asks the sources of jobs in the order of Turns (gateway/bus/schedule/schedule.h) and
-// takes the job of the first that has one. Called by gateway/bus/poller/poller.cpp whenever the
-// line is idle.
+// Chooser picks the next job of a line: asks the sources of jobs in the order of Turns
+// (gateway/bus/schedule/schedule.h), and takes the first job offered. Called by
+// gateway/bus/poller/poller.cpp whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,11 +28,12 @@ class Chooser {
   /// Time has passed; the line was busy with this member, or (null) with none.
   void OnTime(Duration passed, const Member* busy_with);
 
-  /// Whether the failed request of this job may be sent again now, if tries are left. Usually at
-  /// once. But while a device that answers is due, nothing is repeated to a device that has failed
-  /// a whole task, nor while another fails too: part of the bus may be cut off. A start or stop
-  /// that a client sends does not wait for repetitions either. `more`: repetitions beyond the usual
-  /// number, because other replies may come before its own.
+  /// Returns whether the failed request of `job` may be sent again now. The caller has checked that
+  /// tries are left. While a device that answers is due, nothing is repeated to a device whose last
+  /// task failed, or while another device fails, because part of the bus may be cut off. A read in
+  /// the background is repeated only where there is room. Nothing repeatable is repeated while a
+  /// start or stop of a client waits. `more`: extra tries, granted because replies to earlier
+  /// requests may come first; then the rules about failing devices and room do not apply.
   bool MayRepeat(const Job& job, int more, Instant now) const;
   /// Whether a read of a slave that is offline is its probe right now.
   bool MayProbe(const Member& member, const Idle& idle) const;

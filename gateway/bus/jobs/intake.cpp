@@ -38,8 +38,9 @@ bool SpoilsOnce(const protocols::Answer& answer, const config::Device& device) {
   });
 }
 
-/// Takes readings that do not count yet out of `samples`. A reading that must not be asked for
-/// twice counts as it comes. A probe that reads a point is no better proof of it than a poll.
+/// Removes from `samples` the readings that a second reading must confirm first (JumpCheck).
+/// Readings of a write, or of a request that must not be repeated, are not checked. Readings of a
+/// probe are checked like those of a poll.
 JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>& samples,
                              ReplyEffects& effects) {
   if (job.task.kind == protocols::Task::Kind::write || !job.step.request.expect.repeatable)
@@ -53,7 +54,8 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
-  // Its conversation may have another plan by now; read-backs are counted by the present one.
+  // Queries are numbered by `device.planned_queries`, because read-backs use those numbers. The
+  // conversation may already have a newer plan.
   const auto& queries = device.planned_queries;
   for (const std::uint32_t point : points) {
     for (std::size_t query = 0; query < queries.size(); ++query) {
@@ -75,8 +77,8 @@ ReplyEffects Intake::Take(const Job& job, Device& device, protocols::Answer answ
   return effects;
 }
 
-/// A reply that may answer an earlier try of the same request is as old as that try; a late one is
-/// as old as its request.
+/// Stores the readings of a reply. Their time is that of the earliest try that the reply may
+/// answer; if the reply came after the reply time, their time is that of the request.
 void Intake::Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Job::Attempt& attempt = job.attempt;

@@ -239,7 +239,8 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
 Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/) {
   protocols::Conversation& conversation = *member->device->conversation;
   const Outcome outcome = conversation.Check(step.request.bytes, frame);
-  // A form that was not asked for, as where a profile is wrong, and yet its own.
+  // A reply of another form is accepted where nothing else is owed, because a wrong profile leads
+  // to such replies as well.
   if (outcome == Outcome::unexpected && line.owed.whose.MayBeOdd(asked())) {
     return conversation.Interpret(step.request.bytes, frame).outcome;
   }

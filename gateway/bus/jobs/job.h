@@ -164,7 +164,8 @@ class Job {
     bool waiting = false;  ///< for the line to be idle
     int repeats = 0;       ///< tries beyond the first
   };
-  /// The latest try of that request, and its reply. Lives from Start to the next one.
+  /// The latest try of the request in Step, and the reply to the try. Each call of Start replaces
+  /// the attempt.
   struct Attempt {
     Instant began{};
     Instant sent_at{};                   ///< see Asked
@@ -213,7 +214,7 @@ class Job {
   /// The line has the request, and is not quiet yet. Empty: the request waits on. A read lets a
   /// short write pass, and a request that has become too late, or is forbidden by now, is not sent.
   std::optional<NextStep> Withdraw(LineContext& line, Instant now);
-  /// The line has been quiet long enough: the request to be sent now.
+  /// Returns the request to send now. Called when the line has been quiet long enough.
   const protocols::Request& Send(LineContext& line, Now now);
   /// That request has never left this machine, and never will.
   virtual void NeverLeft() { was_sent = attempt.job_was_sent; }
@@ -355,7 +356,8 @@ class Job {
   virtual void OnWithheld(const Withheld& /*why*/) {}
   /// No tries are left.
   virtual NextStep GiveUp(LineContext& line, const ExchangeEnd& end, Instant now);
-  /// The probe before it is over, and in order: its request waits again.
+  /// Continues the job after the probe that went first, or where no probe can be asked: asks the
+  /// conversation for a request again.
   virtual NextStep GoOn();
 
   /// Applies the effects of its end, field by field; decides nothing.

@@ -52,7 +52,8 @@ class PollJob final : public QueryJob {
       effects.fast_poll = FastRounds::Poll{wire, answered, last_of_round_};
     }
     if (judges_member) effects.poll = EndEffects::Poll{task.query, answered};
-    // The query was not sent, or its reply may belong to another request.
+    // The group is due again soon if the query was not sent, or if the reply may belong to another
+    // request.
     const bool soon = !judges_member || end.outcome == Outcome::unexpected;
     if (soon || (IsUnread(end) && IsSeldom(group_))) {
       effects.repeat = EndEffects::Repeat{group_, soon};

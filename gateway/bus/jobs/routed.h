@@ -1,6 +1,6 @@
-// Requests of transparent routes. RoutedJob passes a request of a client on as it is, and the reply
-// back: no conversation takes part. RoutedJobs says which of the requests that wait may be sent
-// now (gateway/bus/writes/route_queue.h keeps them).
+// Requests of transparent routes. RoutedJob forwards the request of a client unchanged and returns
+// the reply, without a conversation. RoutedJobs chooses which waiting requests may be sent now;
+// gateway/bus/writes/route_queue.h keeps the requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +17,9 @@ namespace baudgate::bus {
 
 class RoutedJob final : public Job {
  public:
-  /// `batch`: what the reply answers; clients may leave meanwhile. `every_slave_answers`: if only
-  /// with an exception; then silence tells of the slave.
+  /// `batch`: the requests of clients that one reply answers; a request leaves the batch when its
+  /// client leaves. `every_slave_answers`: every slave answers this function, at least with an
+  /// exception, so silence means that the slave is absent.
   RoutedJob(Member& slave, RouteQueue::Batch batch, bool every_slave_answers, bool is_read,
             protocols::Request request, Instant now)
       : Job(slave, {}, now),
@@ -53,7 +54,7 @@ class RoutedJob final : public Job {
   NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
   NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
-  /// Its request is as it was.
+  /// The request is kept and waits again.
   NextStep GoOn() override { return NextStep::Wait(); }
 
  private:
@@ -92,7 +93,9 @@ class RoutedJobs {
   std::unique_ptr<RoutedJob> TakeUrgent(Instant now);
   /// To this slave, even if it is offline.
   std::unique_ptr<RoutedJob> TakeShortWrite(std::uint8_t slave, Instant now);
-  /// A client's request to an offline slave is its probe.
+  /// Returns a job that sends a waiting request of a client to the offline slave, as the probe of
+  /// that slave. Without such a request the job may repeat the last read of a client
+  /// (MayRepeatRead).
   std::unique_ptr<RoutedJob> TakeProbe(const Member& slave, const Idle& idle);
 
  private:

@@ -1,7 +1,7 @@
-// A write to points of a device: point after point, or several in one exchange where the protocol
-// can. The job ends with each exchange that writes; what remains of the command goes on as another
-// job. WriteEndOf, Compare and VerdictOn say how a write has ended, from the replies and from what
-// its points show.
+// WriteJob writes points of one device one by one, or several in one exchange where the protocol
+// allows that. The job ends with each exchange that writes; another job continues the command.
+// WriteEndOf judges a write by the outcome of its exchange. Compare and VerdictOn judge a confirmed
+// write by the values that its points show afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,8 @@ namespace baudgate::bus {
 
 class WriteJob : public Job {
  public:
-  /// The points that the command begins with are `next` and those that go with it.
+  /// Writes the point number `next` of the command, and those behind it that fit into the same
+  /// exchange.
   WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next = 0);
 
   LineUse use() const override { return LineUse::writes; }

@@ -65,7 +65,8 @@ void JobRunner::OnTimer() {
   Apply(line_.OnTimer(now_.instant));
 }
 
-/// A reply and a message are as old as they may be. No reply is older than its request.
+/// Sets the time of each unasked message and of the reply to the earliest moment at which the bytes
+/// may have come (ArrivalTime). A reply is never dated before its request.
 void JobRunner::Date(LineNews& news) const {
   const Instant now = now_.instant;
   for (UnaskedMessage& message : news.unasked.messages) {

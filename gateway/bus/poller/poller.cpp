@@ -240,8 +240,8 @@ bool Poller::TakeTurn() {
   return false;
 }
 
-/// Counts one more turn. False: there were too many at this moment. `last`: the member of the
-/// latest job.
+/// Counts one more turn. Returns false if the line has taken too many turns at this moment, or
+/// still rests. `last`: the member that the warning names if no job is under way.
 bool Poller::CountTurn(const Member* last) {
   const TurnLimit::Turn turn = limit_.Take(time_.idle().now);
   const Member* const member = runner_.job() != nullptr ? runner_.job()->member : last;
@@ -251,7 +251,7 @@ bool Poller::CountTurn(const Member* last) {
   return turn == TurnLimit::Turn::take;
 }
 
-/// The line is idle: when TakeTurn may say something else even if nothing else happens.
+/// Returns when TakeTurn may return something else although no input has come. The line is idle.
 std::optional<Instant> Poller::NextTurnAt() const {
   const Idle idle = time_.idle();
   if (const auto rest = limit_.RestsUntil(idle.now)) return rest;

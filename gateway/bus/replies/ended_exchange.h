@@ -81,7 +81,8 @@ class LineObserver : public ExchangeObserver {
                          Instant /*now*/) {}
   virtual void Hear(View /*bytes*/, Instant /*now*/) {}
   virtual void OnReply(View /*frame*/) {}
-  /// True once: the connection began as Telnet, and yet a device has answered.
+  /// Returns true if a device has answered although the connection began with a Telnet negotiation.
+  /// The call clears the flag.
   virtual bool TakeNegotiation() { return false; }
   /// A poll of this query has ended, and was counted.
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
