@@ -276,8 +276,8 @@ class Job {
   virtual std::optional<Instant> RepeatsUntil() const { return std::nullopt; }
   /// A routed read lets short writes pass.
   virtual bool LetsPass(const LineContext& /*line*/, Instant /*now*/) const { return false; }
-  /// A second, different reply has come: what the job behind this probe has read is asked for
-  /// again, because one of the two replies belongs to another request.
+  /// A second, different reply has come: one of the two belongs to another request. So the answer
+  /// that waits behind this probe does not count.
   virtual void OnSecondReply() {}
   /// The requests of its clients wait again.
   virtual void PutBack(LineContext& /*line*/) {}

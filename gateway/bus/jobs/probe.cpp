@@ -57,7 +57,9 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   const bool in_peace = line.agenda.schedule.held_until(member->place) > now;
   const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
   NextStep next;
-  if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
+  if (spoilt_ && job->has_news()) {
+    next = EndUnproved(*job, Outcome::unexpected, "a second, different reply came", now);
+  } else if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
     next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();  // only its proof was awaited
   } else if (!member->in_use) {
     next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);

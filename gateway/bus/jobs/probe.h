@@ -29,6 +29,7 @@ class ProbeJob final : public Job {
   ///   and peace is wanted, or the
   ///   replies are not in order
   ///   its device is disabled now    ends as no_reply
+  ///   a second reply came           ends as unexpected, if an answer waits
   ///
   After Finish(LineContext& line, const JobEnd& end, Instant now) override;
   After GoUnproved(LineContext& line, const std::string& why, Instant now) override;
@@ -42,9 +43,7 @@ class ProbeJob final : public Job {
     return *this;
   }
   std::unique_ptr<Job> TakeGoal() override { return std::move(goal_); }
-  void OnSecondReply() override {
-    if (goal_) goal_->attempt.answer.readings.clear();
-  }
+  void OnSecondReply() override { spoilt_ = true; }
   void Abandon(std::uint64_t client, bool /*unsent*/) override {
     if (goal_) goal_->Abandon(client, false);
   }
@@ -55,6 +54,7 @@ class ProbeJob final : public Job {
 
  private:
   std::unique_ptr<Job> goal_;
+  bool spoilt_ = false;  // a second reply has come since the goal waits
 };
 
 class ProbeSource final : public JobSource {

@@ -87,6 +87,9 @@ constexpr int kLongestTrail = 256;
 constexpr std::size_t kNoise = 3;
 /// Bytes that are searched for the late replies of others.
 constexpr std::size_t kMostHeard = 1024;
+/// Even beyond the ceiling a reply of another is counted, because `late` shows that a ceiling is
+/// too short.
+constexpr Duration kLatest = 1min;
 
 /// A device that was late is trusted again step by step: each good reply takes off this part.
 constexpr int kDecay = 64;
@@ -170,21 +173,27 @@ LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant 
 }
 
 void LateReplies::Hear(View bytes, Instant now) {
+  if (heard_.size() == kMostHeard) return;
   Append(heard_, bytes.first(std::min(bytes.size(), kMostHeard - heard_.size())));
-  heard_at_ = now;
+  pieces_.push_back({heard_.size(), now});
 }
 
-/// A reply of the member to this request is among the bytes.
-bool LateReplies::IsAnswered(const Member& member, const protocols::Request& request, View bytes) {
+/// When a reply of the member to this request has come. Empty: none is among the bytes.
+std::optional<Instant> LateReplies::AnsweredAt(const Member& member,
+                                               const protocols::Request& request) const {
   protocols::Assembler assembler;
   assembler.Begin(member.protocol->reply_rule, request.expect);
-  assembler.Feed(bytes);
-  while (const auto frame = assembler.Next(true)) {
-    const bool fits = member.device == nullptr ||
-                      ProvesLife(member.device->conversation->Check(request.bytes, *frame));
-    if (fits) return true;
+  std::size_t fed = 0;
+  for (const Piece& piece : pieces_) {
+    assembler.Feed(View(heard_).subspan(fed, piece.end - fed));
+    fed = piece.end;
+    while (const auto frame = assembler.Next(fed == heard_.size())) {
+      const bool fits = member.device == nullptr ||
+                        ProvesLife(member.device->conversation->Check(request.bytes, *frame));
+      if (fits) return piece.at;
+    }
   }
-  return false;
+  return std::nullopt;
 }
 
 std::vector<LateReplies::Late> LateReplies::TakeOthers() {
@@ -194,13 +203,13 @@ std::vector<LateReplies::Late> LateReplies::TakeOthers() {
     Last& last = entries_[*member].last;
     const bool awaited = last.late_from && last.due && !last.request.bytes.empty();
     if (!awaited || last_ == nullptr || member->IsSame(*last_)) continue;
-    const Duration lateness = heard_at_ - *last.due;
-    if (lateness <= Duration::zero() || lateness > member->times.ceiling) continue;
-    if (!IsAnswered(*member, last.request, heard_)) continue;
+    const auto at = AnsweredAt(*member, last.request);
+    if (!at || *at <= *last.due || *at - *last.due > kLatest) continue;
     last.late_from.reset();
-    found.push_back({member, lateness});
+    found.push_back({member, *at - *last.due});
   }
   heard_.clear();
+  pieces_.clear();
   return found;
 }
 

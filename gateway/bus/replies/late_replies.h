@@ -204,7 +204,7 @@ class LateReplies {
     bool had_second = false;  // a second, different reply came
   };
 
-  static bool IsAnswered(const Member& member, const protocols::Request& request, View bytes);
+  std::optional<Instant> AnsweredAt(const Member& member, const protocols::Request& request) const;
   static Last LastOf(const Entry& before, const Asked& asked, Outcome outcome, Instant now);
   void SetWait(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
   static void LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
@@ -218,7 +218,11 @@ class LateReplies {
   ByMember<Entry> entries_;
   const Member* last_ = nullptr;
   Bytes heard_;  // since the latest request, at most kMostHeard
-  Instant heard_at_{};
+  struct Piece {
+    std::size_t end = 0;  // in heard_
+    Instant at{};
+  };
+  std::vector<Piece> pieces_;  // of heard_
 };
 
 }  // namespace baudgate::bus
