@@ -303,6 +303,7 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   line.devices[1].points[0].name = "other";
   run.store.Append(std::make_shared<const config::Line>(line));
   run.store.Retire(0);
+  run.store.Forget(0);
   run.sender.OnReload(run.now.instant);
   run.RunFor(1s);
   std::vector<std::string> told;
@@ -329,6 +330,7 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   line.devices[0].name = "renamed";
   run.store.Append(std::make_shared<const config::Line>(line));
   run.store.Retire(0);
+  run.store.Forget(0);
   run.writer.devices.clear();
   run.sender.OnReload(run.now.instant);
   run.RunFor(0ms);
@@ -351,6 +353,7 @@ TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
     first.devices[0].name = "renamed";
     run.store.Append(std::make_shared<const config::Line>(first));
     run.store.Retire(0);
+    run.store.Forget(0);
     run.sender.OnReload(run.now.instant);
     run.RunFor(0ms);
     ASSERT_THAT(run.writer.reopened, SizeIs(1));
@@ -359,6 +362,7 @@ TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
     second.devices.resize(1);
     run.store.Append(std::make_shared<const config::Line>(second));
     run.store.Retire(1);
+    run.store.Forget(1);
     if (reload_first) run.sender.OnReload(run.now.instant);
     run.sender.StartAnew(run.now.instant);
     if (!reload_first) run.sender.OnReload(run.now.instant);
@@ -402,6 +406,7 @@ struct Leaving : Sending {
     writer.answer = answer;
     store.Append(std::make_shared<const config::Line>(other));
     store.Retire(0);
+    store.Forget(0);
     sender.OnReload(now.instant);
   }
   std::size_t ends() const {

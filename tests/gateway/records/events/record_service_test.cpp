@@ -311,6 +311,16 @@ TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItIsNotRead) {
   EXPECT_THAT(kept_[0].text, HasSubstr("no such record of this device any more"));
 }
 
+TEST_F(RecordServiceTest, AnAnswerAfterItsDeviceIsForgottenMeansNothing) {
+  Owe(412);
+  store_.Retire(0);
+  service_.TakeOver();
+  store_.Forget(0);
+  Answer();
+  EXPECT_THAT(asked_, IsEmpty());
+  EXPECT_THAT(kept_, SizeIs(1));
+}
+
 class SilentServiceTest : public RecordServiceTest {
  protected:
   SilentServiceTest() : RecordServiceTest(false) {}
