@@ -111,12 +111,12 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   std::vector<std::shared_ptr<const config::Line>> begun;
   const std::uint32_t first_device = store.device_count();
   for (const std::uint32_t line : placed.begun) {
-    begun.push_back(std::make_shared<const config::Line>(running->lines[line]));
-    store.Append(*begun.back());
+    // Its memory does not wait for weak pointers to it.
+    begun.push_back(std::make_unique<const config::Line>(running->lines[line]));
+    store.Append(begun.back());
   }
   for (const std::uint32_t line : placed.updated) {
-    updated_lines.push_back(std::make_shared<const config::Line>(running->lines[line]));
-    store.Reconfigure(line, *updated_lines.back());
+    store.Reconfigure(line, std::make_shared<const config::Line>(running->lines[line]));
   }
   records.OnReload(running, begun);
   clocks->OnReload(*running);
@@ -145,6 +145,8 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (records::EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
+  // Outputs and events have taken from the store what they need of the lines that have ended.
+  for (const std::uint32_t line : placed.gone) store.Forget(line);
   for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
   return missing;
 }
@@ -157,9 +159,9 @@ reload::Healths Daemon::Impl::Healths() const {
   reload::Healths healths;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device)) continue;
-    const std::string name = store.line(device).name + "." + store.device(device).name;
-    store.Read(device,
-               [&](const bus::DeviceRecord& record) { healths.emplace(name, HealthOf(record)); });
+    store.Read(device, [&](const bus::DeviceRecord& record) {
+      healths.emplace(record.line->name + "." + record.device->name, HealthOf(record));
+    });
   }
   return healths;
 }

@@ -130,8 +130,9 @@ Status Daemon::Impl::OpenRecords() {
 
 void Daemon::Impl::TellUnsettled(const std::set<audit::Target>& devices) {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device)) continue;
-    if (!devices.contains({store.line(device).name, store.device(device).name})) continue;
+    const auto line = store.line(device);
+    const auto its = store.device(device);
+    if (store.gone(device) || !its || !devices.contains({line->name, its->name})) continue;
     lines.OfDevice(device).Post(
         [device](lines::LineParts& parts, Now) { parts.poller.OnUnsettledWrite(device); });
   }
@@ -157,8 +158,9 @@ void Daemon::Impl::MakeLines() {
     clocks->Tick(both);
     records.Look(both);
   });
-  // Not owned: it is a part of the configuration, which outlives the lines.
-  for (const config::Line& line : config.lines) AddLine({std::shared_ptr<void>(), &line}, nullptr);
+  for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
+    AddLine(store.LineAt(line), nullptr);
+  }
 }
 
 void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
@@ -174,7 +176,7 @@ void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
 
 void Daemon::Impl::MakeClocks() {
   const auto tell = [this](std::uint32_t device, bool corrected, const std::string& text, Now at) {
-    const log::About about{.line = store.line(device).name, .device = store.device(device).name};
+    const log::About about{.line = store.line(device)->name, .device = store.device(device)->name};
     if (corrected) {
       log::Info(about, "clock corrected: {}", text);
     } else {

@@ -85,9 +85,6 @@ struct Daemon::Impl {
   Instant started = ReadClocks().instant;
   OutputRows output_rows = AllOutputs();
   outputs::OutputList outputs;
-  /// Configurations of lines that were changed in place. Never freed: the poller, the gate and the
-  /// store hold references to them.
-  std::vector<std::shared_ptr<const config::Line>> updated_lines;
   std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
 };
 

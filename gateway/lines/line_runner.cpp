@@ -122,15 +122,16 @@ void LineServers::Close(const std::string& why) {
   log::Info({.line = line_.name}, "clients can come in at {} no more: {}", offer_.Address(), why);
 }
 
-LineRunner::LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-                       const bus::Poller::FindProtocol& find, bus::PointStore& store,
-                       LineParts::Links links)
+LineRunner::LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
+                       std::uint32_t first_device, const bus::Poller::FindProtocol& find,
+                       bus::PointStore& store, LineParts::Links links)
     : io_(loop),
+      config_(std::move(line)),
       timer_(loop),
-      keeper_(loop, line.port, [this] { transport_->Open(); }),
-      transport_(transports::MakeTransport(line, loop, *this)),
-      line_(line, first_device, find, store, *transport_, keeper_, std::move(links)),
-      servers_(loop, line, *this, line_.loan),
+      keeper_(loop, config_->port, [this] { transport_->Open(); }),
+      transport_(transports::MakeTransport(*config_, loop, *this)),
+      line_(*config_, first_device, find, store, *transport_, keeper_, std::move(links)),
+      servers_(loop, *config_, *this, line_.loan),
       offer_end_(loop) {}
 
 void LineRunner::Start() {

@@ -114,9 +114,9 @@ class LineServers {
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
   /// All references outlive the runner. Nothing happens before Start.
-  LineRunner(asio::io_context& loop, const config::Line& line, std::uint32_t first_device,
-             const bus::Poller::FindProtocol& find, bus::PointStore& store,
-             LineParts::Links links = {});
+  LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
+             std::uint32_t first_device, const bus::Poller::FindProtocol& find,
+             bus::PointStore& store, LineParts::Links links = {});
   /// Stopped, if it was started: the loop must not have ended before.
   ~LineRunner() override { Stop(); }
 
@@ -187,6 +187,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Arm();
 
   asio::io_context& io_;
+  const std::shared_ptr<const config::Line> config_;  // as the line began: all parts refer to it
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
   transports::PortKeeper keeper_;   // while the port is down

@@ -90,9 +90,8 @@ Result<std::shared_ptr<transports::LoopThread>> Lines::MakeLoop(const config::Li
 
 asio::io_context& Lines::LoopFor(LineEntry& entry) {
   if (!entry.own) return shared_[turn_++ % shared_.size()]->io();
-  const config::Line& line = *entry.config;
   const MutexLock lock(watch_mutex_);
-  watch_.Add("line " + line.name, static_cast<std::uint32_t>(entries_.size() - 1),
+  watch_.Add("line " + entry.config->name, static_cast<std::uint32_t>(entries_.size() - 1),
              AskOn(entry.own->io()));
   return entry.own->io();
 }
@@ -104,7 +103,7 @@ void Lines::Add(std::shared_ptr<const config::Line> line,
   LineEntry& entry = entries_.Append(std::move(line));
   entry.own = std::move(own);
   for (std::size_t i = 0; i < entry.config->devices.size(); ++i) line_of_.Append(number);
-  entry.slot.Put(std::make_unique<LineRunner>(LoopFor(entry), *entry.config, first_device, find_,
+  entry.slot.Put(std::make_unique<LineRunner>(LoopFor(entry), entry.config, first_device, find_,
                                               store_, links_));
 }
 
@@ -133,10 +132,10 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const auto& one : tried) one.wait_until(deadline);
   std::vector<std::string> troubles;
   for (const std::uint32_t line : lines) {
-    const std::string name = "line " + config(line).name + ": ";
+    const config::Line& its = *entries_[line].config;
+    const std::string name = "line " + its.name + ": ";
     const bus::LineStatus status = store_.ReadLine(line);
-    const bool tried_in_vain = !config(line).is_network() &&
-                               status.port == bus::LineStatus::Port::closed &&
+    const bool tried_in_vain = !its.is_network() && status.port == bus::LineStatus::Port::closed &&
                                !status.port_text.empty() && status.port_text != kNotOpenedYet;
     if (tried_in_vain) {
       troubles.push_back(name + status.port_text);
@@ -166,13 +165,15 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   const Instant deadline = ReadClocks().instant + kWaitForLines;
   for (Ending& one : ending) {
     LineEntry& entry = entries_[one.line];
+    std::shared_ptr<const config::Line> config;
     {
       const MutexLock lock(watch_mutex_);
       watch_.Remove(one.line);
+      config.swap(entry.config);
     }
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
-      log::Warn({.line = entry.config->name},
+      log::Warn({.line = config->name},
                 "cannot be stopped: a call of its driver does not return; the line is abandoned");
       hanging_.push_back(std::move(one.runner));
       continue;
@@ -270,7 +271,7 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
                      change.loop);
   }
   at(*change.line).With([&](LineRunner& runner) { runner.SetStuck(change.stuck_since); });
-  const config::Line& line = config(*change.line);
+  const config::Line& line = *entries_[*change.line].config;
   const log::About about{.line = line.name};
   if (!stuck) return log::Info(about, "its thread runs again");
   log::Warn(about,
@@ -351,13 +352,13 @@ ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line
   const bool by_hand = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device) || store.line(device).name != config.name) continue;
-    bool in_use = true;
-    store.Read(device, [&in_use](const bus::DeviceRecord& record) {
-      in_use = record.status.state != bus::DeviceState::disabled;
+    if (store.gone(device)) continue;
+    store.Read(device, [&](const bus::DeviceRecord& record) {
+      const config::Device& its = *record.device;
+      const bool in_use = record.status.state != bus::DeviceState::disabled;
+      if (record.line->name != config.name || in_use == its.enabled) return;
+      settings.in_use.emplace(its.name, in_use);
     });
-    const config::Device& its = store.device(device);
-    if (in_use != its.enabled) settings.in_use.emplace(its.name, in_use);
   }
   return settings;
 }

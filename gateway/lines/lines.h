@@ -130,7 +130,6 @@ class Lines {
   LineSlot& at(std::uint32_t line) const {
     return line < entries_.size() ? entries_[line].slot : none_;
   }
-  const config::Line& config(std::uint32_t line) const { return *entries_[line].config; }
   LineSlot& OfDevice(std::uint32_t device) const {
     return device < line_of_.size() ? at(line_of_[device]) : none_;
   }
@@ -149,7 +148,7 @@ class Lines {
  private:
   struct LineEntry {
     explicit LineEntry(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
-    const std::shared_ptr<const config::Line> config;
+    std::shared_ptr<const config::Line> config;     // null: the line has ended
     std::shared_ptr<transports::LoopThread> own{};  // null: it shares one
     LineSlot slot;
     bool started = false;

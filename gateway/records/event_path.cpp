@@ -222,26 +222,35 @@ EventPath::EventPath(const config::Config& config, const bus::PointStore& store,
                      [this](events::Source source) { kept_(source, queue().said(source), true); })),
       alarms_(std::shared_ptr<const config::Config>(std::shared_ptr<void>(), &config),
               [this](events::EventRecord record) { queue().Tell(std::move(record)); }) {
-  for (const config::Line& line : config.lines) AddEntries(line);
+  for (std::uint32_t line = 0; line < config.lines.size(); ++line) AddEntries(store.LineAt(line));
 }
 
-void EventPath::AddEntries(const config::Line& line) {
-  for (const config::Device& device : line.devices) {
-    DeviceEntry& its = entries_.Append();
-    its.line = &line;
-    its.device = &device;
-    if (!device.enabled) alarms_.OnUnused(line.name, device.name, ReadClocks());
+void EventPath::AddEntries(const std::shared_ptr<const config::Line>& line) {
+  for (const config::Device& device : line->devices) {
+    DeviceEntry& its =
+        entries_.Append(line, static_cast<std::size_t>(&device - line->devices.data()));
+    if (!device.enabled) alarms_.OnUnused(line->name, device.name, ReadClocks());
     const auto number = static_cast<std::uint32_t>(entries_.size() - 1);
-    const auto [present, is_new] = present_.try_emplace({line.name, device.name}, number);
+    const auto [present, is_new] = present_.try_emplace({line->name, device.name}, number);
     const std::uint32_t before = std::exchange(present->second, number);
     if (!device.point_events) continue;
-    its.watch = std::make_unique<events::DeviceWatch>(line.name, device);
-    DeviceEntry& was = entries_[before];
-    if (is_new || was.watch == nullptr) continue;
-    const MutexLock lock(was.mutex);
-    its.watch->GoOn(*was.watch);
+    const std::shared_ptr<const config::Device> shared(line, &device);
+    auto watch = std::make_unique<events::DeviceWatch>(line->name, shared);
+    if (!is_new) {
+      const MutexLock lock(entries_[before].mutex);
+      if (entries_[before].watch) watch->GoOn(*entries_[before].watch);
+    }
+    const MutexLock lock(its.mutex);
+    its.watch = std::move(watch);
   }
   records_.Add(line);
+}
+
+EventPath::Named EventPath::Find(std::uint32_t device) const {
+  const DeviceEntry& entry = entries_[device];
+  Named named{entry.line.lock()};
+  if (named.line) named.device = &named.line->devices[entry.place];
+  return named;
 }
 
 void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
@@ -258,7 +267,12 @@ void EventPath::Renumber(const std::shared_ptr<const config::Config>& config,
   const events::SourceNames sources = SourcesOf(*config);
   const std::set<events::SourceName> all(sources.begin(), sources.end());
   std::erase_if(present_, [&all](const auto& one) { return !all.contains(one.first); });
-  for (const auto& line : begun) AddEntries(*line);
+  for (const auto& line : begun) AddEntries(line);
+  for (std::uint32_t device = 0; device < entries_.size(); ++device) {
+    if (!store_.gone(device)) continue;
+    const MutexLock lock(entries_[device].mutex);
+    entries_[device].watch.reset();
+  }
 }
 
 std::vector<events::Fact> EventPath::EndedBy(const config::Config& config,
@@ -281,7 +295,8 @@ void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
   if (!queue().opened()) return;  // Start sees to it then
   const std::size_t end = std::min(first_device + devices, entries_.size());
   for (std::uint32_t device = first_device; device < end; ++device) {
-    if (entries_[device].device->events) kept_(device, queue().said(device), false);
+    const Named its = Find(device);
+    if (its.line && its.device->events) kept_(device, queue().said(device), false);
   }
 }
 
@@ -289,22 +304,25 @@ void EventPath::End() { queue().End(kEndTime); }
 
 void EventPath::OnReported(bus::ReportedEvents reported) {
   if (in_memory_) return;  // nobody has asked for them
-  const DeviceEntry& entry = entries_[reported.device];
-  auto records = events::RecordsOf(reported.batch, entry.line->name, *entry.device,
+  const Named its = Find(reported.device);
+  if (!its.line) return;
+  auto records = events::RecordsOf(reported.batch, its.line->name, *its.device,
                                    reported.received.wall, reported.oldest);
   queue().Add({.source = reported.device,
                .said = std::move(reported.batch.said),
                .again = reported.batch.again,
                .events = std::move(records),
                .past = std::move(reported.batch.past),
-               .line = entry.line->name,
-               .device = entry.device->name});
+               .line = its.line->name,
+               .device = its.device->name});
 }
 
 void EventPath::OnNews(const config::Line& line, const bus::News& news, Now at) {
   events::Fact fact{
       .code = KindOf(news.what).code, .over = news.over, .line = line.name, .why = news.text};
-  if (news.device) fact.device = entries_[*news.device].device->name;
+  if (const Named its = news.device ? Find(*news.device) : Named(); its.line) {
+    fact.device = its.device->name;
+  }
   if (tells_own_ && IsNews(fact, news.first)) queue().Tell(events::FactRecord(fact, at.wall));
   alarms_.OnNews(fact.line, fact.device, news, at);
 }
@@ -329,15 +347,17 @@ void EventPath::OnReload(bool taken_back, const std::string& text) {
 void EventPath::OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at) {
   if (!tells_own_) return;
   const auto code = corrected ? events::OwnCode::clock_corrected : events::OwnCode::clock_left;
-  const DeviceEntry& entry = entries_[device];
+  const auto line = store_.line(device);
+  const auto its = store_.device(device);
+  if (!line || !its) return;
   queue().Tell(events::FactRecord(
-      {.code = code, .line = entry.line->name, .device = entry.device->name, .why = text},
-      at.wall));
+      {.code = code, .line = line->name, .device = its->name, .why = text}, at.wall));
 }
 
 void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) {
   records_.OnRead(device, at.instant);
   DeviceEntry& entry = entries_[device];
+  const MutexLock lock(entry.mutex);
   events::DeviceWatch* const watch = entry.watch.get();
   if (watch == nullptr) return;
   struct Seen {
@@ -352,7 +372,6 @@ void EventPath::OnRead(std::uint32_t device, std::span<const std::uint32_t> poin
       seen.push_back({point, record.points[point].value, QualityAt(record, point, at.instant)});
     }
   });
-  const MutexLock lock(entry.mutex);
   for (const Seen& one : seen) {
     for (auto& record : watch->Take(one.point, one.value, one.quality, at)) {
       queue().Tell(std::move(record));

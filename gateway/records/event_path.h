@@ -149,8 +149,8 @@ class EventPath final : public bus::EventSink {
 
   /// From now on lines are told what is kept from before, as soon as the file is open.
   void Start();
-  /// A reload: `config` has the lines of the store; `begun`, the last of them, outlive this. Before
-  /// these start; then Begun.
+  /// A reload: `config` has the lines of the store; `begun` are the last of them. Before these
+  /// start; then Begun.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// The lines of these devices have started: they are told what is kept from before, and asked for
@@ -182,17 +182,27 @@ class EventPath final : public bus::EventSink {
 
  private:
   struct DeviceEntry {
-    const config::Line* line = nullptr;
+    DeviceEntry(std::weak_ptr<const config::Line> its_line, std::size_t its_place)
+        : line(std::move(its_line)), place(its_place) {}
+    /// As the line began; there while the line may tell of the device. An abandoned line may do so
+    /// after a reload, under the numbers that it had.
+    const std::weak_ptr<const config::Line> line;
+    const std::size_t place;  // in its line
+    Mutex mutex{};
+    std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};  // null: of no point
+  };
+  /// A device of the line, as it began. Null: the line has ended.
+  struct Named {
+    std::shared_ptr<const config::Line> line;
     const config::Device* device = nullptr;
-    Mutex mutex{};  // a line that a reload has abandoned may still read its points
-    std::unique_ptr<events::DeviceWatch> watch{};  // null: of no point; what it knows: by the mutex
   };
 
   events::EventQueue& queue() { return log_.queue(); }
   bool IsNews(const events::Fact& fact, bool first);
   std::vector<events::Fact> EndedBy(const config::Config& config,
                                     const std::set<std::string>& begun);
-  void AddEntries(const config::Line& line);
+  void AddEntries(const std::shared_ptr<const config::Line>& line);
+  Named Find(std::uint32_t device) const;
   void Tell(std::uint32_t first_device, std::size_t devices);
 
   const bus::PointStore& store_;

@@ -107,7 +107,8 @@ bus::PointStore& FilledStore() {
     constexpr Quality kQualities[] = {Quality::good, Quality::good, Quality::uncertain,
                                       Quality::bad_sensor_failure, Quality::bad_communication};
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-      const auto& points = store.device(device).points;
+      const auto its = store.device(device);
+      const auto& points = its->points;
       for (std::uint32_t i = 0; i < points.size(); i += 1 + device) {
         const bus::Sample sample{i, StoredValue(points[i].type, i + device),
                                  kQualities[(i + device) % std::size(kQualities)]};
@@ -123,7 +124,8 @@ bus::PointStore& FilledStore() {
 
 bool FuzzSink::Submit(bus::WriteCommand command) {
   Require(command.device < FilledStore().device_count(), "a write is for a device");
-  const auto& points = FilledStore().device(command.device).points;
+  const auto device = FilledStore().device(command.device);
+  const auto& points = device->points;
   Require(!command.writes().empty(), "a write writes something");
   for (const bus::PointWrite& write : command.writes()) {
     Require(write.point < points.size(), "a write is for a point of the device");

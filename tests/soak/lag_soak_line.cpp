@@ -44,7 +44,7 @@ LagSoakLine::LagSoakLine(const protocols::LagCase& which, unsigned seed, const s
   Judge(store_);
   const protocols::Protocol& protocol = *which.setup.protocol;
   runner_ = std::make_unique<lines::LineRunner>(
-      loop_.io(), config_.lines[0], 0,
+      loop_.io(), store_.LineAt(0), 0,
       [&protocol](const std::string&) -> const protocols::Protocol& { return protocol; }, store_);
   loop_.Start();
   runner_->Start();

@@ -101,7 +101,7 @@ SoakLine::SoakLine(const protocols::Setup& setup, bool echoes, const std::string
   });
   const protocols::Protocol& protocol = *setup.protocol;
   runner_ = std::make_unique<lines::LineRunner>(
-      loop_.io(), line, 0,
+      loop_.io(), store_->LineAt(0), 0,
       [&protocol](const std::string&) -> const protocols::Protocol& { return protocol; }, *store_);
   loop_.Start();
   runner_->Start();

@@ -61,7 +61,8 @@ VirtualLine::~VirtualLine() = default;
 
 bool VirtualLine::Submit(bus::WriteCommand command) {
   if (auto* const writes = std::get_if<bus::Writes>(&command.kind)) {
-    const auto& points = store_->device(command.device).points;
+    const auto its = store_->device(command.device);
+    const auto& points = its->points;
     for (bus::PointWrite& write : *writes) {
       write.shown = bus::ToSample(points[write.point], {write.point, write.raw}).value;
     }

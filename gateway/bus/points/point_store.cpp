@@ -124,25 +124,28 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
   return std::nullopt;
 }
 
-PointStore::Entry::Entry(const config::Line& its_line, const config::Device& its_device)
-    : line(&its_line), device(&its_device) {
-  record.line = &its_line;
-  record.device = &its_device;
-  record.points.resize(its_device.points.size());
-  record.age_limits = LimitsOf(its_device, Duration::zero());
-  announced.assign(its_device.points.size(), Quality::bad_waiting);
-  if (its_device.enabled) return;
-  record.override_quality = Quality::bad_out_of_service;
-  record.status.state = DeviceState::disabled;
+PointStore::Entry::Entry(const std::shared_ptr<const config::Line>& line,
+                         const config::Device& device)
+    : point_count(device.points.size()),
+      own(std::make_unique<DeviceRecord>()),  // its memory does not wait for `record`
+      record(own) {
+  own->line = line;
+  own->device = {line, &device};
+  own->points.resize(point_count);
+  own->age_limits = LimitsOf(device, Duration::zero());
+  announced.assign(point_count, Quality::bad_waiting);
+  if (device.enabled) return;
+  own->override_quality = Quality::bad_out_of_service;
+  own->status.state = DeviceState::disabled;
 }
 
 PointStore::PointStore(const config::Config& config) {
-  for (const config::Line& line : config.lines) Append(line);
+  for (const config::Line& line : config.lines) Append(std::make_shared<const config::Line>(line));
 }
 
-void PointStore::Append(const config::Line& line) {
+void PointStore::Append(const std::shared_ptr<const config::Line>& line) {
   lines_.Append(line, device_count());
-  for (const config::Device& device : line.devices) {
+  for (const config::Device& device : line->devices) {
     // In one step: a feed that begins now counts the device once.
     const MutexLock lock(feeds_mutex_);
     for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
@@ -150,31 +153,51 @@ void PointStore::Append(const config::Line& line) {
   }
 }
 
-void PointStore::Reconfigure(std::uint32_t line, const config::Line& as) {
+void PointStore::Reconfigure(std::uint32_t line, const std::shared_ptr<const config::Line>& as) {
   const std::uint32_t first = lines_[line].first_device;
-  for (std::size_t i = 0; i < as.devices.size(); ++i) {
+  for (std::size_t i = 0; i < as->devices.size(); ++i) {
     const auto device = first + static_cast<std::uint32_t>(i);
     Entry& entry = devices_[device];
     {
       const MutexLock lock(entry.mutex);
-      entry.line = entry.record.line = &as;
-      entry.device = entry.record.device = &as.devices[i];
-      entry.record.age_limits = LimitsOf(as.devices[i], entry.record.line_cycle);
+      DeviceRecord& record = *entry.own;
+      record.line = as;
+      record.device = {as, &as->devices[i]};
+      record.age_limits = LimitsOf(as->devices[i], record.line_cycle);
       entry.next_ageing = Instant::min();  // some may age sooner now
-      ++entry.record.version;
+      ++record.version;
     }
-    std::vector<std::uint32_t> all(as.devices[i].points.size());
+    std::vector<std::uint32_t> all(entry.point_count);
     std::iota(all.begin(), all.end(), 0U);
     Announce(device, all);
   }
 }
 
+std::size_t PointStore::EndOfDevices(std::uint32_t line) const {
+  return line + 1 < lines_.size() ? lines_[line + 1].first_device : devices_.size();
+}
+
 void PointStore::Retire(std::uint32_t line) {
-  lines_[line].line = nullptr;
-  const std::size_t end =
-      line + 1 < lines_.size() ? lines_[line + 1].first_device : devices_.size();
-  for (std::size_t device = lines_[line].first_device; device < end; ++device) {
+  LineEntry& its = lines_[line];
+  {
+    const MutexLock lock(its.mutex);
+    its.line.reset();
+  }
+  for (std::size_t device = its.first_device; device < EndOfDevices(line); ++device) {
     devices_[device].gone = true;
+  }
+}
+
+void PointStore::Forget(std::uint32_t line) {
+  LineEntry& its = lines_[line];
+  {
+    const MutexLock lock(its.mutex);
+    its.status.reset();
+  }
+  for (std::size_t device = its.first_device; device < EndOfDevices(line); ++device) {
+    const MutexLock lock(devices_[device].mutex);
+    devices_[device].own.reset();
+    devices_[device].announced = {};
   }
 }
 
@@ -186,11 +209,31 @@ std::uint32_t PointStore::present_count() const {
   return present;
 }
 
-void PointStore::Read(std::uint32_t device,
+std::shared_ptr<const config::Line> PointStore::line(std::uint32_t device) const {
+  std::shared_ptr<const config::Line> line;
+  Read(device, [&](const DeviceRecord& record) { line = record.line; });
+  return line;
+}
+
+std::shared_ptr<const config::Device> PointStore::device(std::uint32_t device) const {
+  std::shared_ptr<const config::Device> its;
+  Read(device, [&](const DeviceRecord& record) { its = record.device; });
+  return its;
+}
+
+bool PointStore::Read(std::uint32_t device,
                       const std::function<void(const DeviceRecord&)>& look) const {
   const Entry& entry = devices_[device];
   const MutexLock lock(entry.mutex);
-  look(entry.record);
+  const auto record = entry.record.lock();
+  if (record) look(*record);
+  return record != nullptr;
+}
+
+std::shared_ptr<const void> PointStore::Hold(std::uint32_t device) const {
+  const Entry& entry = devices_[device];
+  const MutexLock lock(entry.mutex);
+  return entry.record.lock();
 }
 
 void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, Now at,
@@ -200,9 +243,11 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
   changed.reserve(samples.size());
   {
     const MutexLock lock(entry.mutex);
-    ++entry.record.version;
+    if (!entry.own) return;
+    DeviceRecord& record = *entry.own;
+    ++record.version;
     for (const Sample& sample : samples) {
-      PointRecord& held = entry.record.points[sample.point];
+      PointRecord& held = record.points[sample.point];
       // Under a bad quality the value is not one: the last good one stays.
       if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
       held.reported = sample.quality;
@@ -214,8 +259,8 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
       changed.push_back(sample.point);
       // The quality as it was `at` that time. A late reply may be too old by now: the next Age
       // announces that.
-      entry.announced[sample.point] = QualityAt(entry.record, sample.point, at.instant);
-      ScheduleAgeing(entry, sample.point, at.instant);
+      entry.announced[sample.point] = QualityAt(record, sample.point, at.instant);
+      ScheduleAgeing(entry, record, sample.point, at.instant);
     }
   }
   Announce(device, changed);
@@ -226,14 +271,16 @@ void PointStore::Doubt(std::uint32_t device, std::span<const std::size_t> points
   std::vector<std::uint32_t> changed;
   {
     const MutexLock lock(entry.mutex);
-    ++entry.record.version;
+    if (!entry.own) return;
+    DeviceRecord& record = *entry.own;
+    ++record.version;
     for (const std::size_t point : points) {
-      PointRecord& held = entry.record.points[point];
+      PointRecord& held = record.points[point];
       if (!IsGood(held.reported)) continue;
       held.at_best = std::min(held.at_best, Quality(Quality::uncertain));
       changed.push_back(static_cast<std::uint32_t>(point));
-      entry.announced[point] = QualityAt(entry.record, point, now);
-      ScheduleAgeing(entry, point, now);
+      entry.announced[point] = QualityAt(record, point, now);
+      ScheduleAgeing(entry, record, point, now);
     }
   }
   Announce(device, changed);
@@ -243,18 +290,19 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
   Entry& entry = devices_[device];
   {
     const MutexLock lock(entry.mutex);
-    if (entry.record.override_quality == why) return;
-    entry.record.override_quality = why;
-    ++entry.record.version;
+    if (!entry.own || entry.own->override_quality == why) return;
+    DeviceRecord& record = *entry.own;
+    record.override_quality = why;
+    ++record.version;
     // An override has one quality at any age; when it ends, age decides again: the next Age looks.
     if (why) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
-        entry.announced[point] = QualityAt(entry.record, point, Instant());
+        entry.announced[point] = QualityAt(record, point, Instant());
       }
     }
     entry.next_ageing = Instant::min();
   }
-  std::vector<std::uint32_t> all(entry.device.load()->points.size());
+  std::vector<std::uint32_t> all(entry.point_count);
   std::iota(all.begin(), all.end(), 0U);
   Announce(device, all);
 }
@@ -262,18 +310,20 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
 void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now) {
   Entry& entry = devices_[device];
   const MutexLock lock(entry.mutex);
-  entry.record.line_cycle = cycle;
-  const auto after = LimitsOf(*entry.device, cycle);
-  if (after == entry.record.age_limits) return;
+  if (!entry.own) return;
+  DeviceRecord& record = *entry.own;
+  record.line_cycle = cycle;
+  const auto after = LimitsOf(*record.device, cycle);
+  if (after == record.age_limits) return;
   // What was too old stays so until it is read again.
-  for (std::size_t point = 0; point < entry.record.points.size(); ++point) {
-    PointRecord& held = entry.record.points[point];
+  for (std::size_t point = 0; point < record.points.size(); ++point) {
+    PointRecord& held = record.points[point];
     if (!held.read_at) continue;
-    const Quality aged = AgedQuality(entry.record, point, now);
+    const Quality aged = AgedQuality(record, point, now);
     if (aged < std::min(held.reported, held.at_best)) held.at_best = aged;
   }
-  entry.record.age_limits = after;
-  ++entry.record.version;
+  record.age_limits = after;
+  ++record.version;
   entry.next_ageing = Instant::min();  // some may age sooner now
 }
 
@@ -282,7 +332,8 @@ void PointStore::UpdateStatus(std::uint32_t device,
   Entry& entry = devices_[device];
   {
     const MutexLock lock(entry.mutex);
-    change(entry.record.status);
+    if (!entry.own) return;
+    change(entry.own->status);
   }
   const MutexLock lock(feeds_mutex_);
   for (const auto& feed : feeds_) feed->MarkDevice(device);
@@ -290,28 +341,34 @@ void PointStore::UpdateStatus(std::uint32_t device,
 
 std::uint32_t PointStore::LineIndex(const config::Line& line) const {
   for (std::size_t i = 0; i < lines_.size(); ++i) {
-    if (lines_[i].line == &line) return static_cast<std::uint32_t>(i);
+    const MutexLock lock(lines_[i].mutex);
+    if (lines_[i].line && lines_[i].line->name == line.name) return static_cast<std::uint32_t>(i);
   }
   return static_cast<std::uint32_t>(lines_.size());
+}
+
+std::shared_ptr<const config::Line> PointStore::LineAt(std::uint32_t line) const {
+  const MutexLock lock(lines_[line].mutex);
+  return lines_[line].line;
 }
 
 LineStatus PointStore::ReadLine(std::uint32_t line) const {
   const LineEntry& entry = lines_[line];
   const MutexLock lock(entry.mutex);
-  return entry.status;
+  return entry.status ? *entry.status : LineStatus();
 }
 
 void PointStore::UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change) {
   LineEntry& entry = lines_[line];
   const MutexLock lock(entry.mutex);
-  change(entry.status);
+  if (entry.status) change(*entry.status);
 }
 
 std::shared_ptr<ChangeFeed> PointStore::Subscribe() {
   const MutexLock lock(feeds_mutex_);
   std::vector<std::size_t> counts;
   for (std::size_t i = 0; i < devices_.size(); ++i) {
-    counts.push_back(devices_[i].device.load()->points.size());
+    counts.push_back(devices_[i].point_count);
   }
   auto feed = std::make_shared<ChangeFeed>(counts);
   feeds_.push_back(feed);
@@ -330,13 +387,14 @@ void PointStore::Age(Instant now) {
     std::vector<std::uint32_t> aged;
     {
       const MutexLock lock(entry.mutex);
-      if (now < entry.next_ageing) continue;
+      if (now < entry.next_ageing || !entry.own) continue;
+      const DeviceRecord& record = *entry.own;
       entry.next_ageing = Instant::max();
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
-        const Quality quality = QualityAt(entry.record, point, now);
+        const Quality quality = QualityAt(record, point, now);
         if (quality != entry.announced[point]) aged.push_back(point);
         entry.announced[point] = quality;
-        ScheduleAgeing(entry, point, now);
+        ScheduleAgeing(entry, record, point, now);
       }
     }
     Announce(device, aged);
@@ -349,8 +407,9 @@ void PointStore::Announce(std::uint32_t device, std::span<const std::uint32_t> p
   for (const auto& feed : feeds_) feed->MarkPoints(device, points);
 }
 
-void PointStore::ScheduleAgeing(Entry& entry, std::size_t point, Instant now) {
-  const auto due = NextAgeing(entry.record, point, now);
+void PointStore::ScheduleAgeing(Entry& entry, const DeviceRecord& record, std::size_t point,
+                                Instant now) {
+  const auto due = NextAgeing(record, point, now);
   if (due) entry.next_ageing = std::min(entry.next_ageing, *due);
 }
 

@@ -102,9 +102,9 @@ struct AgeLimits {
 using Override = std::optional<Quality>;
 
 struct DeviceRecord {
-  const config::Line* line = nullptr;
-  const config::Device* device = nullptr;
-  std::vector<PointRecord> points;  ///< as device->points
+  std::shared_ptr<const config::Line> line;
+  std::shared_ptr<const config::Device> device;  ///< a part of `line`
+  std::vector<PointRecord> points;               ///< as device->points
   DeviceStatus status;
   Override override_quality;
   Duration line_cycle{};  ///< measured: the line reads all its fast points once in this time
@@ -135,20 +135,25 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
 
 class PointStore {
  public:
-  /// `config` outlives the store. Devices are numbered in the order of the file.
+  /// Copies the lines of `config`. Devices are numbered in the order of the file.
   explicit PointStore(const config::Config& config);
 
   std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
-  const config::Line& line(std::uint32_t device) const { return *devices_[device].line; }
-  const config::Device& device(std::uint32_t device) const { return *devices_[device].device; }
+  /// The configuration as it is now; a reload may replace it. Null: the device is forgotten.
+  std::shared_ptr<const config::Line> line(std::uint32_t device) const;
+  std::shared_ptr<const config::Device> device(std::uint32_t device) const;
+  /// Of the device, also when it is forgotten.
+  std::size_t point_count(std::uint32_t device) const { return devices_[device].point_count; }
   /// A reload has removed it; its number is not used again.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
   /// Without those that are gone.
   std::uint32_t present_count() const;
 
   /// Calls `look` with the device's record under its lock. Keep it short; call nothing of the
-  /// store.
-  void Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
+  /// store. False: the device is forgotten, and `look` is not called.
+  bool Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
+  /// The device is not forgotten before this is freed. Null: it is forgotten already.
+  std::shared_ptr<const void> Hold(std::uint32_t device) const;
 
   /// Points that were read in one exchange. `at`: see PointRecord::read_at.
   void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
@@ -162,10 +167,13 @@ class PointStore {
   /// Changes the status under the lock and tells the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 
-  /// Lines are numbered in the order of the file; `line` is one of the configuration's.
+  /// Lines are numbered in the order of the file. The present line of this name.
   std::uint32_t LineIndex(const config::Line& line) const;
+  /// As it was appended. Null: it is gone.
+  std::shared_ptr<const config::Line> LineAt(std::uint32_t line) const;
+  /// Of a line that is forgotten: as of one that has just begun.
   LineStatus ReadLine(std::uint32_t line) const;
-  /// Changes the status of a line under its lock.
+  /// Changes the status of a line under its lock, if it is not forgotten.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
   /// A feed of everything that changes from now on.
@@ -174,15 +182,17 @@ class PointStore {
 
   // A reload: one thread at a time, while others use the store.
 
-  /// One more line. It and its devices get the next numbers. `line` outlives the store.
-  void Append(const config::Line& line);
-  /// Gives the line another configuration of the same devices and points. `as` must live as long as
-  /// the store; so must the one that it replaces. New age limits hold for old readings as well,
-  /// because the user has changed the rule. A value that was too old when SetLineCycle changed the
-  /// limits stays so until it is read again.
-  void Reconfigure(std::uint32_t line, const config::Line& as);
-  /// The devices of this line are no longer polled. What is known of them stays.
+  /// One more line. It and its devices get the next numbers.
+  void Append(const std::shared_ptr<const config::Line>& line);
+  /// Gives the line another configuration of the same devices and points. New age limits hold for
+  /// old readings as well, because the user has changed the rule. A value that was too old when
+  /// SetLineCycle changed the limits stays so until it is read again.
+  void Reconfigure(std::uint32_t line, const std::shared_ptr<const config::Line>& as);
+  /// The devices of this line are no longer polled. What is known of them stays until Forget.
   void Retire(std::uint32_t line);
+  /// Frees what is known of a retired line, once outputs have other devices: status, readings and
+  /// configuration. What is held (Hold) stays as long. Changes to it do nothing from now on.
+  void Forget(std::uint32_t line);
 
   /// Tells the feeds of points whose quality has changed by age alone since they were last told.
   /// The daemon calls it every 200 ms (gateway/daemon/ticker.h); devices that cannot have aged cost
@@ -191,28 +201,31 @@ class PointStore {
 
  private:
   struct Entry {
-    Entry(const config::Line& its_line, const config::Device& its_device);
-    std::atomic<const config::Line*> line;
-    std::atomic<const config::Device*> device;
+    Entry(const std::shared_ptr<const config::Line>& line, const config::Device& device);
+    const std::size_t point_count;
     std::atomic<bool> gone = false;
     mutable Mutex mutex;
-    DeviceRecord record BAUDGATE_GUARDED_BY(mutex);
+    std::shared_ptr<DeviceRecord> own BAUDGATE_GUARDED_BY(mutex);  // null after Forget
+    std::weak_ptr<DeviceRecord> record BAUDGATE_GUARDED_BY(mutex);
     /// The qualities that the feeds were last told of.
     std::vector<Quality> announced BAUDGATE_GUARDED_BY(mutex);
     Instant next_ageing BAUDGATE_GUARDED_BY(mutex) = Instant::max();
   };
 
   void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
-  static void ScheduleAgeing(Entry& entry, std::size_t point, Instant now)
-      BAUDGATE_REQUIRES(entry.mutex);
+  static void ScheduleAgeing(Entry& entry, const DeviceRecord& record, std::size_t point,
+                             Instant now) BAUDGATE_REQUIRES(entry.mutex);
+  /// The number behind that of the line's last device.
+  std::size_t EndOfDevices(std::uint32_t line) const;
 
   struct LineEntry {
-    LineEntry(const config::Line& its_line, std::uint32_t its_first)
-        : line(&its_line), first_device(its_first) {}
-    std::atomic<const config::Line*> line;  // as it was appended; null: it is gone
+    LineEntry(std::shared_ptr<const config::Line> its_line, std::uint32_t its_first)
+        : first_device(its_first), line(std::move(its_line)) {}
     const std::uint32_t first_device;
     mutable Mutex mutex;
-    LineStatus status BAUDGATE_GUARDED_BY(mutex);
+    std::shared_ptr<const config::Line> line BAUDGATE_GUARDED_BY(mutex);  // null: it is gone
+    std::unique_ptr<LineStatus> status BAUDGATE_GUARDED_BY(mutex) =       // null after Forget
+        std::make_unique<LineStatus>();
   };
 
   SteadyVector<Entry> devices_;

@@ -159,11 +159,11 @@ std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
   const auto judge = [&](const std::string& name, bool is_max) -> std::optional<Beyond> {
     if (name.empty()) return std::nullopt;
     const std::string what = is_max ? "maximum" : "minimum";
-    const auto& points = store.device(device).points;
-    const auto found = std::ranges::find(points, name, &config::Point::name);
     std::optional<Decimal> limit;
     Quality quality = Quality::bad_configuration;
     store.Read(device, [&](const DeviceRecord& record) {
+      const auto& points = record.device->points;
+      const auto found = std::ranges::find(points, name, &config::Point::name);
       if (found == points.end()) return;
       const auto index = static_cast<std::size_t>(found - points.begin());
       quality = QualityAt(record, index, now);
@@ -226,11 +226,15 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
   }
 }
 
+WriteDenial Gone() { return {Why::locked, "a reload has removed its device"}; }
+
 /// The first limit or interlock that forbids one of these now.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
                                      const std::vector<WriteAsk::Part>& parts, Instant now) {
+  const auto its = store.device(device);
+  if (!its) return Gone();
   for (const WriteAsk::Part& part : parts) {
-    const config::Point& point = store.device(device).points[part.point];
+    const config::Point& point = its->points[part.point];
     if (auto beyond = WhyBeyond(store, device, point, part.value, now)) {
       return WriteDenial{beyond->known ? Why::value : Why::locked, std::move(beyond->text)};
     }
@@ -244,10 +248,12 @@ std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t devi
 }  // namespace
 
 std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask, Instant now) {
-  RestoreDecimals(ask);
+  const auto device = store_.device(ask.device);
+  if (!device) return Gone();
+  RestoreDecimals(*device, ask);
   WriteCommand command;
   auto& writes = command.kind.emplace<Writes>();
-  if (auto denial = CheckAndConvert(writer, ask, now, writes)) {
+  if (auto denial = CheckAndConvert(writer, *device, ask, now, writes)) {
     Deny(writer, ask, denial->text);
     return denial;
   }
@@ -264,7 +270,7 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
       }
     }
   });
-  std::erase_if(ask.parts, [&points = store_.device(ask.device).points](const auto& part) {
+  std::erase_if(ask.parts, [&points = device->points](const auto& part) {
     return !IsGuarded(points[part.point]);
   });
   if (!ask.parts.empty()) {
@@ -279,32 +285,36 @@ std::optional<WriteDenial> WriteGate::Submit(const Writer& writer, WriteAsk ask,
   return WriteDenial{Why::busy, "too many writes wait for the line; try again"};
 }
 
-void WriteGate::RestoreDecimals(WriteAsk& ask) const {
+void WriteGate::RestoreDecimals(const config::Device& device, WriteAsk& ask) {
   for (WriteAsk::Part& part : ask.parts) {
-    part.value = AsMeant(store_.device(ask.device).points[part.point], part.value);
+    part.value = AsMeant(device.points[part.point], part.value);
   }
 }
 
 std::optional<WriteDenial> WriteGate::WouldDeny(const WriteAsk& ask, Instant now) const {
+  const auto device = store_.device(ask.device);
+  if (!device) return Gone();
   WriteAsk meant = ask;
-  RestoreDecimals(meant);
+  RestoreDecimals(*device, meant);
   Writes unused;
-  if (auto denial = ConvertValues(meant, unused)) return denial;
+  if (auto denial = ConvertValues(*device, meant, unused)) return denial;
   return WhyNotNow(store_, meant.device, meant.parts, now);
 }
 
-std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer, const WriteAsk& ask,
-                                                      Instant now, Writes& writes) {
+std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer,
+                                                      const config::Device& device,
+                                                      const WriteAsk& ask, Instant now,
+                                                      Writes& writes) {
   // A selection is used up by the first try, whatever becomes of it.
-  const std::optional<std::string> not_selected = WhyNotSelected(writer, ask, now);
-  if (auto denial = ConvertValues(ask, writes)) return denial;
+  const std::optional<std::string> not_selected = WhyNotSelected(writer, device, ask, now);
+  if (auto denial = ConvertValues(device, ask, writes)) return denial;
   if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
   return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
 /// Checks permission and limits, and converts each value to what the device can represent.
-std::optional<WriteDenial> WriteGate::ConvertValues(const WriteAsk& ask, Writes& writes) const {
-  const config::Device& device = store_.device(ask.device);
+std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device,
+                                                    const WriteAsk& ask, Writes& writes) {
   for (const WriteAsk::Part& part : ask.parts) {
     const config::Point& point = device.points[part.point];
     if (point.writing.allowed) continue;
@@ -324,11 +334,12 @@ std::optional<WriteDenial> WriteGate::ConvertValues(const WriteAsk& ask, Writes&
 }
 
 /// A selection of each point is used up, even where an earlier one was denied.
-std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer, const WriteAsk& ask,
-                                                     Instant now) {
+std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer,
+                                                     const config::Device& device,
+                                                     const WriteAsk& ask, Instant now) {
   std::optional<std::string> why;
   for (const WriteAsk::Part& part : ask.parts) {
-    const config::Point& point = store_.device(ask.device).points[part.point];
+    const config::Point& point = device.points[part.point];
     if (!point.writing.select) continue;
     const auto verdict = selections_.Take(writer.number, {ask.device, part.point}, now);
     if (verdict == Selections::Verdict::selected || ask.without_selection || why) continue;
@@ -339,7 +350,9 @@ std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer, const
 
 std::optional<WriteDenial> WriteGate::Select(const Writer& writer, std::uint32_t device,
                                              std::uint32_t point, Instant now) {
-  const config::Point& selected = store_.device(device).points[point];
+  const auto its = store_.device(device);
+  if (!its) return Gone();
+  const config::Point& selected = its->points[point];
   if (!selected.writing.allowed) {
     return WriteDenial{Why::read_only, "'" + selected.name + "' is not in the device's 'write'"};
   }

@@ -179,11 +179,13 @@ class WriteGate {
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 
  private:
-  std::optional<WriteDenial> CheckAndConvert(const Writer& writer, const WriteAsk& ask, Instant now,
-                                             Writes& writes);
-  std::optional<WriteDenial> ConvertValues(const WriteAsk& ask, Writes& writes) const;
-  void RestoreDecimals(WriteAsk& ask) const;
-  std::optional<std::string> WhyNotSelected(const Writer& writer, const WriteAsk& ask, Instant now);
+  std::optional<WriteDenial> CheckAndConvert(const Writer& writer, const config::Device& device,
+                                             const WriteAsk& ask, Instant now, Writes& writes);
+  static std::optional<WriteDenial> ConvertValues(const config::Device& device, const WriteAsk& ask,
+                                                  Writes& writes);
+  static void RestoreDecimals(const config::Device& device, WriteAsk& ask);
+  std::optional<std::string> WhyNotSelected(const Writer& writer, const config::Device& device,
+                                            const WriteAsk& ask, Instant now);
 
   const PointStore& store_;
   CommandSink& sink_;

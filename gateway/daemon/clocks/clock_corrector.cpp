@@ -94,7 +94,8 @@ void ClockCorrector::Tick(Now now) {
   for (std::uint32_t device = 0; device < devices_; ++device) {
     // The end of a correction is told even where a reload has removed its device.
     if (links_.store.gone(device) && !under_way_.contains(device)) continue;
-    const auto care = protocols::ClockCareOf(links_.store.device(device));
+    const auto its = links_.store.device(device);
+    const auto care = its ? protocols::ClockCareOf(*its) : std::nullopt;
     if (care) Look(device, *care, now);
   }
 }
@@ -129,6 +130,7 @@ void ClockCorrector::Begin(std::uint32_t device, const protocols::ClockCare& car
   const auto drift = DriftOf(device, care, now.instant);
   if (!drift || std::abs(*drift) < Seconds(care.least)) return;
   UnderWay& begun = under_way_[device];
+  begun.held = links_.store.Hold(device);
   begun.drift = *drift;
   bus::WriteCommand command;
   command.device = device;
@@ -202,13 +204,15 @@ void ClockCorrector::Keep(std::uint32_t device, const protocols::ClockCare& care
                 now);
     return;
   }
-  under_way_[device] = {.step = UnderWay::Step::keeps, .drift = *drift};
+  under_way_[device] = {
+      .step = UnderWay::Step::keeps, .drift = *drift, .held = links_.store.Hold(device)};
 }
 
 void ClockCorrector::Correct(std::uint32_t device, const protocols::ClockCare& care, double drift,
                              Now now) {
   UnderWay& begun = under_way_[device];
   begun.step = UnderWay::Step::writes;
+  begun.held = links_.store.Hold(device);
   begun.drift = drift;
   bus::WriteAsk ask;
   ask.device = device;

@@ -73,7 +73,8 @@ class ClockCorrector {
     enum class Step : std::uint8_t { reads, keeps, writes };
     Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
-    double drift = 0;  ///< seconds, as it was before
+    double drift = 0;                    ///< seconds, as it was before
+    std::shared_ptr<const void> held{};  ///< its end is told also if a reload ends the line
   };
 
   void Look(std::uint32_t device, const protocols::ClockCare& care, Now now)

@@ -449,7 +449,7 @@ bool HasDeadQuery(const bus::DeviceRecord& record, std::uint32_t in_vain) {
 Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
                 std::span<const bus::DeviceRecord> all, Now now) {
   Evidence evidence;
-  evidence.line = device.line;
+  evidence.line = device.line.get();
   evidence.now = now.instant;
   evidence.status = &status;
   evidence.device = &device;
@@ -499,7 +499,7 @@ bool Echoes(const bus::LineStatus& status) {
 Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
                       Now now) {
   Evidence evidence;
-  evidence.line = all.front().line;
+  evidence.line = all.front().line.get();
   evidence.now = now.instant;
   evidence.status = &status;
   evidence.absent = true;

@@ -55,8 +55,9 @@ Result<bus::WriteAsk> PointRequests::AskOf(const config::Config& config,
                                            const status::Json& request) const {
   const auto target = status::FindPoint(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
-  const config::Point& point = store_.device(target->device).points[target->point];
-  const auto value = bus::ParseValue(point, TextOf(request, "value"));
+  const auto device = store_.device(target->device);
+  if (!device) return Error{"a reload has removed " + Quoted(TextOf(request, "target"))};
+  const auto value = bus::ParseValue(device->points[target->point], TextOf(request, "value"));
   if (!value) return Error{value.error()};
   bus::WriteAsk ask;
   ask.device = target->device;
@@ -110,7 +111,8 @@ Status PointRequests::Write(const config::Config& config, const status::Json& re
   if (!ask) return Error{ask.error()};
   const auto id = IdOf(request);
   if (!id) return Error{id.error()};
-  const config::Point& point = store_.device(ask->device).points[ask->parts.front().point];
+  const auto device = store_.device(ask->device);
+  const std::uint32_t point = ask->parts.front().point;
   ask->without_selection = IsConfirmed(request);
   ask->deadline = now + bus::kWaitForDevice;
   ask->abandoned = writer.left;
@@ -124,7 +126,8 @@ Status PointRequests::Write(const config::Config& config, const status::Json& re
     const WriteResult result{busy ? WriteEnd::busy : WriteEnd::denied, denial->text};
     status::Json denied = ToJson(result);
     if (denial->why == bus::WriteDenial::Why::not_selected) denied["needs"] = "confirm";
-    if (denial->why == bus::WriteDenial::Why::read_only && point.access != config::Access::read) {
+    if (denial->why == bus::WriteDenial::Why::read_only && device &&
+        device->points[point].access != config::Access::read) {
       denied["needs"] = "write: allow";
     }
     Finish(*id, answered, result, denied);

@@ -192,11 +192,13 @@ Result<status::Target> DeviceOf(const Gateway& gateway, const Request& request) 
 Reply SetInUse(const Gateway& gateway, const Request& request, bool in_use) {
   const auto target = DeviceOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
+  const auto device = gateway.store.device(*target->device);
+  if (!device) return Refused(kUnknown, "a reload has removed this device");
   gateway.control.SetInUse(*target->device, in_use);
   status::Json done = Done(gateway.config->lines[target->line]);
-  done["device"] = gateway.store.device(*target->device).name;
+  done["device"] = device->name;
   done["in_use"] = in_use;
-  done["enabled"] = gateway.store.device(*target->device).enabled;
+  done["enabled"] = device->enabled;
   return {OneLine(done)};
 }
 

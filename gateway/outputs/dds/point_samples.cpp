@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <functional>
-#include <string_view>
+#include <string>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -24,8 +24,8 @@ std::unordered_map<std::string, std::uint32_t> SlotsByName(const bus::PointStore
 
 PointSlots::PointSlots(const bus::PointStore& store) : first_{0} {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    const std::size_t points = store.gone(device) ? 0 : store.device(device).points.size();
-    there_.push_back(!store.gone(device));
+    held_.push_back(store.gone(device) ? nullptr : store.Hold(device));
+    const std::size_t points = held_.back() ? store.point_count(device) : 0;
     first_.push_back(first_.back() + static_cast<std::uint32_t>(points));
   }
 }
@@ -40,11 +40,11 @@ Room CountOf(const bus::PointStore& store) {
   Room room;
   room.events = 1;  // the gateway has some itself, at least alarms
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    if (store.gone(device)) continue;
-    const config::Device& its = store.device(device);
-    room.points += static_cast<std::uint32_t>(its.points.size());
+    const auto its = store.device(device);
+    if (store.gone(device) || !its) continue;
+    room.points += static_cast<std::uint32_t>(its->points.size());
     ++room.devices;
-    if (its.events || its.point_events) ++room.events;
+    if (its->events || its->point_events) ++room.events;
   }
   return room;
 }
@@ -58,8 +58,8 @@ Room RoomFor(const bus::PointStore& store) {
 }
 
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref) {
-  const config::Device& device = store.device(ref.device);
-  return device.name + "." + device.points[ref.point].name;
+  const auto device = store.device(ref.device);
+  return device->name + "." + device->points[ref.point].name;
 }
 
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots) {
@@ -67,7 +67,7 @@ std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlo
   deadbands.reserve(slots.size());
   for (std::uint32_t slot = 0; slot < slots.size(); ++slot) {
     const bus::PointRef ref = slots.RefOf(slot);
-    deadbands.push_back(store.device(ref.device).points[ref.point].deadband.ToDouble());
+    deadbands.push_back(store.device(ref.device)->points[ref.point].deadband.ToDouble());
   }
   return deadbands;
 }
@@ -115,8 +115,8 @@ void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample) {
 std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
   std::vector<std::uint32_t> back;
   const auto by_name = SlotsByName(store_, slots);
-  std::erase_if(gone_, [&](const bus::PointRef& ref) {
-    const auto found = by_name.find(NameOf(store_, ref));
+  std::erase_if(gone_, [&](const Gone& gone) {
+    const auto found = by_name.find(NameOf(store_, gone.ref));
     if (found != by_name.end()) back.push_back(found->second);
     return found != by_name.end();
   });
@@ -125,7 +125,7 @@ std::vector<std::uint32_t> PointEnds::TakeBack(const PointSlots& slots) {
 
 const PointSample* PointEnds::Next() {
   if (gone_.empty()) return nullptr;
-  const bus::PointRef ref = gone_.front();
+  const bus::PointRef ref = gone_.front().ref;
   sample_ = {};
   sample_.gateway = config_.name;
   const auto look = [&](const bus::DeviceRecord& record) {
@@ -137,12 +137,13 @@ const PointSample* PointEnds::Next() {
 }
 
 void DeviceEnds::TakeBack() {
-  std::unordered_set<std::string_view> there;
+  std::unordered_set<std::string> there;
   for (std::uint32_t device = 0; device < store_.device_count(); ++device) {
-    if (!store_.gone(device)) there.insert(store_.device(device).name);
+    const auto its = store_.device(device);
+    if (its && !store_.gone(device)) there.insert(its->name);
   }
   std::erase_if(gone_,
-                [&](std::uint32_t device) { return there.contains(store_.device(device).name); });
+                [&](const Gone& gone) { return there.contains(store_.device(gone.device)->name); });
 }
 
 const DeviceSample* DeviceEnds::Next() {
@@ -150,7 +151,7 @@ const DeviceSample* DeviceEnds::Next() {
   sample_ = {};
   sample_.gateway = config_.name;
   const auto look = [this](const bus::DeviceRecord& record) { FillDevice(record, sample_); };
-  store_.Read(gone_.front(), std::cref(look));
+  store_.Read(gone_.front().device, std::cref(look));
   sample_.state = static_cast<std::uint16_t>(bus::DeviceState::disabled);
   return &sample_;
 }

@@ -6,7 +6,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/model/config.h"
@@ -25,12 +27,15 @@ class PointSlots {
   /// Devices that the store had when the points were numbered.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
   /// It was in the store then.
-  bool Has(std::uint32_t device) const { return there_[device]; }
+  bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
   bus::PointRef RefOf(std::uint32_t slot) const;
+  /// What the store knew of the device stays as long.
+  const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  std::vector<bool> there_;           ///< by device
+  /// By device; null: it was not in the store. Keeps what subscribers are told at its end.
+  std::vector<std::shared_ptr<const void>> held_;
   std::vector<std::uint32_t> first_;  ///< by device, and one more: the number of points
 };
 
@@ -39,8 +44,9 @@ Room CountOf(const bus::PointStore& store);
 /// The same with some to spare for what reloads add.
 Room RoomFor(const bus::PointStore& store);
 
-/// "device.point"
+/// "device.point" of a device that is held.
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
+/// Of `slots`, which hold their devices.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
 // From the point store into the samples of points and devices: all fields but the gateway's name.
@@ -59,7 +65,10 @@ class PointEnds {
   PointEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  void Add(bus::PointRef ref) { gone_.push_back(ref); }
+  /// `held`: see PointStore::Hold.
+  void Add(bus::PointRef ref, std::shared_ptr<const void> held) {
+    gone_.push_back({ref, std::move(held)});
+  }
   void Clear() { gone_.clear(); }
   /// A point that has come back under its name before its end was told has none. Returns the slots
   /// of these points.
@@ -73,7 +82,11 @@ class PointEnds {
  private:
   const config::Config& config_;
   const bus::PointStore& store_;
-  std::deque<bus::PointRef> gone_;
+  struct Gone {
+    bus::PointRef ref;
+    std::shared_ptr<const void> held;
+  };
+  std::deque<Gone> gone_;
   PointSample sample_;  ///< of the first
 };
 
@@ -84,8 +97,10 @@ class DeviceEnds {
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `device`: its number in the store, which keeps the counters of removed devices.
-  void Add(std::uint32_t device) { gone_.push_back(device); }
+  /// `held`: see PointStore::Hold.
+  void Add(std::uint32_t device, std::shared_ptr<const void> held) {
+    gone_.push_back({device, std::move(held)});
+  }
   void Clear() { gone_.clear(); }
   /// Drops devices whose name is still in use: a reload may have begun their line anew.
   void TakeBack();
@@ -98,7 +113,11 @@ class DeviceEnds {
  private:
   const config::Config& config_;
   const bus::PointStore& store_;
-  std::deque<std::uint32_t> gone_;
+  struct Gone {
+    std::uint32_t device = 0;
+    std::shared_ptr<const void> held;
+  };
+  std::deque<Gone> gone_;
   DeviceSample sample_;
 };
 

@@ -77,11 +77,16 @@ bool SampleSender::Reopen() {
 /// All that subscribers have been told of.
 void SampleSender::AddEnds(const PointSlots& before) {
   for (std::uint32_t slot = 0; slot < before.size(); ++slot) {
-    if (plan_.WasSent(slot)) notices_.ends().Add(before.RefOf(slot));
+    if (plan_.WasSent(slot)) {
+      const bus::PointRef ref = before.RefOf(slot);
+      notices_.ends().Add(ref, before.HoldOf(ref.device));
+    }
   }
   for (std::uint32_t device = 0; device < before.devices(); ++device) {
     const bool gone = before.Has(device) && !slots_.Has(device);
-    if (gone && plan_.DeviceWasSent(device)) notices_.device_ends().Add(device);
+    if (gone && plan_.DeviceWasSent(device)) {
+      notices_.device_ends().Add(device, before.HoldOf(device));
+    }
   }
 }
 

@@ -143,6 +143,10 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     store.Read(first + i, [&](const bus::DeviceRecord& held) { records[i] = held; });
   }
+  // A reload has removed the line since `config` was taken.
+  if (!std::ranges::all_of(records, [](const auto& one) { return one.device != nullptr; })) {
+    records.clear();
+  }
   Json devices = Json::array();
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     if (target.device && first + i != *target.device) continue;
@@ -302,7 +306,9 @@ Json DesignationOf(const bus::DeviceRecord& record, Now now) {
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now) {
   bus::DeviceRecord record;  // a copy: the line must not wait
-  store.Read(*target.device, [&](const bus::DeviceRecord& held) { record = held; });
+  if (!store.Read(*target.device, [&](const bus::DeviceRecord& held) { record = held; })) {
+    return Error{"a reload has removed this device"};
+  }
   const config::Device& device = *record.device;
   Json settings = Json::array();
   for (std::size_t i = 0; i < device.points.size(); ++i) {

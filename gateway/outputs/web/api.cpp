@@ -192,7 +192,9 @@ Response LiveApi::PointsStream(const Request& request, Now now) {
 Response LiveApi::Map(const Request& request, Now) {
   const auto device = DeviceNamed(request.Query("device").value_or(""));
   if (!device) return Problem(404, device.error());
-  return JsonResponse(MapJson(links_.store.device(*device)));
+  const auto its = links_.store.device(*device);
+  if (!its) return Problem(404, "a reload has removed this device");
+  return JsonResponse(MapJson(*its));
 }
 
 Response LiveApi::TraceStream(const Request& request, Now) {

@@ -203,9 +203,11 @@ std::string LivePoints::Changed(Device only, Now now) {
   for (const bus::PointRef& ref : changes_.points) {
     if ((only && *only != ref.device) || store_.gone(ref.device)) continue;
     if (read != ref.device) {
+      record.points.clear();
       store_.Read(ref.device, [&](const bus::DeviceRecord& held) { record = held; });
       read = ref.device;
     }
+    if (record.points.empty()) continue;  // the device is forgotten
     AppendRow(record, ref.point, numbers.Of(ref.device, ref.point), now.instant, rows);
   }
   if (rows.empty()) return {};

@@ -29,7 +29,7 @@ class Store {
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
       if (store.gone(device)) continue;
       bus::DeviceRecord record;
-      store.Read(device, [&](const bus::DeviceRecord& held) { record = held; });
+      if (!store.Read(device, [&](const bus::DeviceRecord& held) { record = held; })) continue;
       const std::string labels =
           fmt::format("line=\"{}\",device=\"{}\"", outputs::EscapedLabel(record.line->name),
                       outputs::EscapedLabel(record.device->name));

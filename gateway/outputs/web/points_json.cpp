@@ -77,7 +77,7 @@ PointNumbers::PointNumbers(const bus::PointStore& store) {
   std::uint32_t next = 0;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     first_.push_back(next);
-    next += static_cast<std::uint32_t>(store.device(device).points.size());
+    next += static_cast<std::uint32_t>(store.point_count(device));
   }
 }
 
@@ -87,9 +87,9 @@ Json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now
   Json points = Json::array();
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     if (store.gone(device) || (filter.device && *filter.device != device)) continue;
-    if (!filter.line.empty() && store.line(device).name != filter.line) continue;
     bus::DeviceRecord record;
-    store.Read(device, [&](const bus::DeviceRecord& held) { record = held; });
+    if (!store.Read(device, [&](const bus::DeviceRecord& held) { record = held; })) continue;
+    if (!filter.line.empty() && record.line->name != filter.line) continue;
     for (std::size_t i = 0; i < record.points.size(); ++i) {
       const config::Point& point = record.device->points[i];
       if (!Fits(*record.line, *record.device, point, text)) continue;

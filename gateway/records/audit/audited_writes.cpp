@@ -110,9 +110,12 @@ WriteRecord AuditedWrites::Named(Kind kind, std::uint32_t device,
                                  std::optional<std::uint32_t> point) const {
   WriteRecord record;
   record.kind = kind;
-  record.line = Clipped(store_.line(device).name);
-  record.device = Clipped(store_.device(device).name);
-  record.point = point ? Clipped(store_.device(device).points[*point].name) : kTelegramPoint;
+  if (!point) record.point = kTelegramPoint;
+  store_.Read(device, [&](const bus::DeviceRecord& its) {
+    record.line = Clipped(its.line->name);
+    record.device = Clipped(its.device->name);
+    if (point) record.point = Clipped(its.device->points[*point].name);
+  });
   return record;
 }
 

@@ -124,10 +124,10 @@ std::string SubjectOf(const config::Point& point, const config::PointEvent& even
   return point.name + " " + ConditionOf(event);
 }
 
-DeviceWatch::DeviceWatch(const std::string& line, const config::Device& device)
-    : line_(line), device_(device) {
-  for (std::size_t i = 0; i < device.points.size(); ++i) {
-    for (const config::PointEvent& event : device.points[i].events) {
+DeviceWatch::DeviceWatch(std::string line, std::shared_ptr<const config::Device> device)
+    : line_(std::move(line)), device_(std::move(device)) {
+  for (std::size_t i = 0; i < device_->points.size(); ++i) {
+    for (const config::PointEvent& event : device_->points[i].events) {
       rules_[static_cast<std::uint32_t>(i)].push_back({event, PointWatch(event)});
     }
   }
@@ -136,10 +136,10 @@ DeviceWatch::DeviceWatch(const std::string& line, const config::Device& device)
 void DeviceWatch::GoOn(const DeviceWatch& before) {
   std::map<std::string_view, const std::vector<Rule>*> known;
   for (const auto& [point, rules] : before.rules_) {
-    known.emplace(before.device_.points[point].name, &rules);
+    known.emplace(before.device_->points[point].name, &rules);
   }
   for (auto& [point, rules] : rules_) {
-    const auto its = known.find(device_.points[point].name);
+    const auto its = known.find(device_->points[point].name);
     if (its == known.end()) continue;
     for (std::size_t i = 0; i < std::min(rules.size(), its->second->size()); ++i) {
       rules[i].watch.GoOn((*its->second)[i].watch);
@@ -155,7 +155,7 @@ std::vector<EventRecord> DeviceWatch::Take(std::uint32_t point, const Value& val
   for (Rule& rule : rules->second) {
     const auto found = rule.watch.Take(value, quality, at.instant);
     if (!found) continue;
-    records.push_back(RecordOf(device_.points[point], rule.event, *found, value, at));
+    records.push_back(RecordOf(device_->points[point], rule.event, *found, value, at));
   }
   return records;
 }
@@ -168,7 +168,7 @@ EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::Poin
   record.received = record.device_time = at.wall;
   record.clock = ClockQuality::gateway;
   record.line = line_;
-  record.device = device_.name;
+  record.device = device_->name;
   record.code = CodeOf(CodeOfRule(event.on));
   record.state = found.state;
   record.text =

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,8 +55,7 @@ class PointWatch {
 /// All rules of one device.
 class DeviceWatch {
  public:
-  /// Both outlive it.
-  DeviceWatch(const std::string& line, const config::Device& device);
+  DeviceWatch(std::string line, std::shared_ptr<const config::Device> device);
 
   /// In place of `before`, which watched the device of this name until its line was restarted: what
   /// it knew of points and rules that are still the same is known.
@@ -72,8 +72,8 @@ class DeviceWatch {
   EventRecord RecordOf(const config::Point& point, const config::PointEvent& event,
                        const PointWatch::Transition& found, const Value& value, Now at) const;
 
-  const std::string& line_;
-  const config::Device& device_;
+  const std::string line_;
+  const std::shared_ptr<const config::Device> device_;
   std::map<std::uint32_t, std::vector<Rule>> rules_;  // by point
 };
 

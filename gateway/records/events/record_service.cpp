@@ -41,13 +41,13 @@ bool IsGivenUp(const bus::PointRecord& point) {
 
 }  // namespace
 
-void RecordService::Add(const config::Line& line) {
+void RecordService::Add(const std::shared_ptr<const config::Line>& line) {
   const MutexLock lock(mutex_);
-  for (const config::Device& device : line.devices) {
+  for (const config::Device& device : line->devices) {
     const auto index = static_cast<std::uint32_t>(debts_.size());
     std::vector<Debt>& debts = debts_.emplace_back();
     for (const config::Record& record : device.records) {
-      debts.push_back({.device = index, .record = &record});
+      debts.push_back({.device = index, .record = {line, &record}});
     }
   }
 }
@@ -71,9 +71,10 @@ void RecordService::Start() {
 RecordService::Debt* RecordService::Find(const events::OwedRecord& owed) {
   Debt* gone = nullptr;
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
-    if (store_.device(device).name != owed.device) continue;
+    const auto its = store_.device(device);
+    if (!its || its->name != owed.device) continue;
     for (Debt& debt : debts_[device]) {
-      if (debt.over || debt.record->name != owed.name) continue;
+      if (!debt.record || debt.record->name != owed.name) continue;
       if (!store_.gone(device)) return &debt;
       gone = &debt;
     }
@@ -88,8 +89,8 @@ void RecordService::TakeOver() {
     for (std::uint32_t device = 0; device < debts_.size(); ++device) {
       if (!store_.gone(device)) continue;
       for (Debt& debt : debts_[device]) {
-        debt.over = true;
         debt.got.reset();
+        debt.record.reset();
         const auto event = std::exchange(debt.event, std::nullopt);
         if (!event) continue;
         owed.push_back(*event);
@@ -120,7 +121,8 @@ void RecordService::Owe(const std::vector<events::OwedRecord>& owed) {
         continue;
       }
       // Before a relay has told everything, a reading would be of no use, and in its way.
-      debt->waits = store_.device(debt->device).events;
+      const auto its = store_.device(debt->device);
+      debt->waits = its && its->events;
       if (!debt->event) debt->again = now.instant + kAgain;
       if (debt->event) {
         steps.keep.push_back(Superseded(*debt->event, one.event, now.wall));
@@ -176,12 +178,19 @@ void RecordService::OnRead(std::uint32_t device, Instant at) {
 void RecordService::Ask(Debt& debt, Steps& steps) {
   if (!started_ || std::exchange(debt.asking, true)) return;
   debt.stale = debt.waits = false;
-  steps.ask.push_back(&debt);
+  steps.ask.push_back({&debt, debt.record});
 }
 
 void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& result) {
   const Now now = ends_.clocks();
-  auto [away, record, read_at] = Look(debt, asked, now);
+  std::shared_ptr<const config::Record> its;
+  {
+    const MutexLock lock(mutex_);
+    its = debt.record;
+    if (!its) return;
+  }
+  auto [away, record, read_at] = Look(debt.device, *its, asked, now);
+  const auto device = store_.device(debt.device);
   Steps steps;
   {
     const MutexLock lock(mutex_);
@@ -189,7 +198,7 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
     if (!debt.event) return;
     if (std::exchange(debt.stale, false)) {
       if (!debt.waits) Ask(debt, steps);
-    } else if (record && !store_.device(debt.device).events) {
+    } else if (record && device && !device->events) {
       --owing_;
       Settle(debt, *record, steps);
     } else if (record) {
@@ -210,14 +219,15 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
 }
 
 /// Without a record not all of it has been read since then.
-RecordService::Found RecordService::Look(const Debt& debt, Instant asked, Now now) const {
+RecordService::Found RecordService::Look(std::uint32_t device_number, const config::Record& its,
+                                         Instant asked, Now now) const {
   Found found;
   events::KeptRecord record;
   record.read = now.wall;
   bool all = true;
-  store_.Read(debt.device, [&](const bus::DeviceRecord& device) {
+  const bool known = store_.Read(device_number, [&](const bus::DeviceRecord& device) {
     found.away = device.override_quality.has_value();
-    for (const std::uint32_t index : debt.record->points) {
+    for (const std::uint32_t index : its.points) {
       const config::Point& point = device.device->points[index];
       const bus::PointRecord& held = device.points[index];
       const bool read = held.read_at && *held.read_at > asked;
@@ -228,6 +238,7 @@ RecordService::Found RecordService::Look(const Debt& debt, Instant asked, Now no
           {point.name, IsBad(quality) ? Value() : held.value, point.unit, quality});
     }
   });
+  if (!known) found.away = true;
   if (all && !found.away) found.record = std::move(record);
   return found;
 }
@@ -245,14 +256,16 @@ void RecordService::Settle(Debt& debt, const events::KeptRecord& record, Steps& 
 
 void RecordService::Do(Steps steps) {
   for (events::KeptRecord& record : steps.keep) ends_.keep(std::move(record));
-  for (Debt* const debt : steps.ask) {
+  for (const auto& [debt, record] : steps.ask) {
     bus::WriteCommand command;
     const Instant now = ends_.clocks().instant;
     command.device = debt->device;
     command.client = "events";
-    command.kind = bus::Reads{debt->record->points};
+    command.kind = bus::Reads{record->points};
     command.deadline = now + kWaitForPoints;
-    command.done = [this, debt, now](const WriteResult& result) { OnAnswer(*debt, now, result); };
+    command.done = [this, debt = debt, now](const WriteResult& result) {
+      OnAnswer(*debt, now, result);
+    };
     if (ends_.ask(std::move(command))) continue;
     const MutexLock lock(mutex_);
     debt->asking = false;

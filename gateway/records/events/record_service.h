@@ -19,6 +19,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -48,8 +49,8 @@ class RecordService {
   /// `store` outlives it. All its reads must be answered before it is destroyed.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
-  /// The next devices after the known ones. `line` outlives this.
-  void Add(const config::Line& line);
+  /// The next devices after the known ones.
+  void Add(const std::shared_ptr<const config::Line>& line);
 
   /// From now on lines may be asked.
   void Start();
@@ -67,9 +68,9 @@ class RecordService {
  private:
   struct Debt {
     std::uint32_t device = 0;
-    const config::Record* record = nullptr;
+    std::shared_ptr<const config::Record>
+        record;  ///< null: the device is gone, and a reload has ended
     std::optional<events::OwedRecord> event{};  ///< the last that owes it
-    bool over = false;                          ///< the device is gone, and a reload has ended
     bool asking = false;
     bool waits = false;  ///< until the device has no more events
     bool stale = false;  ///< the reading may belong to the event before
@@ -79,8 +80,12 @@ class RecordService {
     Instant got_at{};
   };
   /// Calls to make when the lock is free again.
+  struct Asking {
+    Debt* debt = nullptr;
+    std::shared_ptr<const config::Record> record;
+  };
   struct Steps {
-    std::vector<Debt*> ask{};
+    std::vector<Asking> ask{};
     std::vector<events::KeptRecord> keep{};
   };
 
@@ -91,7 +96,7 @@ class RecordService {
     std::optional<events::KeptRecord> record{};
     Instant read_at{};  ///< of its latest value
   };
-  Found Look(const Debt& debt, Instant asked, Now now) const;
+  Found Look(std::uint32_t device, const config::Record& record, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);
   void Ask(Debt& debt, Steps& steps) BAUDGATE_REQUIRES(mutex_);
   void Do(Steps steps);

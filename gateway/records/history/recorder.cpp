@@ -73,7 +73,7 @@ void Batch::Append(Batch&& later) {
 Recorder::Recorder(const config::History& history, const bus::PointStore& store, Now now)
     : store_(store), last_(now) {
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
-    numbers_.emplace_back(store.device(device).points.size(), kNone);
+    numbers_.emplace_back(store.point_count(device), kNone);
   }
   for (const config::HistoryPoint& point : history.points) {
     numbers_[point.device][point.point] = static_cast<PointNumber>(points_.size());
@@ -95,9 +95,10 @@ void Recorder::Take(const bus::Changes& changes, Now now, std::size_t room, Batc
       i = end;
       continue;
     }
+    const auto changed = std::span(changes.points).subspan(i, end - i);
+    i = end;
     store_.Read(device, [&](const bus::DeviceRecord& record) {
-      for (; i < end; ++i) {
-        const std::uint32_t point = changes.points[i].point;
+      for (const auto [its, point] : changed) {
         const PointNumber number = numbers_[device][point];
         if (number == kNone) continue;
         const bus::PointRecord& held = record.points[point];

@@ -203,9 +203,7 @@ std::vector<TraceRecord> LineRecorder::Copy() const {
 std::optional<Recording> LineRecorder::Save(std::uint32_t device, const char* reason, Now now) {
   if (!sink_ || (saved_ && now.instant - *saved_ < kBetweenRecordings)) return std::nullopt;
   saved_ = now.instant;
-  const config::Device* known =
-      device >= bus::kFirstSlave ? nullptr : &line_.devices[device - first_device_];
-  return Recording{&line_, known, NameOf(device), reason, now.wall, Copy()};
+  return Recording{line_.name, TraceHead(line_), NameOf(device), reason, now.wall, Copy()};
 }
 
 std::string LineRecorder::NameOf(std::uint32_t device) const {
@@ -268,8 +266,8 @@ std::string Safe(std::string name) {
 }
 
 std::string FileName(const Recording& recording) {
-  return Safe(recording.line->name) + "-" + StampOf(recording.at) + "-" + Safe(recording.name) +
-         "-" + recording.reason + std::string(kEnding);
+  return Safe(recording.line) + "-" + StampOf(recording.at) + "-" + Safe(recording.name) + "-" +
+         recording.reason + std::string(kEnding);
 }
 
 std::string Contents(const Recording& recording, const std::string& version,
@@ -281,7 +279,7 @@ std::string Contents(const Recording& recording, const std::string& version,
       "# time (UTC), device, > sent, < received, = outcome and round trip, # note; ** is secret\n",
       version, FormatWallTime(recording.at), recording.name, recording.reason, recording.name,
       file);
-  for (const std::string& line : TraceHead(*recording.line)) text += line + "\n";
+  for (const std::string& line : recording.head) text += line + "\n";
   for (const TraceRecord& record : recording.records) text += ToText(record) + "\n";
   return text;
 }
@@ -319,7 +317,7 @@ void Recordings::WriteAll() {
   }
   while (const auto recording = waiting_.Take()) {
     const std::string name = FileName(*recording);
-    Write({Safe(recording->line->name), name, Contents(*recording, version_, name)});
+    Write({Safe(recording->line), name, Contents(*recording, version_, name)});
   }
 }
 

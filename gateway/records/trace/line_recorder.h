@@ -25,10 +25,10 @@ namespace baudgate::records {
 
 /// A copy of the recorder at the moment when something went wrong.
 struct Recording {
-  const config::Line* line = nullptr;
-  const config::Device* device = nullptr;  ///< with which it went wrong; null: a routed slave
-  std::string name;                        ///< of the device or slave
-  std::string reason;                      ///< one word, for the file's name: "offline", "corrupt"
+  std::string line;               ///< its name
+  std::vector<std::string> head;  ///< TraceHead of the line
+  std::string name;               ///< of the device or slave with which it went wrong
+  std::string reason;             ///< one word, for the file's name: "offline", "corrupt"
   WallTime at{};
   std::vector<TraceRecord> records;  ///< oldest first
 };

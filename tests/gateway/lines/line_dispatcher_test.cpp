@@ -98,7 +98,7 @@ TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
 TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
   config::Line added = config_.lines[0];
   added.name = "added";
-  store_->Append(added);
+  store_->Append(std::make_shared<const config::Line>(added));
   EXPECT_TRUE(Write(1));
   ASSERT_TRUE(result_);
   EXPECT_EQ(result_->end, WriteEnd::not_sent);
@@ -140,7 +140,7 @@ class SharedLoop : public testing::Test {
     store_ = std::make_unique<bus::PointStore>(config_);
     for (std::uint32_t i = 0; i < 2; ++i) {
       runners_.push_back(std::make_unique<LineRunner>(
-          loop_.io(), config_.lines[i], i,
+          loop_.io(), store_->LineAt(i), i,
           [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); }, *store_));
       Accept(i);
     }

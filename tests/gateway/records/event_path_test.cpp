@@ -222,7 +222,7 @@ class EventReloadTest : public EventPathTest {
     if (change) change(next->lines[0]);
     running_ = reloaded_.emplace_back(next);
     const std::shared_ptr<const config::Line> begun(next, next->lines.data());
-    store_.Append(*begun);
+    store_.Append(begun);
     path_->Renumber(next, std::span(&begun, 1));
     ++device_;
   }

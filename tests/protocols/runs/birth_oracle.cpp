@@ -34,7 +34,7 @@ BirthOracle::BirthOracle(const bus::PointStore& store, std::function<Instant()> 
     states_.emplace_back();
     states_.back().twins = {device};
     states_.back().foreign = {false};
-    states_.back().points.resize(store.device(device).points.size());
+    states_.back().points.resize(store.point_count(device));
   }
 }
 
@@ -177,7 +177,8 @@ void BirthOracle::Replace(std::uint32_t device, std::size_t twin, bool foreign) 
 }
 
 void BirthOracle::Confirm(std::uint32_t device, std::uint32_t i, double value) {
-  const config::Point& config = store_.device(device).points[i];
+  const auto its = store_.device(device);
+  const config::Point& config = its->points[i];
   const Instant now = clock_();
   for (const std::size_t twin : states_[device].twins) {
     const auto birth = values_[twin]->Find(i, config, value, now);

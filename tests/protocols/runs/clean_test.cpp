@@ -271,7 +271,7 @@ TEST_P(Undisturbed, EverythingIsRightAndGood) {
   EXPECT_EQ(rig.oracle().wrong(), 0U) << rig.oracle().what();
   EXPECT_GT(rig.oracle().judged(), 150U);
   EXPECT_GT(rig.oracle().Availability(), 0.99);
-  const bool writes = WritablePoint(rig->store().device(0)).has_value();
+  const bool writes = WritablePoint(*rig->store().device(0)).has_value();
   EXPECT_EQ(rig.confirmed(), writes ? 6U : 0U);
 }
 
@@ -349,7 +349,7 @@ TEST(BirthOracle, SeesValuesOfTwoDevicesAtOneAddress) {
 
 TEST(BirthOracle, SeesTheValueBeforeAConfirmedWrite) {
   Judged judged;
-  const auto point = WritablePoint(judged.rig->store().device(0));
+  const auto point = WritablePoint(*judged.rig->store().device(0));
   ASSERT_TRUE(point);
   const double before = judged.BornAt(0, *point);
   EXPECT_EQ(judged.ShowsAt(*point, before), "");
@@ -363,7 +363,7 @@ TEST(BirthOracle, SeesTheValueBeforeAConfirmedWrite) {
 TEST(BirthOracle, MeasuresTheShareOfGoodReadings) {
   Judged judged;
   const std::size_t points =
-      judged.rig->store().device(0).points.size() + judged.rig->store().device(1).points.size();
+      judged.rig->store().point_count(0) + judged.rig->store().point_count(1);
   judged.rig.oracle().RestartAvailability();
   judged.Shows(judged.BornAt(0, 0));
   judged.rig->RunFor(0s);

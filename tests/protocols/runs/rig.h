@@ -71,7 +71,7 @@ class Rig {
   VirtualLine* operator->() { return line_.get(); }
   const Setup& setup() const { return setup_; }
   std::uint32_t devices() const { return static_cast<std::uint32_t>(setup_.addresses.size()); }
-  const config::Device& device(std::uint32_t index) { return line_->store().device(index); }
+  const config::Device& device(std::uint32_t index) { return *line_->store().device(index); }
 
   bool AllGood(std::uint32_t device);
   bool AllGood();

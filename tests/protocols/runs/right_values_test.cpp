@@ -157,7 +157,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
     for (std::size_t twin = 0; twin <= GetParam().oddities.size(); ++twin) SetUp(twin);
   }
 
-  const config::Device& device() { return line_->store().device(0); }
+  const config::Device& device() { return *line_->store().device(0); }
   const Oddity& OddityOf(std::size_t twin) { return GetParam().oddities[twin - 1]; }
 
   /// All measure the same numbers, whatever they mean by them.

@@ -166,7 +166,9 @@ class TripStation {
                                             kept_.push_back(std::move(record));
                                         }}));
     service_ = services_.back().get();
-    for (const config::Line& line : rig_->config().lines) service_->Add(line);
+    for (std::uint32_t line = 0; line < rig_->config().lines.size(); ++line) {
+      service_->Add(rig_->store().LineAt(line));
+    }
     service_->Start();
     service_->Owe(keeper_.TakeOwed());
   }
@@ -335,7 +337,7 @@ class Gate {
     };
     services_.push_back(std::make_unique<events::RecordService>(line_.store(), std::move(ends)));
     service_ = services_.back().get();
-    service_->Add(line_.config().lines[0]);
+    service_->Add(line_.store().LineAt(0));
     service_->Start();
     service_->Owe(keeper_.TakeOwed());
   }

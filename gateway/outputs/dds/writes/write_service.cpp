@@ -118,7 +118,7 @@ WriteService::WriteService(const config::Config& config, const bus::PointStore& 
 
 void WriteService::LearnDevices() {
   for (const std::uint32_t end = store_.device_count(); known_ < end; ++known_) {
-    devices_[store_.device(known_).name] = known_;
+    if (const auto device = store_.device(known_)) devices_[device->name] = known_;
   }
 }
 
@@ -161,7 +161,7 @@ std::optional<bus::RequestAnswer> WriteService::Carry(const WriteArrival& arriva
     Record(arrival, *why);
     return bus::RequestAnswer{WriteEnd::denied, std::move(*why)};
   }
-  auto value = ValueOf(store_.device(place->device).points[place->point], request);
+  auto value = ValueOf(place->config->points[place->point], request);
   if (!value) {
     Record(arrival, value.error());
     return bus::RequestAnswer{WriteEnd::denied, value.error()};
@@ -200,15 +200,15 @@ Result<WriteService::Place> WriteService::Find(const RequestSample& request) {
   if (device == devices_.end()) {
     return Error{Quoted(request.device) + " is no device of this gateway"};
   }
-  if (store_.gone(device->second)) {
+  const auto its = store_.device(device->second);
+  if (!its || store_.gone(device->second)) {
     return Error{"a reload has removed " + Quoted(request.device) + ", or restarts its line"};
   }
-  const std::vector<config::Point>& points = store_.device(device->second).points;
-  const auto point = std::ranges::find(points, request.point, &config::Point::name);
-  if (point == points.end()) {
+  const auto point = std::ranges::find(its->points, request.point, &config::Point::name);
+  if (point == its->points.end()) {
     return Error{Quoted(request.point) + " is no point of " + request.device};
   }
-  return Place{device->second, static_cast<std::uint32_t>(point - points.begin())};
+  return Place{device->second, static_cast<std::uint32_t>(point - its->points.begin()), its};
 }
 
 void WriteService::End(const Ticket& ticket, const WriteResult& result, Instant now) {

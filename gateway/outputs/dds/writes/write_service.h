@@ -71,6 +71,7 @@ class WriteService {
   struct Place {
     std::uint32_t device = 0;  ///< index in the point store
     std::uint32_t point = 0;   ///< index in the device's points
+    std::shared_ptr<const config::Device> config;
   };
   Result<Place> Find(const RequestSample& request);
   /// A reload may have brought more.

@@ -194,7 +194,7 @@ ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& 
     OwnUnits& reader;
     const ModbusRequest& request;
     Instant now;
-    ExceptionCode exception = kNoException;
+    ExceptionCode exception = kDeviceFailure;  // if the device is forgotten
   } look{*this, request, now};
   // One captured reference keeps std::function off the heap.
   store_.Read(unit.device, [&look](const bus::DeviceRecord& record) {
@@ -260,7 +260,9 @@ ExceptionCode OwnUnits::Select(const UnitMap& unit, std::uint32_t point,
 ExceptionCode OwnUnits::WritePoints(const UnitMap& unit, const ModbusRequest& request,
                                     const Asker& asker, Instant now,
                                     std::function<void(const WriteResult&)> done) {
-  ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
+  const auto device = store_.device(unit.device);
+  if (!device) return kDeviceFailure;
+  ConvertedWrite converted = ConvertWrites(unit, *device, request);
   if (converted.exception != kNoException) return converted.exception;
   const auto denial = gate_.Submit(asker.writer,
                                    {.device = unit.device,
@@ -279,7 +281,9 @@ void OwnUnits::Deny(View frame, const bus::Writer& writer, const WriteResult& re
   const UnitMap& unit = map_.unit(request.unit);
   if (AckRegister::IsFor(request)) return acks_.Deny(request, unit, writer, refused, now);
   if (unit.kind != UnitMap::Kind::device) return;
-  ConvertedWrite converted = ConvertWrites(unit, store_.device(unit.device), request);
+  const auto device = store_.device(unit.device);
+  if (!device) return;
+  ConvertedWrite converted = ConvertWrites(unit, *device, request);
   gate_.Deny(writer, {.device = unit.device, .parts = std::move(converted.parts)}, refused.reason,
              refused.end);
 }

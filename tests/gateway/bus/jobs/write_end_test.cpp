@@ -36,7 +36,7 @@ class Verdicts : public ::testing::Test {
     device_.points.resize(2);
     device_.points[0].name = "both";
     device_.points[1].access = config::Access::write;
-    record_.device = &device_;
+    record_.device = {std::shared_ptr<void>(), &device_};
     record_.points.resize(2);
     confirmed_.at = Instant(1h);
     confirmed_.written = 1;

@@ -171,12 +171,12 @@ TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   ASSERT_EQ(AgedAt(25s), Points{kFast});
   config::Line patient = config_.lines[0];
   patient.devices[0].max_age = 1min;
-  store_.Reconfigure(0, patient);
+  store_.Reconfigure(0, std::make_shared<const config::Line>(patient));
   EXPECT_EQ(QualityAfter(kFast, 25s), Quality::good);
   EXPECT_EQ(QualityAfter(kFast, 61s), Quality::uncertain_last_usable) << "counted as before";
   config::Line strict = config_.lines[0];
   strict.devices[0].max_age = 5s;
-  store_.Reconfigure(0, strict);
+  store_.Reconfigure(0, std::make_shared<const config::Line>(strict));
   EXPECT_EQ(QualityAfter(kFast, 19s), Quality::good) << "two rounds of the line, as before";
   EXPECT_EQ(QualityAfter(kFast, 21s), Quality::uncertain_last_usable);
   Told();
@@ -438,10 +438,10 @@ TEST_F(GrowingStore, ALineThatComesGetsTheNextNumbersAndIsToldOf) {
   const auto feed = store().Subscribe();
   Update(1, 5);
   const config::Line more = LineOf("c", 3);
-  store().Append(more);
+  store().Append(std::make_shared<const config::Line>(more));
   EXPECT_EQ(store().device_count(), 3U);
   EXPECT_EQ(store().LineIndex(more), 2U);
-  EXPECT_EQ(store().device(2).name, "c");
+  EXPECT_EQ(store().device(2)->name, "c");
   Update(2, 7);
   Changes changes;
   feed->Drain(Instant(), changes);
@@ -474,7 +474,7 @@ TEST_F(GrowingStore, AFeedThatBeginsMeanwhileKnowsEachDeviceThatChanges) {
   });
   const config::Line more = LineOf("c");
   for (std::uint32_t device = 2; device < 2000; ++device) {
-    store().Append(more);
+    store().Append(std::make_shared<const config::Line>(more));
     store().UpdateStatus(device, [](DeviceStatus& status) { status.state = DeviceState::online; });
   }
   done = true;
@@ -500,6 +500,51 @@ TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
   EXPECT_EQ(RecordOf(0).seq, 1U);
 }
 
+TEST_F(GrowingStore, ALineThatIsForgottenIsFreedOnceNobodyHoldsIt) {
+  Update(0, 5);
+  const std::weak_ptr<const config::Line> line = store().LineAt(0);
+  store().Retire(0);
+  EXPECT_EQ(store().LineAt(0), nullptr);
+  EXPECT_EQ(store().device(0)->name, "a") << "outputs have it until they are told";
+  auto held = store().Hold(0);
+  store().Forget(0);
+  EXPECT_EQ(std::get<double>(RecordOf(0).value), 5) << "it is held";
+  EXPECT_FALSE(line.expired());
+  held.reset();
+  EXPECT_TRUE(line.expired());
+  EXPECT_EQ(store().Hold(0), nullptr);
+  EXPECT_EQ(store().device(0), nullptr);
+  EXPECT_FALSE(store().Read(0, [](const DeviceRecord&) { ADD_FAILURE(); }));
+  EXPECT_EQ(store().point_count(0), 1U) << "numbers of points stay";
+  EXPECT_EQ(store().device(1)->name, "b");
+}
+
+/// Its driver returns after a reload.
+TEST_F(GrowingStore, AnAbandonedLineTellsOfAForgottenDeviceInVain) {
+  store().Retire(0);
+  store().Forget(0);
+  Update(0, 5);
+  const std::size_t point = 0;
+  store().Doubt(0, {&point, 1}, Instant(1h));
+  store().SetOverride(0, Quality::bad_communication);
+  store().SetLineCycle(0, 1s, Instant(1h));
+  store().UpdateStatus(0, [](DeviceStatus&) { ADD_FAILURE(); });
+  store().UpdateLine(0, [](LineStatus&) { ADD_FAILURE(); });
+  store().Age(Instant(2h));
+  EXPECT_EQ(store().ReadLine(0).port_text, LineStatus().port_text);
+  EXPECT_EQ(store().line(0), nullptr);
+}
+
+TEST_F(GrowingStore, AConfigurationThatIsReplacedIsFreed) {
+  const config::Line& begun = *store().LineAt(1);
+  store().Reconfigure(1, std::make_shared<const config::Line>(begun));
+  const std::weak_ptr<const config::Line> before = store().line(1);
+  const auto device = store().device(1);
+  store().Reconfigure(1, std::make_shared<const config::Line>(begun));
+  EXPECT_FALSE(before.expired()) << "a reader has it";
+  EXPECT_EQ(device->name, "b");
+}
+
 TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
   const auto feed = store().Subscribe();
   Update(0, 5);
@@ -507,8 +552,8 @@ TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
   feed->Drain(Instant(), changes);
   config::Line as = config_.lines[0];
   as.devices[0].unit = 9;
-  store().Reconfigure(0, as);
-  EXPECT_EQ(store().device(0).unit, 9);
+  store().Reconfigure(0, std::make_shared<const config::Line>(as));
+  EXPECT_EQ(store().device(0)->unit, 9);
   EXPECT_EQ(std::get<double>(RecordOf(0).value), 5);
   EXPECT_EQ(RecordOf(0).seq, 1U);
   feed->Drain(Instant(), changes);

@@ -76,6 +76,12 @@ class WriteGateTest : public testing::Test {
     const Sample sample{point, value, quality};
     store_.Update(0, {&sample, 1}, {now_, {}}, 10ms);
   }
+  template <typename Change>
+  void Configure(std::uint32_t point, Change change) {
+    config::Line line = *store_.LineAt(0);
+    change(line.devices[0].points[point].writing);
+    store_.Reconfigure(0, std::make_shared<const config::Line>(line));
+  }
 
   static inline const Writer kAnna{"192.0.2.5:40312", 1};
   static inline const Writer kBert{"192.0.2.6:40312", 2};
@@ -210,7 +216,7 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
 
 /// A load that may be switched on only in remote may be switched off always.
 TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
-  config_.lines[0].devices[0].points[kClosed].writing.allow_when[0].only = true;
+  Configure(kClosed, [](config::Writing& writing) { writing.allow_when[0].only = true; });
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
   EXPECT_EQ(Write({{kClosed, false}}), std::nullopt);
   EXPECT_EQ(sink_.commands.at(0).why_not(now_), std::nullopt);
@@ -218,8 +224,9 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
 
 /// 0.9 comes as the float32 0.899999976.
 TEST_F(WriteGateTest, AnInterlockOfAFloatKnowsTheNumberThatWasMeant) {
-  config_.lines[0].devices[0].points[kSetting].writing.allow_when = {
-      {"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
+  Configure(kSetting, [](config::Writing& writing) {
+    writing.allow_when = {{"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
+  });
   EXPECT_EQ(Write({{kSetting, static_cast<double>(0.9F)}}), Why::locked);
   EXPECT_EQ(sink_.denied.at(0).value, Value(0.9));
   EXPECT_EQ(Write({{kSetting, static_cast<double>(0.8F)}}), std::nullopt);
@@ -233,9 +240,10 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
 
 /// The inverter does no more than 50 Hz, by its own parameter.
 TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
-  config::Writing& writing = config_.lines[0].devices[0].points[kSetting].writing;
-  writing.max.reset();
-  writing.max_point = std::string("current");
+  Configure(kSetting, [](config::Writing& writing) {
+    writing.max.reset();
+    writing.max_point = std::string("current");
+  });
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked) << "it was never read";
   EXPECT_THAT(text_, HasSubstr("its maximum is not known: current is bad"));
   Show(kCurrent, 50.0);
@@ -256,9 +264,10 @@ TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
 }
 
 TEST_F(WriteGateTest, APointCanBeTheLeastOfAnother) {
-  config::Writing& writing = config_.lines[0].devices[0].points[kSetting].writing;
-  writing.min.reset();
-  writing.min_point = std::string("current");
+  Configure(kSetting, [](config::Writing& writing) {
+    writing.min.reset();
+    writing.min_point = std::string("current");
+  });
   Show(kCurrent, 10.0);
   EXPECT_EQ(Write({{kSetting, 9.0}}), Why::value);
   EXPECT_EQ(Write({{kSetting, 10.0}}), std::nullopt);

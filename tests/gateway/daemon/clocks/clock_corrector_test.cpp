@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/renew_store.h"
+
 namespace baudgate::daemon {
 namespace {
 
@@ -182,6 +184,7 @@ TEST_F(ClockCorrectorTest, WhatBecameOfItIsToldAlsoBehindAReload) {
   Pass(1s);
   AnswerRead(12.3);
   store_.Retire(0);
+  store_.Forget(0);
   AnswerWrite({});
   EXPECT_THAT(told_, ElementsAre("corrected: it was 12.3 s ahead"));
   Pass(std::chrono::hours(26));
@@ -237,6 +240,7 @@ TEST_F(ClockCorrectorTest, BelievesNoSingleReading) {
 
 TEST_F(ClockCorrectorTest, IsRefusedAsAnyOtherClient) {
   config_.lines[0].devices[0].points[1].writing.allowed = false;
+  Renew(store_, config_);
   Show(12.3);
   Pass(1s);
   AnswerRead(12.3);

@@ -37,15 +37,15 @@ class DiagnoseTest : public ::testing::Test {
  protected:
   DiagnoseTest() {
     config_.lines[0].devices[1].traits = &protocols::SpabusProtocol().traits;
-    record_.line = &config_.lines[0];
-    record_.device = &config_.lines[0].devices[1];
+    record_.line = {std::shared_ptr<void>(), &config_.lines[0]};
+    record_.device = {record_.line, &config_.lines[0].devices[1]};
     record_.points.resize(2);
     for (bus::PointRecord& point : record_.points) {
       point.reported = Quality::good;
       point.read_at = status::kNow.instant;
     }
     neighbour_.line = record_.line;
-    neighbour_.device = &config_.lines[0].devices[0];
+    neighbour_.device = {record_.line, &config_.lines[0].devices[0]};
     neighbour_.status.state = bus::DeviceState::online;
     neighbour_.status.last_ok = status::kNow.instant - 1s;
     Looked(neighbour_.status, Symptom::clean, 32);

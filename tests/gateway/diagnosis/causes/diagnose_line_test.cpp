@@ -228,7 +228,7 @@ TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
     Looked(*status, Symptom::silence, 20);
   }
   bus::DeviceRecord third = neighbour_;
-  third.device = &config_.lines[0].devices[0];
+  third.device = {third.line, &config_.lines[0].devices[0]};
   third.status = {};
   third.status.state = bus::DeviceState::online;
   Looked(third.status, Symptom::clean, 32);

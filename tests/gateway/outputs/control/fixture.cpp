@@ -6,6 +6,8 @@
 #include <asio/post.hpp>
 #include <utility>
 
+#include "tests/support/renew_store.h"
+
 namespace baudgate::control {
 namespace {
 
@@ -125,6 +127,7 @@ ControlTest::~ControlTest() {
 }
 
 void ControlTest::StartServerWith(status::GatewayInfo info) {
+  Renew(store_, config_);
   server_.emplace(config_, store_, lines_, lines_, std::move(info), io_, limits_);
   listening_ = server_->Listen();
   thread_ = std::thread([this] {

@@ -9,6 +9,7 @@
 #include "gateway/outputs/control/request_handler.h"
 #include "protocols/protocol.h"
 #include "tests/gateway/outputs/control/fixture.h"
+#include "tests/support/renew_store.h"
 
 namespace baudgate::control {
 namespace {
@@ -340,6 +341,7 @@ TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
   EXPECT_THAT(Write("trip", "on"), HasSubstr(R"("needs":"confirm")"));
   EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"("end":"ok")"));
   config_.lines[1].devices[0].points[0].writing.allowed = false;
+  Renew(store_, config_);
   EXPECT_THAT(Write("setting", "7"), HasSubstr(R"("needs":"write: allow")"));
   lines_.full = true;
   EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"({"end":"busy")"));

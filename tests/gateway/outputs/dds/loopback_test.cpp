@@ -143,7 +143,7 @@ TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeL
   for (int round = 0; round < 5; ++round) {
     config::Line& line = lines[static_cast<std::size_t>(round)];
     line.devices[0].name = "renamed-" + std::to_string(round);
-    store.Append(line);
+    store.Append(std::make_shared<const config::Line>(line));
     store.Retire(static_cast<std::uint32_t>(round));
     publisher->OnReload();
     const Published::Key now{line.devices[0].name, "p2"};

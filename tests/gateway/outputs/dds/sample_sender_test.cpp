@@ -301,8 +301,9 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   run.writer.points.clear();
   config::Line line = run.config.lines[0];
   line.devices[1].points[0].name = "other";
-  run.store.Append(line);
+  run.store.Append(std::make_shared<const config::Line>(line));
   run.store.Retire(0);
+  run.store.Forget(0);
   run.sender.OnReload(run.now.instant);
   run.RunFor(1s);
   std::vector<std::string> told;
@@ -327,8 +328,9 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   run.RunFor(1s);
   config::Line line = run.config.lines[0];
   line.devices[0].name = "renamed";
-  run.store.Append(line);
+  run.store.Append(std::make_shared<const config::Line>(line));
   run.store.Retire(0);
+  run.store.Forget(0);
   run.writer.devices.clear();
   run.sender.OnReload(run.now.instant);
   run.RunFor(0ms);
@@ -349,16 +351,18 @@ TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
     run.RunFor(1s);
     config::Line first = run.config.lines[0];
     first.devices[0].name = "renamed";
-    run.store.Append(first);
+    run.store.Append(std::make_shared<const config::Line>(first));
     run.store.Retire(0);
+    run.store.Forget(0);
     run.sender.OnReload(run.now.instant);
     run.RunFor(0ms);
     ASSERT_THAT(run.writer.reopened, SizeIs(1));
     run.writer.points.clear();
     config::Line second = first;
     second.devices.resize(1);
-    run.store.Append(second);
+    run.store.Append(std::make_shared<const config::Line>(second));
     run.store.Retire(1);
+    run.store.Forget(1);
     if (reload_first) run.sender.OnReload(run.now.instant);
     run.sender.StartAnew(run.now.instant);
     if (!reload_first) run.sender.OnReload(run.now.instant);
@@ -376,13 +380,13 @@ TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
   run.RunFor(1s);
   config::Line few = MakeConfig(1, 10).lines[0];
   few.devices[0].name = "few";
-  run.store.Append(few);
+  run.store.Append(std::make_shared<const config::Line>(few));
   run.sender.OnReload(run.now.instant);
   run.RunFor(1s);
   EXPECT_THAT(run.writer.reopened, SizeIs(0));
   config::Line many = MakeConfig(1, 600).lines[0];
   many.devices[0].name = "many";
-  run.store.Append(many);
+  run.store.Append(std::make_shared<const config::Line>(many));
   run.writer.answer = Sent::later;
   run.sender.OnReload(run.now.instant);
   run.RunFor(1s);
@@ -400,8 +404,9 @@ struct Leaving : Sending {
     RunFor(1s);
     writer.points.clear();
     writer.answer = answer;
-    store.Append(other);
+    store.Append(std::make_shared<const config::Line>(other));
     store.Retire(0);
+    store.Forget(0);
     sender.OnReload(now.instant);
   }
   std::size_t ends() const {
@@ -427,7 +432,7 @@ TEST(SampleSender, TellsEachEndEvenIfThereIsNoRoomForItAtFirst) {
 TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
   Leaving run;
   run.RunFor(1ms);
-  run.store.Append(run.config.lines[0]);
+  run.store.Append(std::make_shared<const config::Line>(run.config.lines[0]));
   run.Set(2, 0, 2.5);
   run.sender.OnReload(run.now.instant);
   run.writer.answer = Sent::yes;
@@ -452,7 +457,7 @@ TEST(SampleSender, ANewSessionDuringAReloadSendsWhatIsNumbered) {
   config::Line line = run.config.lines[0];
   line.devices.resize(1);
   line.devices[0].name = "added";
-  run.store.Append(line);
+  run.store.Append(std::make_shared<const config::Line>(line));
   run.sender.StartAnew(run.now.instant);
   run.Set(2, 2, 1.5);
   run.RunFor(1ms);

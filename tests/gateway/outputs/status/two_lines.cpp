@@ -70,7 +70,7 @@ void AddExchanges(bus::PointStore& store, std::uint32_t device, Outcome outcome,
     status.last_ok_wall = at.wall;
     if (status.state == bus::DeviceState::never_seen) status.state = bus::DeviceState::online;
   });
-  store.UpdateLine(store.LineIndex(store.line(device)), add);
+  store.UpdateLine(store.LineIndex(*store.line(device)), add);
 }
 
 }  // namespace baudgate::status

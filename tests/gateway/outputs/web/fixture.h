@@ -11,6 +11,7 @@
 #include "tests/gateway/outputs/control/fixture.h"
 #include "tests/gateway/outputs/status/two_lines.h"
 #include "tests/gateway/outputs/web/http_client.h"
+#include "tests/support/renew_store.h"
 
 namespace baudgate::web {
 
@@ -27,6 +28,7 @@ class WebTest : public ::testing::Test {
   ~WebTest() override { Stop(); }
 
   void Start(const std::string& token = "") {
+    Renew(store_, config_);
     auto opened = WebServer::Open(config_.web, nullptr);
     ASSERT_TRUE(opened) << opened.error();
     port_ = opened->socket.port();

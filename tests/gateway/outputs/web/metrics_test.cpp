@@ -21,6 +21,7 @@
 #include "tests/gateway/outputs/status/two_lines.h"
 #include "tests/gateway/outputs/web/fakes.h"
 #include "tests/gateway/outputs/web/fixture.h"
+#include "tests/support/renew_store.h"
 
 namespace baudgate::web {
 namespace {
@@ -118,6 +119,7 @@ TEST_F(MetricsTest, RequestsAndSamplesAreCounted) {
 
 TEST_F(MetricsTest, LabelsAreEscaped) {
   config_.lines[1].devices[0].points[0].unit = "a\"b\\c\nd";
+  Renew(store_, config_);
   const std::array<bus::Sample, 1> samples = {{{0, Value(true), Quality::good}}};
   store_.Update(2, samples, kNow, 20ms);
   EXPECT_THAT(Text(), HasSubstr(R"(point="current",unit="a\"b\\c\nd"} 1)"));

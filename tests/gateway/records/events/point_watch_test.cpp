@@ -172,7 +172,7 @@ class DeviceWatchTest : public ::testing::Test {
 };
 
 TEST_F(DeviceWatchTest, SaysPointValueAndUnit) {
-  DeviceWatch watch(line_, device_);
+  DeviceWatch watch(line_, std::make_shared<const config::Device>(device_));
   EXPECT_FALSE(watch.Watches(0));
   ASSERT_TRUE(watch.Watches(1));
   EXPECT_THAT(watch.Take(0, Value(9.0), Quality::good, at_), IsEmpty());

@@ -56,7 +56,9 @@ class RecordServiceTest : public ::testing::Test {
                   .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }}) {}
 
   void SetUp() override {
-    for (const config::Line& line : config_.lines) service_.Add(line);
+    for (std::uint32_t line = 0; line < config_.lines.size(); ++line) {
+      service_.Add(store_.LineAt(line));
+    }
     service_.Start();
   }
   void Owe(std::int64_t event) {
@@ -263,7 +265,7 @@ TEST_F(RecordServiceTest, NobodyIsAskedBeforeTheLinesAreThere) {
                              return true;
                            },
                        .keep = [this](KeptRecord record) { kept_.push_back(std::move(record)); }});
-  early.Add(config_.lines[0]);
+  early.Add(store_.LineAt(0));
   early.Owe({{412, "bay-1", "feeder-1", "trip", {}, {}}});
   early.OnRead(0, now_.instant);
   EXPECT_THAT(asked_, IsEmpty());
@@ -279,8 +281,8 @@ TEST_F(RecordServiceTest, AfterAReloadTheDeviceOwesItUnderItsNewNumber) {
   store_.Retire(0);
   service_.Owe({{413, "bay-1", "feeder-1", "trip", now_.wall, events::ClockQuality::device}});
   EXPECT_THAT(kept_, SizeIs(1)) << "412 is superseded, 413 waits for its device";
-  store_.Append(again);
-  service_.Add(again);
+  store_.Append(std::make_shared<const config::Line>(again));
+  service_.Add(std::make_shared<const config::Line>(again));
   service_.TakeOver();
   EXPECT_THAT(asked_, IsEmpty()) << "the relay may have more to tell";
   service_.OnDrained(1, now_.instant);
@@ -307,6 +309,16 @@ TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItIsNotRead) {
   ASSERT_THAT(kept_, SizeIs(1));
   EXPECT_EQ(kept_[0].state, RecordState::not_read);
   EXPECT_THAT(kept_[0].text, HasSubstr("no such record of this device any more"));
+}
+
+TEST_F(RecordServiceTest, AnAnswerAfterItsDeviceIsForgottenMeansNothing) {
+  Owe(412);
+  store_.Retire(0);
+  service_.TakeOver();
+  store_.Forget(0);
+  Answer();
+  EXPECT_THAT(asked_, IsEmpty());
+  EXPECT_THAT(kept_, SizeIs(1));
 }
 
 class SilentServiceTest : public RecordServiceTest {

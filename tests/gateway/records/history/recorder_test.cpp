@@ -69,6 +69,14 @@ class RecorderTest : public ::testing::Test {
   Batch out_;
 };
 
+TEST_F(RecorderTest, GoesOnBehindADeviceThatIsForgotten) {
+  Set(0, 1);
+  store_->Retire(0);
+  store_->Forget(0);
+  Take();
+  EXPECT_THAT(Kept(), testing::IsEmpty());
+}
+
 TEST_F(RecorderTest, KeepsChangesOfThePointsThatWereChosen) {
   Set(0, 1);
   Set(1, 7);

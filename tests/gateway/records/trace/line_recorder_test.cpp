@@ -169,8 +169,8 @@ TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
   Receive("garbage");
   End(Outcome::corrupt, "checksum", kFirst + 1);
   ASSERT_THAT(saved_, SizeIs(1));
-  EXPECT_EQ(saved_[0].line, &line_);
-  EXPECT_EQ(saved_[0].device, &line_.devices[1]);
+  EXPECT_EQ(saved_[0].line, line_.name);
+  EXPECT_EQ(saved_[0].name, line_.devices[1].name);
   EXPECT_EQ(saved_[0].reason, "corrupt");
   EXPECT_EQ(saved_[0].at, now_.wall);
   EXPECT_THAT(Texts(saved_[0].records), SizeIs(5));
@@ -443,7 +443,7 @@ class RecordingsTest : public testing::Test {
   }
   void Save(WallTime at, const char* reason = "corrupt") {
     const TraceRecord record{TraceRecord::Kind::sent, at, "feeder-1", "3E", ">"};
-    recordings_->Save({&line_, &line_.devices[0], line_.devices[0].name, reason, at, {record}});
+    recordings_->Save({line_.name, TraceHead(line_), line_.devices[0].name, reason, at, {record}});
   }
   /// Everything is written once this returns.
   void End() { recordings_.reset(); }

@@ -11,6 +11,7 @@
 
 #include "gateway/outputs/modbus/registers/register_contents.h"
 #include "tests/gateway/outputs/modbus/registers/points.h"
+#include "tests/support/renew_store.h"
 #include "tests/support/times.h"
 
 namespace baudgate::modbus {
@@ -243,6 +244,7 @@ class RegisterContentsTest : public testing::Test {
   config::Point& point(std::size_t index) { return config_.lines[0].devices[0].points[index]; }
 
   void Update(std::uint32_t index, Value value, Quality quality = Quality::good) {
+    Renew(*store_, config_);
     const bus::Sample sample{index, std::move(value), quality};
     store_->Update(0, std::span(&sample, 1), {kStart, {}}, 3ms);
   }
