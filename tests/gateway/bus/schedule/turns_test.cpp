@@ -62,6 +62,11 @@ TEST(Turns, TheCountBeginsAnewWhenNothingWaits) {
   EXPECT_TRUE(turns.UrgentAllowed(true));
   turns.OnNothing();
   EXPECT_TRUE(turns.UrgentAllowed(false));
+  const Turns::Waiting waiting{.routed = true, .high_clients = 1};
+  Play(turns, waiting, {Choice::routed_high}, 1);
+  turns.OnNothing();
+  EXPECT_THAT(Play(turns, waiting, {Choice::routed_high, Choice::routed_normal}, 2),
+              ElementsAre(Choice::routed_high, Choice::routed_normal));
 }
 
 TEST(Turns, PollsAndRoutedRequestsAlternate) {
@@ -214,7 +219,7 @@ TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
-  for (int i = 0; i < Background::kFew; ++i) {
+  for (int i = 0; i < 8; ++i) {
     EXPECT_FALSE(line.background.Next(Which::that_fits, kStart + 800ms)) << "too few to know";
     line.background.NoteEnd(0, i == 3 ? 100ms : 20ms);
   }
