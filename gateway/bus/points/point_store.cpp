@@ -127,10 +127,12 @@ std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point,
 PointStore::Entry::Entry(const std::shared_ptr<const config::Line>& line,
                          const config::Device& device)
     : point_count(device.points.size()),
+      line(line),
+      device(std::shared_ptr<const config::Device>(line, &device)),
       own(std::make_unique<DeviceRecord>()),  // its memory does not wait for `record`
       record(own) {
   own->line = line;
-  own->device = {line, &device};
+  own->device = this->device.load().lock();
   own->points.resize(point_count);
   own->age_limits = LimitsOf(device, Duration::zero());
   announced.assign(point_count, Quality::bad_waiting);
@@ -163,6 +165,8 @@ void PointStore::Reconfigure(std::uint32_t line, const std::shared_ptr<const con
       DeviceRecord& record = *entry.own;
       record.line = as;
       record.device = {as, &as->devices[i]};
+      entry.line = record.line;
+      entry.device = record.device;
       record.age_limits = LimitsOf(as->devices[i], record.line_cycle);
       entry.next_ageing = Instant::min();  // some may age sooner now
       ++record.version;
@@ -210,15 +214,11 @@ std::uint32_t PointStore::present_count() const {
 }
 
 std::shared_ptr<const config::Line> PointStore::line(std::uint32_t device) const {
-  std::shared_ptr<const config::Line> line;
-  Read(device, [&](const DeviceRecord& record) { line = record.line; });
-  return line;
+  return devices_[device].line.load().lock();
 }
 
 std::shared_ptr<const config::Device> PointStore::device(std::uint32_t device) const {
-  std::shared_ptr<const config::Device> its;
-  Read(device, [&](const DeviceRecord& record) { its = record.device; });
-  return its;
+  return devices_[device].device.load().lock();
 }
 
 bool PointStore::Read(std::uint32_t device,

@@ -203,6 +203,9 @@ class PointStore {
   struct Entry {
     Entry(const std::shared_ptr<const config::Line>& line, const config::Device& device);
     const std::size_t point_count;
+    // As in the record, but read without its lock: also from within Read.
+    std::atomic<std::weak_ptr<const config::Line>> line;
+    std::atomic<std::weak_ptr<const config::Device>> device;
     std::atomic<bool> gone = false;
     mutable Mutex mutex;
     std::shared_ptr<DeviceRecord> own BAUDGATE_GUARDED_BY(mutex);  // null after Forget

@@ -561,5 +561,16 @@ TEST_F(GrowingStore, ANewConfigurationKeepsValueAndCount) {
   EXPECT_EQ(store().LineIndex(config_.lines[0]), 0U) << "the line itself knows it as it was";
 }
 
+TEST(PointStoreLocks, TheConfigurationOfADeviceCanBeAskedForWhileItsRecordIsRead) {
+  config::Config config;
+  config.lines.resize(1);
+  config.lines[0].devices.resize(1);
+  const PointStore store(config);
+  store.Read(0, [&store](const DeviceRecord& record) {
+    EXPECT_EQ(store.device(0), record.device);
+    EXPECT_EQ(store.line(0), record.line);
+  });
+}
+
 }  // namespace
 }  // namespace baudgate::bus
