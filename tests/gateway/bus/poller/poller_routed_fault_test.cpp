@@ -243,19 +243,23 @@ TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
 
 /// The late reply to another request has another form, too.
 TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
-  RoutedLine line;
-  line.Ask("warm", kRead);
-  line.RunFor(1s);
-  for (Duration think = 20ms; think < 1500ms; think += 37ms) {
-    line.twin(0).manner.think = think;
-    line.Ask("long", "03 00 00 00 02");
-    line.RunFor(10ms);
-    line.Inject(kNoise, 20ms);
-    line.Ask("short", kRead, 20, 2);
-    line.RunFor(4s);
-    for (const auto& reply : line.replies) {
-      if (reply.name != "short" || reply.reply.outcome != Outcome::ok) continue;
-      EXPECT_EQ(reply.reply.pdu.size(), 4U) << FormatDuration(think);
+  for (const bool device : {false, true}) {
+    RoutedLine line(
+        DriveLine(device ? std::vector{Polled("20", 2, 1h)} : std::vector<config::Device>()),
+        device ? std::vector<std::string>() : std::vector<std::string>{"20"});
+    line.Ask("warm", kRead);
+    line.RunFor(1s);
+    for (Duration think = 20ms; think < 1500ms; think += 37ms) {
+      line.twin(0).manner.think = think;
+      line.Ask("long", "03 00 00 00 02");
+      line.RunFor(10ms);
+      line.Inject(kNoise, 20ms);
+      line.Ask("short", kRead, 20, 2);
+      line.RunFor(4s);
+      for (const auto& reply : line.replies) {
+        if (reply.name != "short" || reply.reply.outcome != Outcome::ok) continue;
+        EXPECT_EQ(reply.reply.pdu.size(), 4U) << FormatDuration(think);
+      }
     }
   }
 }

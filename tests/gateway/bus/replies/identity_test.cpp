@@ -30,6 +30,8 @@ TEST(IdentityTest, AnotherOneCountsWhenItComesTwiceInARow) {
   EXPECT_FALSE(identity.OnOther(ToBytes("=D\r")));
   identity.OnSame();
   EXPECT_FALSE(identity.OnOther(ToBytes("=D\r")));
+  identity.Learn(ToBytes("N\r"), ToBytes("=C\r"), Outcome::ok);
+  EXPECT_FALSE(identity.OnOther(ToBytes("=D\r"))) << "that was before";
 }
 
 TEST(IdentityTest, ARefusalIsTheSameEveryTimeButNamesNobody) {

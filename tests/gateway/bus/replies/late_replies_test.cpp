@@ -187,9 +187,8 @@ TEST_F(LateRepliesTest, BytesAfterSilenceAreTheLateAnswer) {
 
 TEST_F(LateRepliesTest, FourBytesMayBeAReplyWhereItsLengthIsUnknown) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
-  LateReplies::StrayEffects effects = late_.OnStray({3, 10ms}, kStart + 210ms);
-  EXPECT_TRUE(effects.counts);
-  EXPECT_EQ(effects.late_member, nullptr);
+  EXPECT_TRUE(late_.OnStray({1, 9ms}, kStart + 209ms).counts);
+  EXPECT_EQ(late_.OnStray({2, 10ms}, kStart + 210ms).late_member, nullptr);
   EXPECT_EQ(late_.OnStray({1, 11ms}, kStart + 211ms).late_member, &a);
   Exchange(a, 2s, 2200ms, Outcome::no_reply);
   EXPECT_EQ(late_.OnStray({3, 10ms}, kStart + 2210ms).late_member, nullptr) << "counted anew";
@@ -430,9 +429,10 @@ TEST_F(LateRepliesTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
 
 TEST_F(LateRepliesTest, WhatFollowsADamagedReplyBelongsToIt) {
   Exchange(a, 0ms, 20ms, Outcome::corrupt);
-  const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
+  const LateReplies::StrayEffects effects = late_.OnStray({4, 130ms}, kStart + 150ms);
   EXPECT_FALSE(effects.counts);
   EXPECT_EQ(effects.warned, nullptr);
+  EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
 TEST_F(LateRepliesTest, WhatFollowsAReplyThatBrokeOffIsItsRest) {
