@@ -87,8 +87,7 @@ class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
   void BeLate(Duration lateness) {
     asked_.sent = kStart - 10s;
     const Instant end = asked_.sent_out() + a.times.reply;
-    owed_.late_replies.OnEnd(asked_, Outcome::no_reply, end);
-    owed_.late_replies.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, end);
+    owed_.late_replies.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, end);
     owed_.late_replies.OnStray({9, lateness}, end + lateness);
   }
 
@@ -142,8 +141,7 @@ TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
 TEST_F(OwedRepliesTest, BehindADeviceThatLagsNoAftermathIsWaitedFor) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;
-  owed_.late_replies.OnEnd(asked_, Outcome::no_reply, kStart - 4800ms);
-  owed_.late_replies.SetWait(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart - 4800ms);
+  owed_.late_replies.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart - 4800ms);
   asked_.retry = true;
   EXPECT_EQ(Give().aftermath, 1s);
   const protocols::Request name = Identification();
