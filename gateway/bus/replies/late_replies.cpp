@@ -1,4 +1,5 @@
-// What a member may still send, by how its last exchange ended (OnEnded):
+// What a member may still send, by how its last exchange ended (MayStillAnswer), and until when
+// requests wait for that (SetWait):
 //
 // clang-format off
 //   the exchange ended as     what may still come                      it is waited for until
