@@ -229,7 +229,7 @@ class GatewayPipeline {
     publisher_ = std::move(*publisher);
     const protocols::Protocol& protocol = *catalog.FindProtocol("dcon");
     runner_ = std::make_unique<lines::LineRunner>(
-        loop_.io(), config_.lines.front(), 0,
+        loop_.io(), store_.line(0), 0,
         [&](const std::string&) -> const protocols::Protocol& { return protocol; }, store_);
     loop_.Start();
     twin_ = std::thread([this] { BeTwin(); });

@@ -57,7 +57,7 @@ class Lines {
       loops_.push_back(std::make_unique<transports::LoopThread>("line " + line.name));
       loops_.back()->Start();
       runners_.push_back(std::make_unique<lines::LineRunner>(
-          loops_.back()->io(), line, first,
+          loops_.back()->io(), store_.line(first), first,
           [this](const std::string&) -> const protocols::Protocol& { return protocol_; }, store_));
       first += static_cast<std::uint32_t>(line.devices.size());
     }
