@@ -7,7 +7,6 @@
 #include <asio/post.hpp>
 #include <future>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "gateway/base/log.h"
@@ -127,21 +126,14 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const std::uint32_t line : lines) {
     auto done = std::make_shared<std::promise<void>>();
     tried.push_back(done->get_future());
-    at(line).Post([done](LineParts&, Now) { done->set_value(); });
+    // What starts a line posts the opening of its port, so the port was tried behind a second post.
+    const LineSlot& slot = at(line);
+    slot.Post([&slot, done](LineParts&, Now) {
+      slot.Post([done](LineParts&, Now) { done->set_value(); });
+    });
   }
   const Instant deadline = ReadClocks().instant + kWaitForPorts;
   for (const auto& one : tried) one.wait_until(deadline);
-  // A serial port is opened by a thread of its own, which may have begun only.
-  const auto is_untried = [this](std::uint32_t line) {
-    const bus::LineStatus status = store_.ReadLine(line);
-    return !entries_[line].config->is_network() && status.port == bus::LineStatus::Port::closed &&
-           status.port_text == kNotOpenedYet;
-  };
-  for (const std::uint32_t line : lines) {
-    while (is_untried(line) && ReadClocks().instant < deadline) {
-      std::this_thread::sleep_for(1ms);
-    }
-  }
   std::vector<std::string> troubles;
   for (const std::uint32_t line : lines) {
     const config::Line& its = *entries_[line].config;

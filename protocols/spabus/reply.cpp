@@ -281,8 +281,10 @@ bool HidesPassword(const Address& item) {
 }
 
 std::span<const ReadPoint> PointsOf(const Address& item, std::span<const ReadPoint> points) {
-  const auto found = std::ranges::equal_range(points, item, {}, &ReadPoint::address);
-  return {found.begin(), found.end()};
+  // Not std::ranges::equal_range: clang 14, which checks each source alone, cannot compile it.
+  const auto first = std::ranges::lower_bound(points, item, {}, &ReadPoint::address);
+  const auto last = std::ranges::upper_bound(first, points.end(), item, {}, &ReadPoint::address);
+  return {first, last};
 }
 
 void AddValue(const Address& item, std::string_view text, std::span<const ReadPoint> points,

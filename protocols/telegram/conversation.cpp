@@ -84,8 +84,8 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   if (reply.outcome != Outcome::ok) return answer;
   const auto asked = questions_.AskedBy(sent->telegram, sent->values);
   for (const auto& [name, field] : reply.fields) {
-    const auto shows = [&](std::size_t point) { return places_[point]->field == name; };
-    if (std::ranges::any_of(asked, shows)) continue;
+    const auto field_of = [this](std::size_t point) { return places_[point]->field; };
+    if (std::ranges::find(asked, name, field_of) != std::ranges::end(asked)) continue;
     answer.readings.push_back({kNoPoint, field.decoded.value, field.decoded.quality,
                                description_.telegrams[sent->telegram].name + "." + name});
   }

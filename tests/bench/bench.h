@@ -3,6 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,6 +30,10 @@ struct Totals {
   std::uint64_t readings = 0;  ///< of points
 };
 Totals Sum(const bus::PointStore& store);
+/// Processor time of another process since its start.
+double CpuSeconds(pid_t process);
+/// A number of /proc/PID/status, for example VmRSS in KiB; 0: there is none.
+double StatusOf(pid_t process, const std::string& key);
 /// "reached" or "MISSED", for the column behind a figure.
 const char* Verdict(bool reached);
 

@@ -160,26 +160,6 @@ void Await(const std::string& path) {
 struct Process {
   pid_t id = 0;
 
-  double CpuSeconds() const {
-    std::ifstream file(fmt::format("/proc/{}/stat", id));
-    std::string text;
-    std::getline(file, text);
-    text.erase(0, text.rfind(')') + 1);  // the name may hold anything
-    std::istringstream words(text);
-    std::string skipped;
-    for (int i = 0; i < 11; ++i) words >> skipped;
-    double user = 0;
-    double system = 0;
-    words >> user >> system;
-    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-  }
-  double Status(const std::string& key) const {
-    std::ifstream file(fmt::format("/proc/{}/status", id));
-    for (std::string line; std::getline(file, line);) {
-      if (line.starts_with(key + ":")) return std::stod(line.substr(key.size() + 1));
-    }
-    return 0;
-  }
   long Descriptors() const {
     const fs::directory_iterator all(fmt::format("/proc/{}/fd", id));
     return std::distance(fs::begin(all), fs::end(all));
@@ -230,22 +210,22 @@ Figures Measure(const std::string& self, int lines) {
   Await(directory + "/ready");
   std::this_thread::sleep_for(kSettle);
   const Totals before = gateway.Ask(directory);
-  const double cpu_before = gateway.CpuSeconds();
-  const double slaves_before = slaves.CpuSeconds();
+  const double cpu_before = CpuSeconds(gateway.id);
+  const double slaves_before = CpuSeconds(slaves.id);
   const auto began = std::chrono::steady_clock::now();
   std::this_thread::sleep_for(kMeasured);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  const double cpu = gateway.CpuSeconds() - cpu_before;
+  const double cpu = CpuSeconds(gateway.id) - cpu_before;
   Figures figures;
-  figures.slave_cores = (slaves.CpuSeconds() - slaves_before) / seconds;
+  figures.slave_cores = (CpuSeconds(slaves.id) - slaves_before) / seconds;
   const Totals after = gateway.Ask(directory);
   const auto exchanges = static_cast<double>(after.exchanges - before.exchanges);
   figures.per_second = exchanges / seconds;
   figures.cores = cpu / seconds;
   figures.cost_us = 1e6 * cpu / exchanges;
-  figures.mib = gateway.Status("VmRSS") / 1024;
-  figures.threads = gateway.Status("Threads");
+  figures.mib = StatusOf(gateway.id, "VmRSS") / 1024;
+  figures.threads = StatusOf(gateway.id, "Threads");
   figures.descriptors = gateway.Descriptors();
   figures.failed = after.failed - before.failed;
   figures.missed = after.missed - before.missed;

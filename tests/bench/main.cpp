@@ -19,6 +19,28 @@
 
 namespace baudgate::bench {
 
+double CpuSeconds(pid_t process) {
+  std::ifstream file(fmt::format("/proc/{}/stat", process));
+  std::string text;
+  std::getline(file, text);
+  text.erase(0, text.rfind(')') + 1);  // the name may hold anything
+  std::istringstream words(text);
+  std::string skipped;
+  for (int i = 0; i < 11; ++i) words >> skipped;
+  double user = 0;
+  double system = 0;
+  words >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+double StatusOf(pid_t process, const std::string& key) {
+  std::ifstream file(fmt::format("/proc/{}/status", process));
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(key + ":")) return std::stod(line.substr(key.size() + 1));
+  }
+  return 0;
+}
+
 double Percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());

@@ -261,28 +261,7 @@ std::string Write(const Plant& plant, const Outputs& outputs, const std::vector<
   return folder + "/gateway.yaml";
 }
 
-/// A process as /proc shows it.
-double CpuSeconds(pid_t process) {
-  std::ifstream file(fmt::format("/proc/{}/stat", process));
-  std::string text;
-  std::getline(file, text);
-  text.erase(0, text.rfind(')') + 1);  // the name may hold anything
-  std::istringstream words(text);
-  std::string skipped;
-  for (int i = 0; i < 11; ++i) words >> skipped;
-  double user = 0;
-  double system = 0;
-  words >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
-
-double Mib(pid_t process, const std::string& key) {
-  std::ifstream file(fmt::format("/proc/{}/status", process));
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with(key + ":")) return std::stod(line.substr(key.size() + 1)) / 1024;
-  }
-  return 0;
-}
+double Mib(pid_t process, const std::string& key) { return StatusOf(process, key) / 1024; }
 
 /// Its only child, baudgate-dds; nothing: it has none.
 std::optional<pid_t> ChildOf(pid_t process) {

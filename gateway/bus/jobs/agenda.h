@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/job_source.h"
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/schedule/schedule.h"
 #include "gateway/bus/schedule/turns.h"

@@ -89,7 +89,8 @@ bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   if (waits && more == 0 && !line_.agenda.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || schedule.AnotherFails(member.place);
   if (fails && more == 0 && schedule.HealthyDue(now)) return false;
-  // What must not be repeated is followed by the request that makes it good, or its answer is lost:
+  // A request that must not be repeated does not make room for the write. Its failure has to be
+  // followed at once by the request that fetches the lost answer, or the answer is lost for ever:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
   return !(line_.routed.ShortWriteWaits() && job.step.request.expect.repeatable);
 }

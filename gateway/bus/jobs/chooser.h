@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gateway/bus/devices/roster.h"
-#include "gateway/bus/jobs/job_source.h"
+#include "gateway/bus/jobs/job.h"
 #include "gateway/bus/schedule/probes.h"
 #include "gateway/bus/schedule/turns.h"
 

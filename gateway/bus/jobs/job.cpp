@@ -219,8 +219,8 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
   protocols::Answer& answer = attempt.answer;
   if (echo.MayBeEcho(step.request, frame)) {
     answer.reason =
-        "a good reply equals its request, and this bus echoes requests: perhaps nobody has "
-        "answered; set 'echo: strip' in the configuration";
+        "a good reply to this request equals the request, and this bus echoes requests, so perhaps "
+        "no device has answered; set 'echo: strip' in the configuration";
     return answer.outcome = Outcome::unexpected;
   }
   FollowPlan();

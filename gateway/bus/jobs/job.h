@@ -1,6 +1,6 @@
 // What a line does at present: one task of one device, or one routed request, from its first
-// request to its end. Each kind of job is a class in a file of its own (poll.h, read_back.h,
-// events.h, background.h, probe.h, write.h, routed.h); gateway/bus/jobs/chooser.cpp has the list.
+// request to its end. Each kind of job is a class (poll.h with events, read_back.h, background.h,
+// probe.h, write.h, routed.h); gateway/bus/jobs/chooser.cpp has the list.
 // JobRunner (gateway/bus/poller/job_runner.h) calls the functions of a job in this order:
 //
 //   Begin      the job was chosen                what it asks first
@@ -39,6 +39,7 @@
 #include "gateway/bus/replies/late_replies.h"
 #include "gateway/bus/replies/whose_reply.h"
 #include "gateway/bus/schedule/probes.h"
+#include "gateway/bus/schedule/turns.h"
 #include "gateway/bus/writes/route_queue.h"
 #include "gateway/bus/writes/write_command.h"
 #include "protocols/conversation.h"
@@ -97,9 +98,9 @@ struct NextStep {
   JobEnd end{};
 };
 
-// What follows from the end of a job, as a value: decided by the End of each kind, applied by
-// Job::Apply in the order of the fields, and `write` by WriteJob::Finish. Behind `background` the
-// next background read is planned and the probes are told.
+// EndEffects holds the consequences of the end of a job. The End of each kind decides them;
+// Job::Apply carries them out in the order of the fields, and WriteJob::Finish those in `write`.
+// After `background` Job::Apply plans the next read in the background and tells the probes.
 //
 //   kind         its end leads to
 //   poll         line time of the fast round; the count of its query; a seldom group that was not
@@ -129,7 +130,7 @@ struct EndEffects {
     config::Group group{};
     bool soon = false;  ///< Schedule::RepeatSoon; the rule is in gateway/bus/jobs/poll.h
   };
-  /// What follows for the points of a command that were under way.
+  /// The consequences for the points of a command that were under way.
   struct Write {
     enum class Next : std::uint8_t {
       answer,   ///< its client, with `result`
@@ -243,8 +244,8 @@ class Job {
   virtual After GoUnproved(LineContext& /*line*/, const std::string& /*why*/, Instant /*now*/) {
     return {};
   }
-  /// What follows from its end. Moves the requests of routes out of the job, and changes nothing
-  /// else of it.
+  /// Returns the consequences of the end of the job. Moves the requests of routes out of the job,
+  /// and changes nothing else in the job.
   EndEffects EffectsOf(const JobEnd& end, Instant now);
 
   // ---------------- what differs by kind
@@ -375,6 +376,17 @@ class Job {
   bool GoesOnBehindBroadcast(Instant now);
   bool ParksBusy(const LineContext& line, Outcome outcome) const;
   void TakeOver(LineContext& line, Device& device, protocols::Answer answer, Instant now);
+};
+
+// Where the jobs of one kind come from. Each kind implements this beside its job; the list of all
+// is in gateway/bus/jobs/chooser.cpp.
+class JobSource {
+ public:
+  virtual ~JobSource() = default;
+  /// The line is idle. Null: nothing of this kind may be sent now.
+  virtual std::unique_ptr<Job> Take(const Idle& idle) = 0;
+  /// When Take may have something even if nothing else happens. May lie in the past.
+  virtual std::optional<Instant> NextAt(const Idle& idle) const = 0;
 };
 
 }  // namespace baudgate::bus

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/job_source.h"
+#include "gateway/bus/jobs/line_context.h"
 #include "gateway/bus/points/readings.h"
 
 namespace baudgate::bus {
@@ -65,6 +65,12 @@ class PollJob final : public QueryJob {
   const bool last_of_round_;
 };
 
+// A request for the events of a device. It is due as often as the fast polls.
+class EventsJob final : public Job {
+ public:
+  EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}
+};
+
 // The polls that are due, and the requests for events, which are due as often.
 class PollSource final : public JobSource {
  public:
@@ -76,5 +82,17 @@ class PollSource final : public JobSource {
  private:
   LineContext& line_;
 };
+
+inline std::unique_ptr<Job> PollSource::Take(const Idle& idle) {
+  const auto pick = line_.agenda.schedule.Next(idle.now, line_.agenda.turns.HealthyFirst());
+  if (!pick) return nullptr;
+  Device& device = line_.roster.device(pick->device);
+  if (pick->query == kEventsQuery) return std::make_unique<EventsJob>(device, idle.now);
+  return std::make_unique<PollJob>(device, *pick, idle.now);
+}
+
+inline std::optional<Instant> PollSource::NextAt(const Idle& /*idle*/) const {
+  return line_.agenda.schedule.NextDue();
+}
 
 }  // namespace baudgate::bus

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/job_source.h"
 
 namespace baudgate::bus {
 

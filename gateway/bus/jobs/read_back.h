@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "gateway/bus/jobs/line_context.h"
 #include "gateway/bus/jobs/poll.h"
 
 namespace baudgate::bus {
@@ -39,5 +40,29 @@ class ReadBackSource final : public JobSource {
  private:
   LineContext& line_;
 };
+
+inline std::unique_ptr<Job> ReadBackSource::Take(const Idle& idle) {
+  const auto may_go = [&](std::size_t device) {
+    return line_.owed.late_replies.IsClear(line_.roster.device(device), idle.now) &&
+           line_.agenda.schedule.held_until(device) <= idle.now;
+  };
+  while (const auto next = line_.agenda.write_queue.TakeReadBack(may_go)) {
+    Device& device = line_.roster.device(next->device);
+    const bool known = next->query < device.conversation->Queries().size();
+    if (!known || !device.in_use || device.health.absent()) continue;
+    return std::make_unique<ReadBackJob>(device, next->query, idle.now);
+  }
+  return nullptr;
+}
+
+inline std::optional<Instant> ReadBackSource::NextAt(const Idle& idle) const {
+  std::optional<Instant> soonest;
+  for (const QueryRef& query : line_.agenda.write_queue.read_backs()) {
+    const Instant held = line_.agenda.schedule.held_until(query.device);
+    if (held > idle.now) soonest = Soonest({soonest, held});
+    soonest = Soonest({soonest, line_.ClearsAt(line_.roster.device(query.device), idle.now)});
+  }
+  return soonest;
+}
 
 }  // namespace baudgate::bus

@@ -11,7 +11,6 @@
 
 #include "gateway/bus/jobs/agenda.h"
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/job_source.h"
 
 namespace baudgate::bus {
 
@@ -113,7 +112,7 @@ class ShortWriteSource final : public JobSource {
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Of all requests of routes.
+  /// Answers for the requests of all priorities, so RoutedSource need not.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:
@@ -126,7 +125,7 @@ class RoutedSource final : public JobSource {
   RoutedSource(RoutedJobs& jobs, config::Priority priority) : jobs_(jobs), priority_(priority) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override { return jobs_.Take(priority_, idle.now); }
-  /// See ShortWriteSource.
+  /// ShortWriteSource answers for all requests of routes.
   std::optional<Instant> NextAt(const Idle& /*idle*/) const override { return std::nullopt; }
 
  private:

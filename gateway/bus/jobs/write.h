@@ -16,7 +16,6 @@
 #include "gateway/base/outcome.h"
 #include "gateway/base/value.h"
 #include "gateway/bus/jobs/job.h"
-#include "gateway/bus/jobs/job_source.h"
 #include "gateway/bus/points/point_store.h"
 #include "gateway/bus/writes/write_command.h"
 #include "gateway/bus/writes/write_queue.h"
@@ -89,7 +88,7 @@ class WriteSource final : public JobSource {
 /// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
-/// What a point shows after its write was confirmed.
+/// How the value that a point shows compares with the value that was written and confirmed.
 enum class Comparison {
   nothing,
   written,  ///< numbers may differ by rounding

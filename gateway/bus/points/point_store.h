@@ -142,7 +142,7 @@ class PointStore {
   /// The configuration as it is now; a reload may replace it. Null: the device is forgotten.
   std::shared_ptr<const config::Line> line(std::uint32_t device) const;
   std::shared_ptr<const config::Device> device(std::uint32_t device) const;
-  /// Of the device, also when it is forgotten.
+  /// The number of points of the device, also when the device is forgotten.
   std::size_t point_count(std::uint32_t device) const { return devices_[device].point_count; }
   /// A reload has removed it; its number is not used again.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
@@ -171,7 +171,7 @@ class PointStore {
   std::uint32_t LineIndex(const config::Line& line) const;
   /// As it was appended. Null: it is gone.
   std::shared_ptr<const config::Line> LineAt(std::uint32_t line) const;
-  /// Of a line that is forgotten: as of one that has just begun.
+  /// The status of a line. A line that is forgotten has the status of a new line.
   LineStatus ReadLine(std::uint32_t line) const;
   /// Changes the status of a line under its lock, if it is not forgotten.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);

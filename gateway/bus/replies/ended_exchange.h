@@ -60,7 +60,7 @@ struct EndedExchange {
   const Unproven* unproven = nullptr;         ///< null: its owner was certain, or none came
   bool no_echo = false;                       ///< `echo: verify`: the echo was missing
   bool cut = false;                           ///< see EchoWatch::is_cut
-  // What the bus has learned from it:
+  // DeviceTracker::OnExchange sets these:
   Duration patience{};  ///< the line waits this much longer for the member
   bool lags = false;    ///< its replies come one or more requests late
 

@@ -1,5 +1,5 @@
-// What a member may still send, by how its last exchange ended (MayStillAnswer), and until when
-// requests wait for that (SetWait):
+// A member may still send a reply after its last exchange has ended (MayStillAnswer), and requests
+// wait for that reply for some time (SetWait):
 //
 // clang-format off
 //   the exchange ended as     what may still come                      it is waited for until
@@ -13,7 +13,7 @@
 //                             to the earlier tries
 //   an answer                 a copy, or noise                         -
 //
-// What bytes are that belong to no exchange (OnStray), by how the exchange before them ended:
+// Bytes that belong to no exchange (OnStray) mean, by the end of the exchange before them:
 //
 //   it ended as               the bytes are                            they lead to
 //   corrupt                   the rest of the damaged reply            nothing

@@ -6,7 +6,6 @@
 
 #include "gateway/base/text.h"
 #include "gateway/bus/jobs/background.h"
-#include "gateway/bus/jobs/events.h"
 #include "gateway/bus/jobs/line_context.h"
 #include "gateway/bus/jobs/poll.h"
 #include "gateway/bus/jobs/probe.h"
