@@ -349,7 +349,7 @@ void Line::TakeTimer(Instant now) {
 
 void Line::BeginSending(Instant now) {
   state_ = State::sending;
-  second_.Begin();
+  second_before_ = std::exchange(second_, {});
   transmission_.Begin(now, TransmissionTime(exchange_.request, exchange_.times.character));
   deadline_ = transmission_.until();
   last_activity_ = transmission_.until();
@@ -382,7 +382,7 @@ void Line::TakeFrame(bool idle, Instant now) {
   const std::size_t behind = assembler_.held();
   if (!second_.IsAlone(*frame, assembler_)) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
-    news_.second_reply = true;
+    news_.stray.second_reply = true;
   } else {
     // The line still counts as receiving: what the client decides now may not start anything.
     const Outcome outcome = client_.Judge(*frame, now);
@@ -404,7 +404,7 @@ void Line::TellStray(std::size_t count, Duration since_end) {
 
 void Line::TakeStray(View bytes, Instant now) {
   TellStray(bytes.size(), now - ended_);
-  if (second_.FoundIn(bytes)) news_.second_reply = true;
+  if (second_.FoundIn(bytes)) news_.stray.second_reply = true;
 }
 
 /// Only early bytes have come, so they are the reply: this port does not keep its bit rate.
@@ -434,7 +434,9 @@ void Line::TakeAhead(Instant now) {
 
 void Line::DropEarly() {
   if (!transmission_.has_early()) return;
-  TellStray(transmission_.TakeEarly().size(), transmission_.from() - ended_);
+  const Bytes early = transmission_.TakeEarly();
+  TellStray(early.size(), transmission_.from() - ended_);
+  if (second_before_.FoundIn(early)) news_.stray_before.second_reply = true;
 }
 
 void Line::OnGap(Instant now) {

@@ -80,8 +80,6 @@ bool IsEmptyLine(View frame);
 
 class SecondReply {
  public:
-  /// A request goes out. What comes from now on is compared with nothing until Take.
-  void Begin() { taken_.clear(); }
   /// `frame` was cut from `assembler`. False: a whole frame that differs is behind it there.
   bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
   /// The frame that was alone was taken for the reply.
@@ -201,6 +199,9 @@ struct ExchangeEnd {
 struct StrayBytes {
   std::size_t count = 0;
   Duration since_end{};  ///< from the end of the last exchange
+  /// A whole reply among these bytes differs from the reply that was taken: one of the two replies
+  /// belongs to another request.
+  bool second_reply = false;
 };
 
 /// The effect of one input. If several fields are set, they happened in this order.
@@ -210,9 +211,6 @@ struct LineNews {
   StrayBytes stray_before;         ///< before the end of the exchange under way
   std::optional<ExchangeEnd> end;  ///< the line may still drain: see idle()
   StrayBytes stray;                ///< after that end, or while no exchange was under way
-  /// After the reply that was taken came another whole one that differs: one of the two belongs to
-  /// another request.
-  bool second_reply = false;
 };
 
 class LineClient {
@@ -298,7 +296,8 @@ class Line {
   Transmission transmission_;       // of its request
   protocols::Assembler assembler_;  // of its reply
   SecondReply second_;
-  LineNews news_;  // of the input that is being handled
+  SecondReply second_before_;  // of the exchange before, while a request is sent
+  LineNews news_;              // of the input that is being handled
 };
 
 // The interface for viewers of the bytes of one line, with direction, time and the end of every

@@ -84,14 +84,14 @@ void JobRunner::Apply(LineNews news) {
   if (news.stray_before.count > 0) HandleStray(news.stray_before);
   if (news.end && job_) OnExchangeEnd(std::move(*news.end));
   if (news.stray.count > 0) HandleStray(news.stray);
-  if (!news.second_reply) return;
-  context_.tracker.OnSecondReply(now_.instant);
-  if (job_) job_->OnSecondReply();
 }
 
 void JobRunner::HandleStray(const StrayBytes& stray) {
   const LateReplies::StrayEffects effects = context_.tracker.ApplyStray(stray, now_.instant);
   if (effects.warned != nullptr) context_.accounts.line.Warn(*effects.warned, effects.warning);
+  if (!stray.second_reply) return;
+  context_.tracker.OnSecondReply(now_.instant);
+  if (job_) job_->OnSecondReply();
 }
 
 // ---------------------------------------------------------------- the exchange

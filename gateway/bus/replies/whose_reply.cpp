@@ -137,6 +137,13 @@ bool AnswerOrder::Owes(const std::function<bool(const SentRequest&)>& is_one) co
   return false;
 }
 
+bool AnswerOrder::Remembers(const MayAnswer& is_one) const {
+  for (std::size_t lag = 0; lag < kRemembered; ++lag) {
+    if (is_one(SentBefore(lag), lag)) return true;
+  }
+  return false;
+}
+
 bool AnswerOrder::IsSafe() const {
   return !Owes([](const SentRequest& sent) { return !sent.proof; });
 }
@@ -404,6 +411,10 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   };
   Entry& entry = entries_[*asked.member];
   Verdict verdict;
+  if (outcome == Outcome::unexpected && orders_.OnReplyOfAnother(asked, has_form)) {  // row 18
+    verdict.elsewhere = true;
+    return verdict;
+  }
   verdict.replaced = NoteIdentity(asked, frame, outcome, has_form);
   const bool fits = Fits(asked, frame, outcome);
   const bool copied = std::ranges::equal(frame, entry.proof_reply);

@@ -92,6 +92,8 @@ class AnswerOrder {
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
   /// Whether one of these is among them.
   bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
+  /// Whether one of the latest requests, owed a reply or not, is such a one.
+  bool Remembers(const MayAnswer& is_one) const;
   /// Nothing is owed: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
   bool MayBeInStep() const { return (answered_ & 1U) != 0; }
@@ -157,6 +159,18 @@ class ReplyOrders {
     const bool known = line_.OnAnswer(fits, may_answer);
     if (!known) line_.OnLost();
     if (!own && !known) Of(member).OnLost();
+  }
+  /// The reply does not answer `asked`. True if it answers a request to another device, and replies
+  /// name their device: `asked.member` then owes as many replies as before.
+  bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
+    const auto& everyone = roster_.everyone();
+    const bool another = line_.Remembers([&](const SentRequest& sent, std::size_t before) {
+      return sent.place < everyone.size() && !everyone[sent.place]->IsSame(*asked.member) &&
+             may_answer(sent, before);
+    });
+    if (!asked.names_itself() || !another) return false;
+    if (!line_.OnAnswer(false, may_answer)) line_.OnLost();
+    return true;
   }
   /// See AnswerOrder.
   bool IsBehindProof(const Asked& asked) const {

@@ -150,18 +150,19 @@ bool LagStage::Write(std::uint32_t device) {
   return Submit(std::move(command));
 }
 
-/// In what has arrived of late stands a frame with a good check value that no device has said.
+/// True if damage has made a frame with a good check value, which nobody can detect: a frame that
+/// no device has sent, or one in a damaged reply that the intact reply did not contain.
 bool LagStage::IsBeyondDetection(std::uint32_t device) {
   const Protocol& protocol = *which_.setup.protocol;
   const Instant now = NowOnStage();
   Bytes stream;
-  bool spoilt = false;
+  std::vector<LaggingServer::Arrival> damaged;
   for (const LaggingServer::Arrival& one : server_.arrivals()) {
     if (one.at > now || one.at < now - 2 * ceiling()) continue;
-    spoilt = spoilt || one.spoilt;
+    if (!one.intact.empty()) damaged.push_back(one);
     Append(stream, one.bytes);
   }
-  if (!spoilt) return false;
+  if (damaged.empty()) return false;
   const auto& said = server_.said();
   for (const Bytes& request : server_.requests()) {
     for (std::size_t at = 0; at < stream.size(); ++at) {
@@ -173,10 +174,13 @@ bool LagStage::IsBeyondDetection(std::uint32_t device) {
       auto frame = assembler.Next(false);
       if (!frame) frame = assembler.Next(true);
       if (!frame || !which_.setup.good_checksum(*frame)) continue;
-      const auto is_same = [&](const Bytes& one) {
+      const auto is_in = [&](const Bytes& one) {
         return std::ranges::search(one, *frame).begin() != one.end();
       };
-      if (std::ranges::none_of(said, is_same)) return true;
+      const auto was_made = [&](const LaggingServer::Arrival& one) {
+        return is_in(one.bytes) && !is_in(one.intact);
+      };
+      if (std::ranges::none_of(said, is_in) || std::ranges::any_of(damaged, was_made)) return true;
     }
   }
   return false;

@@ -326,7 +326,7 @@ TEST(LaggingServer, LosesCutsAndDamages) {
   }
   EXPECT_GE(damaged, 9) << "a bit may be flipped twice";
   EXPECT_EQ(queue.server.counts().spoilt, 11U);
-  EXPECT_TRUE(queue.server.arrivals().back().spoilt);
+  EXPECT_EQ(queue.server.arrivals().front().intact, ToBytes("1234567"));
 }
 
 TEST(LaggingServer, DoesTheSameForTheSameSeed) {

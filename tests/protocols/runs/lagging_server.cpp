@@ -109,10 +109,12 @@ Duration LaggingServer::NextDelay() {
 LaggingServer::Reply LaggingServer::Spoil(Bytes reply) {
   if (reply.size() > 1 && OneIn(faults.cut)) {
     ++counts_.spoilt;
+    const Bytes intact = reply;
     reply.resize(1 + random_() % (reply.size() - 1));
-    return {std::move(reply), true};
+    return {std::move(reply), intact};
   }
-  if (!OneIn(faults.damage)) return {std::move(reply), false};
+  if (!OneIn(faults.damage)) return {std::move(reply), {}};
+  const Bytes intact = reply;
   ++counts_.spoilt;
   const config::SerialSettings& serial = wire_.serial;
   const bool parity = serial.parity != config::Parity::none;
@@ -126,14 +128,15 @@ LaggingServer::Reply LaggingServer::Spoil(Bytes reply) {
     const auto bits = static_cast<std::uint8_t>(flips[i] & ((1U << data_bits) - 1));
     reply[i] = odd ? kParityError : static_cast<std::uint8_t>(reply[i] ^ bits);
   }
-  return {std::move(reply), true};
+  if (reply == intact) return {std::move(reply), {}};  // a bit may be flipped twice
+  return {std::move(reply), intact};
 }
 
 void LaggingServer::Say(Reply reply, Instant from, Instant end_of_request,
                         std::vector<tools::TimedPiece>& pieces) {
   const Instant at = std::max(from, free_at_) + wire_.TimeOf(reply.bytes.size());
   free_at_ = at;
-  Keep(arrivals_, Arrival{at, reply.bytes, reply.spoilt});
+  Keep(arrivals_, Arrival{at, reply.bytes, reply.intact});
   pieces.push_back({at - end_of_request, std::move(reply.bytes)});
 }
 

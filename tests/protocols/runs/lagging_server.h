@@ -64,7 +64,7 @@ class LaggingServer {
   struct Arrival {
     Instant at;
     Bytes bytes;
-    bool spoilt = false;
+    Bytes intact;  ///< the reply before it was cut or damaged; empty: `bytes` is intact
   };
   static constexpr std::size_t kKept = 64;
   const std::deque<Bytes>& requests() const { return requests_; }
@@ -74,7 +74,7 @@ class LaggingServer {
  private:
   struct Reply {
     Bytes bytes;
-    bool spoilt = false;
+    Bytes intact;  // see Arrival
   };
   struct Aside {
     Reply reply;

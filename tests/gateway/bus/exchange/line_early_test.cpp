@@ -325,6 +325,28 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
+/// The port keeps its bit rate, so the bytes that come while a request is sent are none of its
+/// reply.
+TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
+  line_.OnOpened(At(0ms), true);
+  Start(1s);
+  line_.OnTimer(At(1004ms));
+  line_.Feed(reply_, At(1015ms));
+  Start(1030ms);
+  ASSERT_EQ(line_.state(), State::sending);
+  line_.Feed(ToyReply("A1=6"), At(1031ms));
+  EXPECT_EQ(second_, 0) << "it may be the reply of a port that does not keep its bit rate";
+  line_.OnTimer(At(1034ms));
+  line_.Feed(reply_, At(1045ms));
+  EXPECT_EQ(second_, 1);
+  EXPECT_EQ(ends_.back().outcome, Outcome::ok);
+  Start(1100ms);
+  line_.Feed(reply_, At(1101ms));
+  line_.OnTimer(At(1104ms));
+  line_.Feed(reply_, At(1115ms));
+  EXPECT_EQ(second_, 1) << "a copy is no second reply";
+}
+
 // ---------------- Every kind of fault in every state of the line: loss, babble, timers too early
 // and too late.
 

@@ -53,7 +53,7 @@ class LineTest : public ::testing::Test, protected LineClient {
     before_ += news.stray_before.count;
     if (news.end) ends_.push_back(*news.end);
     if (news.stray.count > 0) strays_.push_back(news.stray);
-    if (news.second_reply) ++second_;
+    if (news.stray.second_reply || news.stray_before.second_reply) ++second_;
   }
   Outcome Judge(View frame, Instant) override {
     frames_.emplace_back(AsText(frame));

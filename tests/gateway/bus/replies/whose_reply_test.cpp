@@ -206,6 +206,9 @@ constexpr WhoseReplyCase kReplyRows[] = {
     {17, "PA0:A0 UA2:=2 UA1:=1 ?A1:=1 PA0:A0 PA0:A0 UA1:=1", "proven"},
     {17, "PA0:A0 ?A1:A1=1 UA2:=2 UA1:=1 ?A1:=1 UA1:=1", "not proven"},
     {17, "PA0:A0 PB0:B0 -UA2:=2 -?A1:=1 -UB1:=1", "not proven"},
+    {18, "PA0:A0 PB0:B0 ?B1: ?A1:B1=5", "elsewhere"},
+    {18, "PA0:A0 PB0:B0 UA1: ?B1: ?A1:B1=5 ?A1:A1=5", "not proven"},
+    {18, "PA0:A0 PB0:B0 ?B1: ?A1:B1=5 ?A1:A1=5", "proven, older"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Rows, WhoseReplyTable, ::testing::ValuesIn(kReplyRows));
