@@ -2,9 +2,9 @@
 // such as Modbus, DDS, the web page and the control socket. The daemon has a list of outputs
 // (gateway/daemon/output_list.cpp) and calls them in the order of the list:
 //
-// start   Open, before the first request to a device; SetHistory and Begin, when the lines run
-//  reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory
-//  stop    StopRequests for each output; when the lines have ended, Stop for each output
+//   start   Open, before the first request to a device; SetHistory and Begin, when the lines run
+//   reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory
+//   stop    StopRequests for each output; when the lines have ended, Stop for each output
 //
 // Any thread may call Section (the output's part of the status document) and Metrics (for /metrics)
 // at any time.

@@ -26,8 +26,8 @@ struct ParticipantOptions {
   std::string name = "baudgate";  ///< the participant's name, shown by tools: the gateway's name
   int domain = 0;                 ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
-  std::size_t participants =
-      256;  ///< limit of other participants in the domain; further ones are refused
+  /// Limit of other participants in the domain; further ones are refused.
+  std::size_t participants = 256;
   /// Other participants drop us after this time without a message from us. It should not be shorter
   /// than the lease of Cyclone DDS (10 s): otherwise Cyclone could drop us during a break of the
   /// link while we still have Cyclone in our tables, and Fast DDS would not announce itself to

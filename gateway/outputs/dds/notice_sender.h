@@ -28,8 +28,8 @@ class EventSupply {
   /// there. An event with an empty `gateway` is not published, because its device is no longer
   /// configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
-  virtual std::uint64_t newest()
-      const = 0;  ///< number of the newest event; 0: none, or the file was not read yet
+  /// Number of the newest event; 0: none, or the file was not read yet.
+  virtual std::uint64_t newest() const = 0;
 
   struct Place {
     std::uint64_t seq = 0;
@@ -58,12 +58,12 @@ class EventSupply {
 // newest 1000 events are sent again to a new reader. After a restart it goes on where it was, if
 // subscribers have acknowledged everything. No I/O; NoticeSender sends.
 //
-// events 1 … 5000 exist, a reader appears          → 4001, 4002 … 5000
-//  event 5001 is added                              → 5001
-//  the reader leaves, another one appears           → 4002 … 5001
-//  5002 … 7500 are added, then a reader appears     → 4002 … 7500: no reader has had the last 2499
-//  an orderly stop, a start, 7501 is added          → 7501
-//  a kill and a start                               → 6502 … 7501: some may have been lost
+//   events 1 … 5000 exist, a reader appears        → 4001, 4002 … 5000
+//   event 5001 is added                            → 5001
+//   the reader leaves, another one appears         → 4002 … 5001
+//   5002 … 7500 are added, then a reader appears   → 4002 … 7500: no reader has had the last 2499
+//   an orderly stop, a start, 7501 is added        → 7501
+//   a kill and a start                             → 6502 … 7501: some may have been lost
 //
 // Events that are deleted from the supply before they were taken are counted as skipped.
 

@@ -38,8 +38,8 @@ class PointSlots {
   /// By device; null: it was not in the store. The handle keeps the device's record readable for
   /// the final samples.
   std::vector<std::shared_ptr<const void>> held_;
-  std::vector<std::uint32_t>
-      first_;  ///< by device: its first slot; the last element is the number of slots
+  /// By device: its first slot; the last element is the number of slots.
+  std::vector<std::uint32_t> first_;
 };
 
 /// Returns the number of points, devices and sources of events that `store` contains now.

@@ -333,8 +333,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  const bool known =
-      writer_->session() == session_;  // in another session, the receiver has no events yet
+  // In another session, the receiver has no events yet.
+  const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);
     if (!next) break;

@@ -35,8 +35,8 @@ struct PointSample {
   std::string device;   ///< key
   std::string point;    ///< key
   double value = 0;     ///< NaN for a text, and before the first reading
-  std::string
-      text;  ///< a text, or the digits of a whole number that a double would round; else empty
+  /// A text, or the digits of a whole number that a double would round; else empty.
+  std::string text;
   std::string unit;
   std::uint16_t quality = 0;        ///< see Quality::word() in gateway/base/value.h
   std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
@@ -67,8 +67,8 @@ struct DeviceSample {
 /// Published once at each start of a gateway, and again by each new baudgate-dds process.
 struct GatewaySample {
   std::string gateway;  ///< key
-  std::int64_t start_time_ns =
-      0;  ///< start of the gateway, not of baudgate-dds; each `seq` counts from here
+  /// Start of the gateway, not of baudgate-dds; each `seq` counts from here.
+  std::int64_t start_time_ns = 0;
   std::string version;
 
   bool operator==(const GatewaySample&) const = default;
@@ -97,8 +97,8 @@ struct AlarmSample {
   std::string device;   ///< key
   std::string name;     ///< key
   std::string point;    ///< empty: an alarm of the device itself
-  std::uint16_t state =
-      0;  ///< an AlarmState of gateway/records/events/alarm.h; 0: over and acknowledged
+  /// An AlarmState of gateway/records/events/alarm.h; 0: over and acknowledged.
+  std::uint16_t state = 0;
   std::uint16_t priority = 0;  ///< 1 low, 2 medium, 3 high
   std::uint64_t seq = 0;       ///< number of the event that raised the alarm
   std::int64_t raised_time_ns = 0;
@@ -120,8 +120,8 @@ struct RequestSample {
   std::string text;               ///< as on the command line of `baudgate write`; replaces `value`
   bool confirm = false;           ///< replaces a selection
   std::uint32_t deadline_ms = 0;  ///< from the arrival of the request; 0: the gateway's default
-  std::int64_t not_after_ns =
-      0;  ///< the latest time, since 1970 UTC by the gateway's clock; 0: none
+  /// The latest time, since 1970 UTC by the gateway's clock; 0: none.
+  std::int64_t not_after_ns = 0;
 
   bool operator==(const RequestSample&) const = default;
 };
