@@ -1,5 +1,5 @@
-// The local socket that carries the link: SOCK_SEQPACKET, so that each packet is one message. Never
-// blocks; what it can hold is bounded by the kernel's buffer (208 KiB, some 200 samples).
+// Functions for the local SOCK_SEQPACKET socket of the link, in which each packet is one message.
+// They never block. The kernel's buffer limits what the socket holds (208 KiB, about 200 samples).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace baudgate::dds {
 
-/// A file descriptor that is closed with its owner.
+/// Owns a file descriptor, and closes it in the destructor.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -41,8 +41,8 @@ class Descriptor {
 enum class PacketSent : std::uint8_t { yes, full, closed };
 PacketSent SendPacket(int socket, View packet);
 
-/// A packet longer than any message shows as one byte more than the longest, which ParseLink
-/// refuses.
+/// Has room for one byte more than the longest message, so that ParseLink refuses a packet that is
+/// too long.
 using PacketBuffer = std::array<std::uint8_t, kMaxLinkMessage + 1>;
 enum class PacketGot : std::uint8_t { packet, nothing_yet, closed };
 struct ReceivedPacket {
@@ -51,10 +51,12 @@ struct ReceivedPacket {
 };
 ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
-/// Both ends; all descriptors made here are non-blocking and closed at exec.
+/// Returns the two ends of a new socket pair. All descriptors made here are non-blocking and closed
+/// at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Replaces a socket file without a server. It may be opened by its owner and by members of
-/// `group` (or of our own group, when there is no such group).
+/// Listens at `path`, and replaces a socket file that has no server. The owner of the file and the
+/// members of `group` may connect; if there is no such group, the members of the process's own
+/// group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 
@@ -63,7 +65,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Empty: no peer has come.
+/// Returns the next connected peer; empty: there is none.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds
