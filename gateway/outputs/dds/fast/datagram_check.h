@@ -1,14 +1,14 @@
-// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
-// can use with one datagram, if it reaches the port. Bytes come from
-// gateway/outputs/dds/fast/participant.cpp. Pure: no socket, no clock, no Fast DDS; memory is
-// fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
+// `DatagramCheck` checks each datagram before the DDS library gets it, because Fast DDS 2.9 has
+// faults that a single datagram of any sender can trigger. gateway/outputs/dds/fast/participant.cpp
+// passes the datagrams. No socket, no clock, no Fast DDS; the memory is fixed. Source: DDSI-RTPS
+// 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //
-// A right peer is never refused: what the standard tells receivers to skip passes when its length
-// fits (8.3.4.1).
+// A correct peer is never refused: content that the standard tells receivers to skip passes if its
+// length fits (8.3.4.1).
 //
-// DatagramGate lets datagrams in, and counts them.
+// DatagramGate calls the check for the receiving threads, and counts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,29 +28,30 @@
 
 namespace baudgate::dds {
 
-// What DDS Security puts into datagrams, as far as it can be looked at without keys: the order and
-// lengths of its submessages, and the messages of the handshake, which are in clear text. Pure.
-// Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
+// Secured, SecuredOrder and HandshakeBudget check the parts of DDS Security that can be checked
+// without keys: the order and lengths of its submessages, and the messages of the handshake, which
+// are not encrypted. No I/O. Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
 //
 //   52 54 50 53 … | 33 SRTPS_PREFIX | 30 SEC_BODY, encrypted | 34 SRTPS_POSTFIX
 //   52 54 50 53 … | 31 SEC_PREFIX | 30 SEC_BODY, or a submessage that is signed | 32 SEC_POSTFIX
 
 enum class Secured : std::uint8_t {
-  off,       ///< nothing of DDS Security is let in
-  allowed,   ///< let in when it is well formed
-  demanded,  ///< and in clear text only announcements and handshakes
+  off,       ///< every submessage of DDS Security is refused
+  allowed,   ///< accepted if well formed
+  demanded,  ///< as `allowed`; unprotected are only announcements and handshakes
 };
 
-/// Follows the submessages of one datagram.
+/// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// False: `id` cannot stand here. `first`: it is the first of the datagram.
+  /// Takes the id of the next submessage; `first`: it is the first of the datagram. False if this
+  /// id is not allowed here.
   bool Next(std::uint8_t id, bool first);
-  /// What was begun has been ended.
+  /// True if every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
-  /// The next submessage is under a signature, unless it ends what is.
+  /// True if the next submessage is protected, unless it is the postfix.
   bool open() const { return message_ || step_ == Step::prefix; }
-  /// The submessage that Next was told of last is.
+  /// True if the last submessage given to Next was protected.
   bool inside() const { return inside_; }
 
  private:
@@ -58,12 +59,12 @@ class SecuredOrder {
 
   Step step_ = Step::outside;
   bool message_ = false;  ///< between SRTPS_PREFIX and SRTPS_POSTFIX
-  bool ended_ = false;    ///< behind SRTPS_POSTFIX
+  bool ended_ = false;    ///< after SRTPS_POSTFIX
   bool inside_ = false;
 };
 
-/// Each message of a handshake may cost the library a signature: 512 at once and 128 a second after
-/// that, half as many from one address.
+/// Limits the messages of handshakes, because each may cost the library the check of a signature:
+/// 512 at once, then 128 a second; half as many for one address.
 class HandshakeBudget {
  public:
   HandshakeBudget();
@@ -80,7 +81,7 @@ class HandshakeBudget {
 
 using Sender = UdpAddress;
 
-/// Eight bytes to be overwritten before the datagram is passed on.
+/// Eight bytes to overwrite before the datagram is passed on.
 struct Edit {
   std::size_t at = 0;
   std::array<std::uint8_t, 8> bytes{};
@@ -88,18 +89,19 @@ struct Edit {
 
 struct Verdict {
   Refusal reason = Refusal::none;
-  /// How many bytes to pass on: a vendor's submessages at the end are left off. Fast DDS 2.9 ends
-  /// each of its datagrams with one (0x80, statistics), and one that was made up ends the process.
+  /// The number of bytes to pass on; a vendor's submessages at the end are cut off. Fast DDS 2.9
+  /// sends such a submessage (0x80, statistics) in each datagram, and a forged one ends the
+  /// process.
   std::size_t length = 0;
-  /// Leases longer than `longest_lease`, shortened: the library keeps a silent participant as long
-  /// as it announces, and sends to it all the time.
+  /// Leases longer than `longest_lease`, shortened, because the library stores a silent participant
+  /// for the lease that it announced, and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
-  /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
-  /// types, which the library takes apart and keeps although nobody needs them, and
-  /// multicast groups for samples: where two subscribers name the same one, as Cyclone DDS does,
-  /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to
-  /// each subscriber separately.
+  /// Positions of two bytes each to overwrite with 0, which turns a parameter into padding. Hidden
+  /// are descriptions of types, which the library parses and stores without need, and multicast
+  /// groups for samples: if two subscribers name the same group, as Cyclone DDS does, Fast DDS 2.9
+  /// ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to each
+  /// subscriber separately.
   std::array<std::uint16_t, 256> hidden{};
   std::size_t hidden_count = 0;
 
@@ -108,8 +110,8 @@ struct Verdict {
 
 struct CheckOptions {
   Secured security = Secured::off;
-  /// Discovery servers. What one of them passes on counts for the address that it announces, not
-  /// for the server's.
+  /// Addresses of discovery servers. An announcement that a server forwards is counted for the
+  /// address in the announcement, not for the server's.
   std::vector<UdpAddress> servers{};
   ParticipantLimits participants{};
   WindowLimits window{};
@@ -122,7 +124,7 @@ class DatagramCheck {
 
   Verdict Check(View datagram, Sender sender, Instant now);
 
-  /// Participants that the library may know.
+  /// Participants that the library may have in its tables.
   const ParticipantTable& participants() const { return participants_; }
 
  private:
@@ -154,16 +156,18 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// Lets datagrams in or not, counts and tells: DatagramCheck for the several threads on which the
-// DDS library receives. Used by gateway/outputs/dds/fast/participant.cpp.
+// Checks datagrams with a DatagramCheck for the several receiving threads of the DDS library,
+// counts them, and logs refusals. Used by gateway/outputs/dds/fast/participant.cpp.
 class DatagramGate {
  public:
-  /// A line for people, once in 10 s at most: what was refused, from whom, how often before.
+  /// Called with a log line, at most once in 10 s: what was refused, from which address, and how
+  /// many before were not logged.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// The bytes that may be passed on, some of them changed in place; none: it is refused.
+  /// Returns the part of the datagram to pass on, with some bytes changed in place; empty: refused.
+  /// Any thread may call it.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;
