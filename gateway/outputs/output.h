@@ -6,9 +6,8 @@
 //   reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory
 //   stop    StopRequests for each output; when the lines have ended, Stop for each output
 //
-// Any thread may call Section (the output's part of the status document) and Metrics (for /metrics)
-// at any time.
-// README.md beside this file says how to add an output.
+// Any thread may call Section and Metrics at any time. README.md beside this file says how to add
+// an output.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +29,7 @@
 
 namespace baudgate::outputs {
 
-/// The number of file descriptors that an output may have open at once, as an upper estimate.
+/// An upper estimate of the file descriptors that an output has open at once.
 struct DescriptorNeeds {
   std::size_t clients = 0;  ///< connections of clients; reduced if the system's limit is too low
   std::size_t others = 0;   ///< ports, sockets and files; never reduced
@@ -50,16 +49,15 @@ class Output {
   using Configuration = std::shared_ptr<const config::Config>;
   using Json = nlohmann::ordered_json;
 
-  /// The ports and files that Prepare has opened for a new configuration. The destructor closes
-  /// them.
+  /// What Prepare has opened for a new configuration. The destructor closes it.
   struct Prepared {
     virtual ~Prepared() = default;
     std::vector<std::string> troubles;  ///< why the new configuration cannot be served
   };
 
-  /// The request for a section of the status document.
+  /// A request for a section of the status document.
   struct Wish {
-    std::string line;  ///< a line's name: only the part about this line is wanted; empty: all
+    std::string line;  ///< only what belongs to this line; empty: everything
     Now now{};
   };
 
@@ -68,10 +66,10 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Returns the output's key in the status document, e.g. "modbus".
+  /// Returns the key in the status document, e.g. "modbus".
   virtual std::string_view name() const = 0;
 
-  /// Opens the output's ports. An error ends the start of the gateway.
+  /// Opens the ports. An error ends the start of the gateway.
   virtual Status Open(const Configuration& /*config*/) { return {}; }
   /// Starts to serve clients, unless Open has done so already.
   virtual Status Begin(const Configuration& /*config*/) { return {}; }
@@ -80,8 +78,7 @@ class Output {
   /// content of a token file), and to `restart` those that only a restart can apply.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
-  /// Adds the output's connected clients to the count of their listener. The map's key is
-  /// config::Listener::Place.
+  /// Adds the connected clients to the count of their listener (config::Listener::Place).
   virtual void CountClients(std::map<std::string, std::size_t>& /*by_listener*/) const {}
   /// Opens what `next` needs in addition to what is open already. Clients notice nothing.
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {
@@ -93,24 +90,23 @@ class Output {
                                          std::unique_ptr<Prepared> /*prepared*/) {
     return {};
   }
-  /// Replaces the history that may be read; null: there is none. The previous history is no longer
-  /// used when this returns.
+  /// Replaces the history; null: there is none. The previous one is no longer used when this
+  /// returns.
   virtual void SetHistory(const Configuration& /*config*/,
                           const std::shared_ptr<const history::HistorySource>& /*history*/) {}
 
-  /// Stops requests: after this call none reaches the lines through this output. Idempotent.
+  /// Afterwards no request reaches the lines through this output. Idempotent.
   virtual void StopRequests() {}
   /// Ends the output, after the lines have ended or when one of them hangs: informs clients, and
   /// closes what StopRequests has left open. Idempotent.
   virtual void Stop() {}
 
-  /// Returns a text for the log, e.g. "Modbus TCP on 0.0.0.0:502"; empty: nothing is served. Not to
-  /// be called after StopRequests.
+  /// Returns e.g. "Modbus TCP on 0.0.0.0:502" for the log; empty: nothing is served. Not to be
+  /// called after StopRequests.
   virtual std::string Summary() { return {}; }
-  /// Returns the output's part of the status document: null if the output is off; empty if it has
-  /// no part. Any thread may call it.
+  /// Returns the part of the status document: null if the output is off; empty if there is no such
+  /// part.
   virtual std::optional<Json> Section(const Wish& /*wish*/) const { return std::nullopt; }
-  /// Returns the output's metrics. Any thread may call it.
   virtual std::vector<Series> Metrics() const { return {}; }
   /// Returns the event loop of the output's thread, which the daemon monitors; null: no thread.
   virtual asio::io_context* loop() { return nullptr; }

@@ -11,7 +11,7 @@ namespace baudgate::outputs {
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;
-/// The octaves of the histogram of round trips; there are four buckets in each.
+/// Each octave of the histogram has four buckets.
 constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
 /// The label for each LineUse.

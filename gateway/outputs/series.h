@@ -22,7 +22,7 @@
 
 namespace baudgate::outputs {
 
-/// A Prometheus metric; docs/metrics.md lists all of them.
+/// Described in docs/metrics.md.
 struct Metric {
   std::string_view name;  ///< "baudgate_modbus_clients"
   std::string_view type;  ///< "counter", "gauge" or "histogram"
@@ -32,11 +32,9 @@ struct Metric {
 /// Returns `text` as the value of a label: `"`, `\\` and line ends are escaped.
 std::string EscapedLabel(std::string_view text);
 
-/// A metric and its present values.
 class Series {
  public:
   explicit Series(const Metric& metric) : metric_(metric) {}
-  /// A metric with one value and no labels.
   Series(const Metric& metric, double value) : metric_(metric) { Add("", value); }
 
   /// Adds a value. `labels`: e.g. `line="bay-1"`, without braces; empty: none. `suffix` follows the
@@ -65,7 +63,6 @@ void EachValue(const bus::RoundTrips& trips, const AddValue& add);
 inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
   add("", port == bus::LineStatus::Port::open ? 1 : 0, "");
 }
-/// Adds seconds.
 inline void EachValue(Duration duration, const AddValue& add) {
   add("", std::chrono::duration<double>(duration).count(), "");
 }
@@ -118,7 +115,7 @@ class Families {
       all_.emplace_back(Metric{row.metric, type, row.help});
     });
   }
-  /// Adds the values of one object. `labels`: e.g. `line="bay-1"`.
+  /// `labels`: e.g. `line="bay-1"`.
   void Add(const T& its, const std::string& labels) {
     auto series = all_.begin();
     EachMetric(its, [&](auto /*row*/, const auto& of) {

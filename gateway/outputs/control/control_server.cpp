@@ -31,7 +31,7 @@ std::string TraceStream::Take() {
 
 namespace {
 
-/// Returns e.g. "user:anna" for the process at the other end, from the kernel's data.
+/// E.g. "user:anna" for the process at the other end, from the kernel.
 std::string UserOf(int socket) {
   ucred peer{};
   socklen_t size = sizeof(peer);
@@ -124,8 +124,8 @@ void ControlSession::OnReceived(std::size_t count) {
   Handle(*request);
 }
 
-/// Detects that the client has left while its request has no answer, because nothing is read in
-/// this time. A client that has only shut down its sending side still gets its answer.
+/// Detects that the client has left while it waits for an answer, because nothing is read then. A
+/// client that has only shut down its sending side still gets its answer.
 void ControlSession::WatchEnd() {
   if (std::exchange(watched_, true)) return;
   socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const asio::error_code& end) {
@@ -213,7 +213,7 @@ std::uint64_t InodeOf(const std::string& path) {
   return ::lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// Tries to connect. `connection_refused`: no process listens there.
+/// `connection_refused`: no process listens there.
 asio::error_code Probe(asio::io_context& io, const std::string& path) {
   stream_protocol::socket probe(io);
   asio::error_code failed;
@@ -223,7 +223,7 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
   return failed;
 }
 
-/// Removes a socket file at `path` that has no process. Any other file is an error.
+/// Removes a socket file without a process. Any other file is an error.
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
@@ -375,7 +375,7 @@ void ControlServer::Accept() {
   });
 }
 
-/// Disconnects the oldest client that is idle, if there is one.
+/// Disconnects the oldest idle client, if any.
 void ControlServer::MakeRoom() {
   std::shared_ptr<ControlSession> oldest;
   for (const auto& [key, session] : sessions_) {

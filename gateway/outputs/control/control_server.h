@@ -1,8 +1,6 @@
 // `ControlServer` is the local control socket of a running gateway: it accepts clients on a unix
 // stream socket and passes their requests to gateway/outputs/control/request_handler.h. Each
-// request and each answer is a JSON object in one line. RequestLines splits bytes into lines,
-// TraceStream streams a trace, ControlSession serves one client, and ControlOutput runs the server
-// on a thread.
+// request and each answer is a JSON object in one line. ControlOutput runs the server on a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,19 +25,18 @@
 
 namespace baudgate::control {
 
-// Splits the bytes from a client into request lines. Memory is bounded by the longest line.
+// Splits the bytes from a client into request lines of bounded length.
 class RequestLines {
  public:
   explicit RequestLines(std::size_t longest) : longest_(longest) {}
 
   /// The buffer for the next bytes.
   std::array<char, 4096>& space() { return space_; }
-  /// Appends the first `count` bytes of space().
   void Commit(std::size_t count) { text_.append(space_.data(), count); }
 
   /// True if the first line is too long, even if its end has not arrived yet.
   bool IsTooLong() const { return std::min(text_.find('\n'), text_.size()) > longest_; }
-  /// Returns the first line without its end; empty if its end has not arrived yet.
+  /// Returns the first line without its end; empty: its end has not arrived yet.
   std::optional<std::string> Take() {
     const auto end = text_.find('\n');
     if (end == std::string::npos) return std::nullopt;
@@ -54,15 +51,15 @@ class RequestLines {
   std::string text_;
 };
 
-// The trace of a line for one client: the records that match the client's wish.
+// The records of a trace that match the client's wish.
 class TraceStream {
  public:
   TraceStream(TraceWish wish, std::shared_ptr<records::TraceQueue> queue)
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// Returns the records since the last call, one per line; empty: none. The queue is bounded: if
-  /// it is full, it drops records and counts them.
+  /// Returns the records since the last call, one per line; empty: none. If nobody takes them, the
+  /// bounded queue drops records and counts them.
   std::string Take();
 
  private:
@@ -70,13 +67,12 @@ class TraceStream {
   std::shared_ptr<records::TraceQueue> queue_;
 };
 
-// Serves one client of the control socket: answers its requests one after the other, or streams a
-// trace to it. All calls on the server's thread. Memory is bounded: a request has a longest length,
-// an answer must be read in time, and a trace that is not read loses records.
+// ControlSession answers one client's requests one after the other, or streams a trace. All calls
+// on the server's thread. Its memory is bounded by these limits: a request has a longest length, an
+// answer must be read in time, and a trace that is not read loses records.
 struct Limits {
   std::size_t clients = 16;
-  /// Further clients beyond `clients`, for single requests such as a confirmation; they get no
-  /// trace.
+  /// Further clients for single requests, such as a confirmation; they get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
   Duration patience = 10s;     ///< time for a whole request, and for a whole answer
@@ -87,22 +83,22 @@ struct Limits {
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
-  /// `service` must stay valid until the session is closed. `closed` is called once, at the end.
-  /// `may_trace` false: a trace is refused as TooMany.
+  /// `service` must outlive the open session. `closed` is called once, at the end. `may_trace`
+  /// false: a trace is refused as TooMany.
   ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
-  /// Returns the error for a client beyond the limit.
+  /// The error for a client beyond the limit.
   static std::string TooMany(const Limits& limits);
 
   void Start();
   /// Ends the trace if the reload has removed its line.
   void OnReload(const config::Config& config);
-  /// True if the client has no request and no trace, so it may be disconnected for another client.
+  /// No request and no trace: the client may be disconnected for another one.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
   /// A later client has a higher number.
   std::uint64_t number() const { return client_.number; }
-  /// `farewell`: a last line, sent to a client that follows a trace.
+  /// `farewell`: a last line for a client that follows a trace.
   void Close(const std::string& farewell = {});
 
  private:
@@ -137,29 +133,26 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
 
 class ControlServer {
  public:
-  /// All references must stay valid for the lifetime of the server. `io` must also stay valid until
-  /// the lines have ended, because their threads wake traces, and must not run when the server is
-  /// destroyed.
+  /// All references must outlive the server. `io` must also outlive the lines, whose threads wake
+  /// traces, and must not run when the server is destroyed.
   ControlServer(const config::Config& config, const bus::PointStore& store,
                 lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info,
                 asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
-  /// Binds config.socket, or the first usable one of the default places. A socket file without a
-  /// process is replaced; one with a process is an error. The error lists every place that was
-  /// tried.
+  /// Binds config.socket, or the first usable default place. A socket file without a process is
+  /// replaced; one with a process is an error. The error lists every place tried.
   Status Listen();
   /// See RequestHandler. To be called before Listen.
   void SetReload(ReloadService& service) { service_.SetReload(service); }
-  /// Takes the configuration after a reload, and ends traces of removed lines. On the thread of
-  /// `io`.
+  /// A reload, on the thread of `io`. Ends traces of removed lines.
   void Apply(const std::shared_ptr<const config::Config>& config,
              std::shared_ptr<const history::HistorySource> history);
   /// Ends all sessions and removes the socket file. On the thread of `io`, or when `io` does not
   /// run.
   void Stop();
 
-  /// Returns the path of the socket file; empty before Listen.
+  /// The socket file; empty before Listen.
   const std::string& path() const { return path_; }
 
  private:
@@ -192,8 +185,8 @@ class ControlServer {
 
 namespace baudgate::control {
 
-/// The control socket as an output of the gateway. It has a thread of its own, because long answers
-/// must not delay Modbus registers.
+/// Runs the control socket on a thread of its own, because long answers must not delay Modbus
+/// registers.
 class ControlOutput final : public outputs::Output {
  public:
   struct Links {
@@ -203,8 +196,7 @@ class ControlOutput final : public outputs::Output {
     status::GatewayInfo info;
     control::ReloadService* reload = nullptr;  ///< null: the gateway cannot reload
   };
-  /// `config` is the configuration of the start. All references must stay valid for the lifetime of
-  /// this object.
+  /// `config`, that of the start, and all references must outlive this object.
   ControlOutput(const config::Config& config, const Links& links);
   ~ControlOutput() override { StopRequests(); }
 

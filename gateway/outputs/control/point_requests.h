@@ -1,6 +1,5 @@
-// `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device:
-// passes them to the line, and answers when the line has answered. Part of request_handler.h;
-// docs/status.md describes the requests.
+// `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device,
+// and answers when the line has answered (docs/status.md).
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}
@@ -37,21 +36,20 @@ class PointRequests {
   /// Takes the answer, once, on any thread.
   using Answered = std::function<void(status::Json)>;
 
-  /// The references must stay valid longer than this object and all its requests.
+  /// The references must outlive this object and all its requests.
   PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
-  /// Members of `request`: `target`: LINE.DEVICE.POINT; `value` in the point's unit; `confirm`:
-  /// replaces a selection; `client` and `seq`: see RequestId. An error, in one sentence, means that
-  /// `answered` is not called.
+  /// `target`: LINE.DEVICE.POINT; `value` in the point's unit; `confirm`: replaces a selection;
+  /// `client` and `seq`: see RequestId. After an error, one sentence, `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
-  /// Returns whether permission, limits and interlocks would allow a confirmed write now. Nothing
-  /// is sent or recorded.
+  /// Whether permission, limits and interlocks would allow a confirmed write now. Nothing is sent
+  /// or recorded.
   Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
                                 Instant now) const;
-  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT. An error, in one sentence, means that `answered`
-  /// is not called.
+  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT. After an error, one sentence, `answered` is not
+  /// called.
   Status Read(const config::Config& config, const status::Json& request, const bus::Writer& writer,
               Now now, Answered answered);
 
@@ -61,8 +59,8 @@ class PointRequests {
   /// Returns the named point and value, without a deadline.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
-  /// True if the request is new; `answered` then waits for Finish. A request whose number has come
-  /// before gets the answer of the first one.
+  /// True if the request is new; `answered` then waits for Finish. A repeated request gets the
+  /// answer of the first one.
   bool IsFresh(const bus::RequestId& id, Instant now, Answered answered);
   void Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
               const WriteResult& result, const status::Json& answer);
@@ -72,7 +70,7 @@ class PointRequests {
   bus::WriteGate gate_;
   Mutex mutex_;
   bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The answers to call at the end of a numbered request. A repeated request has several.
+  /// Called at the end of a numbered request. A repeated request has several.
   std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

@@ -29,8 +29,7 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// Finds the alarms at `target` as the command `alarms` prints it. Alarms that belong to no line
-/// have other names than LINE.DEVICE.
+/// An alarm of no line has another name than LINE.DEVICE.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);
@@ -57,9 +56,9 @@ status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   return page;
 }
 
-/// Accepts "bay-1" (the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1", the number of
-/// an event as "412", or a text of events::PlaceOf. An error if there is no such device or point;
-/// but a removed device may still have alarms.
+/// `target`: "bay-1" (the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1", the number
+/// of an event, or a text of events::PlaceOf. An error if there is no such device or point; a
+/// removed device may still have alarms.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -89,8 +88,8 @@ status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-/// Parses LINE.DEVICE.NAME.NAME, values that a meter has stored itself. Empty: not four parts, so
-/// it is no such name (a point has three).
+/// LINE.DEVICE.NAME.NAME: values that a meter has stored itself. Empty: not four parts (a point has
+/// three).
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -139,7 +138,7 @@ constexpr std::string_view kNoHistory =
 
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
-/// Returns the cursor of the request; empty: the first page.
+/// Empty: the first page.
 std::optional<history::Cursor> CursorOf(const Json& request) {
   const auto found = request.find("after");
   if (found == request.end() || !found->is_array() || found->size() != 2) return std::nullopt;
@@ -216,8 +215,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-/// Returns one page of a point, or of values that a meter has stored itself, or {"error":…}. A
-/// removed point still has its values. If there are no values, the error says why.
+/// One page of a point, or of values that a meter has stored itself; or {"error":…}. A removed
+/// point still has its values. If there are none, the error says why.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -245,8 +244,8 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   return json;
 }
 
-/// Returns {"points":["bay-1.feeder-1.current_l1"]}: the points of the configuration that match the
-/// pattern and whose values are stored. Removed points are not found by a pattern.
+/// {"points":["bay-1.feeder-1.current_l1"]}: points of the configuration that match the pattern and
+/// whose values are stored. Removed points are not found.
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
@@ -263,7 +262,7 @@ Json KeptPoints(const Json& request, const KeptValues& kept) {
                                        " is kept: history.points of the configuration has none");
 }
 
-/// True if events are stored on the disk.
+/// On the disk.
 bool KeepsEvents(const Gateway& gateway) {
   return gateway.info.events != nullptr && !gateway.info.events->state().in_memory;
 }
@@ -275,7 +274,7 @@ KeptValues Kept(const Gateway& gateway) {
 
 }  // namespace
 
-/// Returns one page. The client asks for the next page with `next` of this one.
+/// One page. The client asks for the next one with `next` of this one.
 Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (gateway.info.audit == nullptr) {
     return Refused(
@@ -296,7 +295,7 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-/// Returns one page, as ShowWrites does. A removed device still has its events.
+/// One page, as ShowWrites. A removed device still has its events.
 Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;

@@ -15,10 +15,9 @@
 
 namespace baudgate::control {
 
-/// Returns the values that a meter has measured and stored itself, e.g. of
-/// LINE.DEVICE.load_1.active_import, for `baudgate history`:
+/// Values that a meter has measured and stored itself, e.g. LINE.DEVICE.load_1.active_import:
 /// {"records":[…],"next":[4711,1790000000000000],"more":false}. A record is as `baudgate history
-/// --json` prints it; its "seconds" is its length.
+/// --json` prints it; "seconds" is its length.
 nlohmann::ordered_json PageJson(const events::PastPage& page, const std::string& point);
 
 // Answer the requests of the same names.

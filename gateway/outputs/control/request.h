@@ -1,5 +1,5 @@
-// `Request` is one request of the control socket, `Gateway` the parts of the gateway that answer
-// it, and `Reply` its answer. ReloadService carries out the requests `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` what it is answered from, and `Reply` its
+// answer. ReloadService carries out the requests `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,6 @@
 
 namespace baudgate::control {
 
-// The kinds of errors; `busy` is used by ControlSession.
 inline constexpr std::string_view kUsage = "usage";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kUnavailable = "unavailable";
@@ -32,20 +31,20 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// Returns the text of a member; empty if it is missing or no text.
+/// Empty if the member is missing or no text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Returns the number of a member; empty if it is missing or no whole number.
+/// Empty if the member is missing or no whole number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
   return found->get<std::int64_t>();
 }
 
-/// Returns the time of a member in ms since 1970, limited to what WallTime can hold.
+/// The member is in ms since 1970, and limited to what WallTime can hold.
 inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
@@ -53,8 +52,8 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
   return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
 }
 
-// Carries out the requests `reload` and `confirm`. The client gets its answer when the reload has
-// ended, with or without success. gateway/daemon/reloader.h implements it.
+// The requests `reload` and `confirm`. The client gets its answer when the reload has ended, with
+// or without success. gateway/daemon/reloader.h carries them out.
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
 //   {"ok":true,"applied":true,"changes":["line bay-1: begins anew: poll of feeder-1"],
@@ -70,9 +69,9 @@ struct ReloadAsk {
 struct ReloadAnswer {
   bool ok = false;
   bool applied = false;  ///< something has changed
-  int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
+  int exit_code = 0;     ///< of the command: 2: faulty file; 4: the reload cannot be done
   std::vector<std::string> changes;  ///< one sentence each
-  /// Warnings about the file, e.g. "…baudgate.yaml:7:3: warning: …".
+  /// About the file, e.g. "…baudgate.yaml:7:3: warning: …".
   std::vector<std::string> warnings{};
   std::string text;    ///< one or more lines for people
   Duration confirm{};  ///< time left for a confirmation; zero: none is needed
@@ -82,13 +81,13 @@ class ReloadService {
  public:
   using Answered = std::function<void(const ReloadAnswer&)>;
   virtual ~ReloadService() = default;
-  /// Starts a reload. Any thread may call it; `answered` is called once, on any thread.
+  /// Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
-  /// Confirms the applied configuration, so that it is not taken back.
+  /// What was applied is not taken back.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// A trace that follows the answer: the records of this line, until the client disconnects.
+/// The answer is followed by the records of this line, until the client disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
   std::string device;  ///< only records of this device, and those of no device; empty: all
@@ -97,13 +96,12 @@ struct TraceWish {
 struct Reply {
   std::string text;  ///< one line of JSON without its line end; empty: the answer comes later
   std::optional<TraceWish> trace{};
-  /// The answer to send if the later answer does not come in time. Empty: the client waits longer.
+  /// Sent if the later answer does not come in time. Empty: the client waits longer.
   std::string late{};
 };
 
 /// The parts of the gateway that requests use. A request holds its Gateway until it is answered: a
-/// reload makes a new Gateway and does not wait. References and pointers must stay valid longer
-/// than all requests.
+/// reload makes a new one and does not wait. References and pointers must outlive all requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
   const bus::PointStore& store;
@@ -118,17 +116,16 @@ struct Request {
   const status::Json& json;
   const bus::Writer& client;
   Now now;
-  /// Called with an answer that does not come at once; any thread may call it.
+  /// Takes an answer that does not come at once; on any thread.
   std::function<void(const status::Json&)> later;
 };
 
-/// Returns the JSON as one line. Texts may contain bytes of a device, so bytes that are no UTF-8
-/// are replaced.
+/// Bytes that are no UTF-8 (a device may have sent them) are replaced.
 inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }
 
-/// Returns {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
+/// {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
 inline std::string ErrorLine(std::string_view kind, std::string_view message) {
   return OneLine(ErrorJson(kind, message));
 }

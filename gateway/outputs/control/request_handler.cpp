@@ -16,7 +16,7 @@
 namespace baudgate::control {
 namespace {
 
-/// The longest time for which a port is released; a second call can prolong it.
+/// For a longer time, a second call is needed.
 constexpr Duration kMostRelease = 24h;
 /// The deadline of a telegram by hand.
 constexpr Duration kHandPatience = 8s;
@@ -63,10 +63,9 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 //
 // "sent" is empty if nothing was sent; "reason" then contains the cause.
 
-/// Members of `request`: `target`: LINE or LINE.DEVICE, whose protocol and options are used;
-/// `telegram` in hex, which the protocol completes, e.g. by a checksum; `write`: the telegram may
-/// write. The error is one sentence; without an error, `answered` is called once, on any thread.
-/// All references must stay valid until then.
+/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram` in hex, which the
+/// protocol completes, e.g. by a checksum; `write`: it may write. Without an error (one sentence),
+/// `answered` is called once, on any thread. All references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {
@@ -121,8 +120,7 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
 
 status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
-/// Returns the address at which clients may use the port of this line, as `release --tcp` requests
-/// it.
+/// Where clients may use the port of this line, as `release --tcp` requests it.
 Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"clients have the port of line '" + line.name + "' at " +
@@ -157,7 +155,7 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   return server;
 }
 
-/// Returns a sentence about who uses the port; empty: it is free.
+/// Who uses the port, as a sentence; empty: it is free.
 std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus& status,
                                  bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
@@ -443,7 +441,7 @@ std::string Shown(const status::Json& value) {
 }
 
 /// Checks that a request has only members of its command, with their types. A misspelt member is
-/// refused and not ignored, because the client would not notice.
+/// refused, because the client would not notice that it is ignored.
 ///
 ///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
 ///   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
@@ -496,7 +494,7 @@ Instant RecordReader::Round(bool last) {
 
 namespace {
 
-/// Not listed for people, because only the command line tool needs it; people use `history`.
+/// Not listed: only the command line tool needs it, people use `history`.
 constexpr std::string_view kNotListed = "kept_points";
 
 std::string NoCommand(const std::string& name) {

@@ -1,6 +1,6 @@
-// `RequestHandler` answers the requests of the control socket: one request line in, one answer line
-// out. It uses no sockets; gateway/outputs/control/control_server.h transports the lines.
-// Commands() lists the commands, and RecordReader answers requests that read the disk.
+// `RequestHandler` answers the control socket: one request line in, one answer line out. It uses no
+// sockets; gateway/outputs/control/control_server.h transports the lines. RecordReader answers
+// requests that read the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,12 +21,11 @@
 
 namespace baudgate::control {
 
-/// Returns {"record":"…"}, the line for one record of a trace.
+/// {"record":"…"}
 std::string RecordLine(const records::TraceRecord& record);
 bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
-// A command of the control socket: its members and the function that answers it. docs/status.md
-// describes the commands.
+// A command: its members and the function that answers it (docs/status.md).
 
 /// A member of a request besides "command".
 struct Member {
@@ -42,11 +41,11 @@ struct Command {
   bool reads_disk = false;  ///< the answer may take as long as the disk
 };
 
-/// Returns all commands, in the order in which they are listed for people.
+/// In the order in which they are listed for people.
 const std::vector<Command>& Commands();
 
-// Answers requests that read the disk, on a thread of its own, so that a hanging disk does not
-// delay other requests.
+// Answers requests that read the disk, on a thread of its own: a hanging disk does not delay other
+// requests.
 class RecordReader {
  public:
   /// The most requests that wait.
@@ -54,11 +53,11 @@ class RecordReader {
 
   RecordReader();
 
-  /// Queues a request. `later` gets the answer, on the reader's thread. If too many wait, the
-  /// returned Reply contains the error.
+  /// `later` gets the answer, on the reader's thread. If too many requests wait, the Reply is an
+  /// error.
   Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
             bus::Writer client, Now now, std::function<void(std::string text)> later);
-  /// Waits for the answer that is being read; requests in the queue get no answer.
+  /// Waits for the answer that is being read; queued requests get none.
   void Stop() { worker_.Stop(); }
 
  private:
@@ -78,29 +77,28 @@ class RecordReader {
 
 class RequestHandler {
  public:
-  /// All references must stay valid for the lifetime of this object, and what `info` refers to
-  /// until the first reload.
+  /// All references must outlive this object; what `info` refers to, until the first reload.
   RequestHandler(const config::Config& config, const bus::PointStore& store,
                  lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
-  /// Called with an answer that does not come at once; on any thread.
+  /// Takes an answer that does not come at once; on any thread.
   using Later = std::function<void(std::string text)>;
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }
-  /// Enables the commands `reload` and `confirm`. `service` must stay valid for the lifetime of
-  /// this object. To be called before the first request.
+  /// Enables `reload` and `confirm`. `service` must outlive this object. To be called before the
+  /// first request.
   void SetReload(ReloadService& service);
   /// From now on, another thread answers the commands that read the disk, until StopReading.
   void ReadApart();
   void StopReading() {
     if (reader_) reader_->Stop();
   }
-  /// Replaces configuration and history after a reload. The numbers of lines and devices are those
-  /// of the store. Any thread may call it; it does not wait for requests.
+  /// After a reload; indices are those of the store. Any thread may call it; it does not wait for
+  /// requests.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Returns the present Gateway. Any thread may call it.
+  /// Any thread may call it.
   std::shared_ptr<const Gateway> gateway() const {
     const MutexLock lock(mutex_);
     return gateway_;

@@ -1,9 +1,7 @@
 // `ParticipantOptions` says in which DDS domain and on which interfaces a gateway or a subscriber
-// takes part. It comes from `dds:` of the configuration or from the command line, and goes to
-// gateway/outputs/dds/fast/participant.h. This header also contains the types that all parts of DDS
-// share: WriterId (the writer of a sample), Refusal and DatagramCounters (for datagrams),
-// Subscribers (numbers of readers) and Neighbours (addresses of subscribers, and remarks about
-// them).
+// takes part. It comes from `dds:` of the configuration or from the command line. This header also
+// contains the types that all parts of DDS share: WriterId, Refusal, DatagramCounters, Subscribers
+// and Neighbours.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,8 +21,8 @@
 namespace baudgate::dds {
 
 struct ParticipantOptions {
-  std::string name = "baudgate";  ///< the participant's name, shown by tools: the gateway's name
-  int domain = 0;                 ///< 0…232
+  std::string name = "baudgate";        ///< shown by tools: the gateway's name
+  int domain = 0;                       ///< 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
   /// Limit of other participants in the domain; further ones are refused.
   std::size_t participants = 256;
@@ -43,14 +41,12 @@ struct ParticipantOptions {
   config::DdsSecurity security{};
 };
 
-/// Returns the options that the configuration describes.
 ParticipantOptions ParticipantOf(const config::Dds& dds);
 
-// WriterId names the writer of a sample, as RTPS does. It comes from gateway/outputs/dds/fast, and
-// gateway/tools/watch shows it.
+// WriterId names the writer of a sample, as RTPS does; gateway/tools/watch shows it.
 
-/// The id of a participant: one process of one gateway, which may have many writers. It is no proof
-/// of identity, because anyone who reaches the domain can send with the id of another participant.
+/// A participant: one process of one gateway, which may have many writers. No proof of identity,
+/// because anyone in the domain can send with the id of another participant.
 struct PublisherId {
   std::array<std::uint8_t, 12> bytes{};
   auto operator<=>(const PublisherId&) const = default;
@@ -62,20 +58,18 @@ struct WriterId {
   auto operator<=>(const WriterId&) const = default;
 };
 
-/// Return the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" for a publisher, and the
-/// same text followed by "|0.0.1.2" for a writer.
+/// Return the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" and, for a writer, the
+/// same with "|0.0.1.2".
 std::string Text(const PublisherId& id);
 std::string Text(const WriterId& id);
 
-/// The writer of a sample, and when the sample was received.
 struct Origin {
   WriterId writer;
   WallTime received;
 };
 
-// The reason why a datagram is refused and does not reach the DDS library.
-// gateway/outputs/dds/fast/datagram_check.h counts the reasons,
-// gateway/outputs/dds/output/dds_json.h shows them.
+// Why a datagram is refused and does not reach the DDS library
+// (gateway/outputs/dds/fast/datagram_check.h).
 enum class Refusal : std::uint8_t {
   none,
   not_rtps,           ///< no RTPS 2 header
@@ -102,7 +96,6 @@ struct RefusalWords {
   std::string_view many;   ///< after a number: "fragments"
 };
 
-/// Indexed by Refusal.
 inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"none", "nothing", "nothing"},
     {"not_rtps", "not RTPS", "not RTPS"},
@@ -130,28 +123,24 @@ constexpr std::string_view Words(Refusal reason) {
 }
 
 // Counts the datagrams that were passed to the DDS library, and those that were refused.
-// gateway/outputs/dds/fast/datagram_check.h counts, the link to the gateway transports the numbers,
-// and the status shows them.
 struct DatagramCounters {
   std::uint64_t passed = 0;
   std::array<std::uint64_t, kRefusals> refused{};  ///< indexed by Refusal
-  std::uint32_t participants = 0;                  ///< participants that are in the tables now
+  std::uint32_t participants = 0;                  ///< known now
 
   bool operator==(const DatagramCounters&) const = default;
   std::uint64_t Refused(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
   std::uint64_t AllRefused() const {
     return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
   }
-  /// Adds the counts of an earlier process. Its `participants` are not added, because they are
-  /// gone.
+  /// Adds the counts of an earlier process, whose participants are gone.
   void AddEarlier(const DatagramCounters& earlier) {
     passed += earlier.passed;
     for (std::size_t i = 0; i < kRefusals; ++i) refused[i] += earlier.refused[i];
   }
 };
 
-// Subscribers and Neighbours: what baudgate-dds reports to the gateway about other participants of
-// the domain, beside the DatagramCounters.
+// Subscribers and Neighbours: what baudgate-dds reports to the gateway about other participants.
 
 /// The number of matched readers of each topic.
 struct Subscribers {

@@ -8,8 +8,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// The number of newest events that a new reader gets, and of events that are repeated after a
-/// restart without acknowledgement.
+/// How many of the newest events a new reader gets, and how many are repeated after a restart
+/// without acknowledgement.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -103,7 +103,7 @@ namespace {
 
 constexpr Duration kRetry = 1s;
 constexpr std::size_t kBatch = 64;
-constexpr Duration kLastEvents = 700ms;  // the time for End to send the remaining events
+constexpr Duration kLastEvents = 700ms;  // for End to send the remaining events
 
 }  // namespace
 

@@ -18,15 +18,14 @@
 
 namespace baudgate::dds {
 
-/// Supplies the events and alarms that are on the disk as samples. gateway/daemon implements it on
-/// gateway/records/events/event_feed.h. Any thread may call it; no call waits for the disk.
+/// Supplies the events and alarms on the disk as samples (gateway/records/events/event_feed.h). Any
+/// thread may call it; no call waits for the disk.
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
   /// Returns at most `most` events with numbers above `after`, in ascending order. If they must be
-  /// read from the file first, it returns none, and the function of OnNew is called when they are
-  /// there. An event with an empty `gateway` is not published, because its device is no longer
-  /// configured.
+  /// read from the file first, it returns none and calls the function of OnNew later. An event with
+  /// an empty `gateway` is not published, because its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
   /// Number of the newest event; 0: none, or the file was not read yet.
   virtual std::uint64_t newest() const = 0;
@@ -35,28 +34,28 @@ class EventSupply {
     std::uint64_t seq = 0;
     bool sure = false;  ///< true: subscribers have acknowledged all events up to `seq`
   };
-  /// Returns the Place of the last Keep, which survives a restart; empty: Keep was never called.
-  /// Valid when newest() is not 0.
+  /// Returns the Place of the last Keep, also after a restart; empty: Keep was never called. Valid
+  /// when newest() is not 0.
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
     std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
     AlarmSample sample{};
   };
-  /// Returns at most `most` alarms that have changed after version `after`, in their present state,
-  /// sorted by version; 0: all alarms.
+  /// Returns at most `most` alarms that have changed after version `after` (0: all), in their
+  /// present state, by version.
   virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
     return {};
   }
 
-  /// Sets the function that is called, on any thread, when there are more events or alarms. Null
-  /// ends this, and no call is in progress when OnNew returns.
+  /// `wake` is called, on any thread, when there are more events or alarms. Null ends this, and no
+  /// call is in progress when OnNew returns.
   virtual void OnNew(std::function<void()> wake) = 0;
 };
 
 // Chooses which event is published next. Each event is sent once, in the order of the numbers; the
-// newest 1000 events are sent again to a new reader. After a restart it goes on where it was, if
-// subscribers have acknowledged everything. No I/O; NoticeSender sends.
+// newest 1000 are sent again to a new reader. After a restart it goes on where it was, if
+// subscribers have acknowledged everything.
 //
 //   events 1 … 5000 exist, a reader appears        → 4001, 4002 … 5000
 //   event 5001 is added                            → 5001
@@ -69,19 +68,18 @@ class EventSupply {
 
 class EventSender {
  public:
-  /// Null: there are no events. `supply` must stay valid for the lifetime of this object.
+  /// Null: there are no events. `supply` must outlive this object.
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
-  /// A new receiver takes samples: the next event is chosen again by the rules above.
+  /// There is a new receiver.
   void StartAnew();
-  /// Returns the event to send next, null if there is none now. Returns the same event until
-  /// OnSent.
+  /// Returns the event to send next, null if there is none now; the same event until OnSent.
   const EventSample* Next();
   void OnSent();
   /// Stores that subscribers have acknowledged all events that were sent.
   void Confirm();
 
-  /// Any thread may call these.
+  /// Any thread may call it.
   std::uint64_t sent() const { return sent_; }
   std::uint64_t skipped() const { return skipped_; }
 
@@ -101,16 +99,15 @@ class EventSender {
   std::atomic<std::uint64_t> skipped_ = 0;
 };
 
-// Chooses which alarm is published next: each alarm that has changed, in its present state; all
-// alarms for a new receiver. No I/O; NoticeSender sends.
+// Chooses which alarm is published next: each one that has changed, in its present state; all
+// alarms for a new receiver.
 class AlarmSender {
  public:
-  /// Null: there are no alarms. `supply` must stay valid for the lifetime of this object.
+  /// Null: there are no alarms. `supply` must outlive this object.
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// Returns the alarm to send next, null if there is none now. Returns the same alarm until
-  /// OnSent.
+  /// As EventSender::Next.
   const AlarmSample* Next();
   void OnSent();
 
@@ -123,21 +120,20 @@ class AlarmSender {
 
 class NoticeSender {
  public:
-  /// Subscribers that are already connected to the network find a new gateway within this time.
+  /// Running subscribers on a working network find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
   /// All running subscribers have found a new gateway within this time. Events wait for this time
   /// unless a reader of events is there earlier. Example: 3,000 events wait and the writer stores
   /// 1,000; sent at once, the oldest 2,000 would be lost before the first reader is found.
   static constexpr Duration kMeetingTime = 15s;
 
-  /// The references and `events` must stay valid for the lifetime of this object. `now` is
-  /// published as the gateway's start time. `events`: null: there are none.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start. `events`: null: there are none.
   NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  /// Sends everything again to a new receiver. `same`: the receiver is the same, and only its
-  /// writers of samples were replaced, so the gateway's start and the final samples are not
-  /// repeated.
+  /// Sends everything again to a new receiver. `same`: only the receiver's writers of samples were
+  /// replaced, so the gateway's start and the final samples are not repeated.
   void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
@@ -150,8 +146,8 @@ class NoticeSender {
   /// Returns when the next samples may be sent.
   Instant Due();
 
-  /// Sends the remaining events and alarms before the end, at the permitted rate, for at most 700
-  /// ms. Returns when to call it again; empty: all were sent, or they cannot be sent.
+  /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns when
+  /// to call it again; empty: all were sent, or they cannot be sent.
   std::optional<Instant> End(Instant now);
   /// Stores that subscribers have acknowledged everything; after End.
   void Confirm() { events_.Confirm(); }
@@ -172,7 +168,7 @@ class NoticeSender {
   Instant gateway_due_;  ///< Instant::max(): the sample was sent
   PointEnds ends_;
   DeviceEnds device_ends_;
-  Instant ends_due_{};  ///< final samples are not sent before
+  Instant ends_due_{};  ///< not sent before
   EventSender events_;
   Instant events_due_;  ///< not sent before
   Instant meets_until_;

@@ -1,7 +1,6 @@
-// `PointSlots` numbers the points of all devices of a store consecutively. Such a number is called
-// a slot; gateway/outputs/dds/publish_plan.h uses it. Points of removed devices have no slot.
-// FillPoint and FillDevice fill samples, and PointEnds and DeviceEnds are the queues of final
-// samples for what a reload has removed.
+// `PointSlots` numbers the points of all devices of a store consecutively; such a number is called
+// a slot. FillPoint and FillDevice fill samples, and PointEnds and DeviceEnds are the queues of
+// final samples for what a reload has removed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +26,6 @@ class PointSlots {
   std::uint32_t size() const { return first_.back(); }
   /// The number of devices in the store when the slots were assigned.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
-  /// True if the device was in the store when the slots were assigned.
   bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
   bus::PointRef RefOf(std::uint32_t slot) const;
@@ -44,28 +42,26 @@ class PointSlots {
 
 /// Returns the number of points, devices and sources of events that `store` contains now.
 Room CountOf(const bus::PointStore& store);
-/// Returns CountOf(store) with a reserve for points and devices that reloads add.
+/// Returns CountOf(store) and a reserve for what reloads add.
 Room RoomFor(const bus::PointStore& store);
 
 /// Returns "device.point". The caller must hold the device (PointStore::Hold).
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
-/// Returns the deadband of each slot. `slots` holds the devices.
+/// `slots` holds the devices.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
-// FillPoint and FillDevice copy from the store's records into samples. They set all fields except
-// the gateway's name.
+// FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
 /// `state` must be made from the point's value and its present quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
 
-// The queue of final samples of points that a reload has removed. Each point is published once more
-// with its last value and quality "not connected". No I/O: gateway/outputs/dds/notice_sender.h
-// sends the samples.
+// The queue of final samples of points that a reload has removed: each point is published once more
+// with its last value and quality "not connected".
 class PointEnds {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   PointEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
@@ -91,14 +87,14 @@ class PointEnds {
     std::shared_ptr<const void> held;
   };
   std::deque<Gone> gone_;
-  PointSample sample_;  ///< the sample of the queue's first point
+  PointSample sample_;  ///< of the queue's first point
 };
 
 /// The queue of final samples of devices that a reload has removed: each device is published once
 /// more with its last counters and state `disabled`.
 class DeviceEnds {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
@@ -112,7 +108,7 @@ class DeviceEnds {
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next, null if there is none. Returns the same sample until OnSent.
+  /// As PointEnds::Next.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

@@ -1,6 +1,6 @@
 // `PublishPlan` decides what the DDS publisher sends and when: a change beyond the deadband, a
-// change of quality, a heartbeat. No I/O and no clock: values and time are arguments, and
-// gateway/outputs/dds/publisher.h sends. DueQueue finds the next slot that is due.
+// change of quality, a heartbeat. No I/O: values and time are arguments. DueQueue finds the next
+// slot that is due.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,21 +14,20 @@
 
 namespace baudgate::dds {
 
-// A priority queue of numbered slots, each with a time at which it is due. It is an indexed heap in
-// which delaying a slot, the most frequent call, costs one store. PublishPlan uses it for points
-// and devices.
+// A priority queue of slots by due time: an indexed heap in which delaying a slot, the most
+// frequent call, costs one store.
 class DueQueue {
  public:
   /// Contains the slots 0…count-1, all due at `first`.
   DueQueue(std::size_t count, Instant first);
 
-  /// Sets when the slot is due. An earlier time takes O(log n) at once; a later time is noted, and
-  /// the heap is corrected when the old time is reached.
+  /// An earlier time takes O(log n) at once; a later time is noted, and the heap is corrected when
+  /// the old time is reached.
   void Set(std::uint32_t slot, Instant due);
   Instant due(std::uint32_t slot) const { return due_[slot]; }
 
-  /// Returns a slot that is due, if there is one. The slot stays in the queue: call Set with its
-  /// next time.
+  /// Returns a slot that is due, if there is one. It stays in the queue: call Set with its next
+  /// time.
   std::optional<std::uint32_t> Due(Instant now);
   /// Returns a time that is not later than the next due time; Instant::max() if there are no slots.
   Instant Next() const;
@@ -55,8 +54,7 @@ struct PlanOptions {
 /// empty.
 std::string TextOf(const Value& value);
 
-/// The part of a point that decides whether the point is sent. It is small, because there is one
-/// for every point.
+/// What decides whether a point is sent. Small, because there is one for every point.
 struct PointState {
   double number = 0;
   std::size_t text_hash = 0;
@@ -65,23 +63,21 @@ struct PointState {
   static PointState Of(const Value& value, Quality quality);
 };
 
-/// Decides for each point and device whether it is sent. Points are numbered through all devices
-/// (PointSlots). At the start everything is due. The memory is fixed, and no call visits all
-/// points.
+/// Decides for each point (by slot) and device whether it is sent. At the start everything is due.
+/// The memory is fixed, and no call visits all points.
 class PublishPlan {
  public:
   PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,
               Instant start);
 
-  /// True if the point is to be sent with this state.
   bool WantsPoint(std::uint32_t slot, const PointState& state) const;
   void PointSent(std::uint32_t slot, const PointState& state, Instant now);
-  /// True if the point was ever sent, so that its removal must be published as well.
+  /// True if the point was ever sent, so its removal must be published.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
   bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
-  /// Marks a point that the previous plan has sent.
+  /// The previous plan has sent the point.
   void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
-  /// Copies all WasSent marks from the previous plan, which has the same points and devices.
+  /// Copies all WasSent marks of a plan for the same points and devices.
   void KeepMarks(const PublishPlan& before);
   /// The point is tried again after `retry`, or when it changes.
   void PointFailed(std::uint32_t slot, Instant now);
@@ -98,7 +94,6 @@ class PublishPlan {
   /// retry. WantsPoint is true for them until they are sent.
   void TakeDuePoints(Instant now, std::size_t most, std::vector<std::uint32_t>& slots);
   void TakeDueDevices(Instant now, std::size_t most, std::vector<std::uint32_t>& devices);
-  /// Returns when to call TakeDuePoints and TakeDueDevices again.
   Instant NextDue() const;
 
  private:

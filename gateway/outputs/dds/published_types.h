@@ -1,9 +1,7 @@
-// `Contract` lists the fields of each published type of baudgate.idl. Derived from this list are
-// the wire form, the key hashes, the types that generic tools get
-// (gateway/outputs/dds/fast/types.h), baudgate_types.xml, and the JSON of `watch`
-// (gateway/tools/watch/watch_lines.h). tests/gateway/outputs/dds/cdr_test.cpp compares the list
-// with the IDL. Encode and Decode write and read the wire form, and TypesXml returns the types as
-// DDS-XML.
+// `Contract` lists the fields of each published type of baudgate.idl; cdr_test.cpp compares it with
+// the IDL. Derived from it are the wire form (Encode, Decode), the key hashes, the types for
+// generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and the JSON of
+// `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +23,7 @@ template <typename Sample, typename Value>
 struct Field {
   std::string_view name;
   Value Sample::*member;
-  std::uint32_t bound = 0;  ///< longest text, in bytes; 0: no text
+  std::uint32_t bound = 0;  ///< longest text in bytes; 0: no text
   bool key = false;
 };
 
@@ -46,7 +44,7 @@ constexpr Field<Sample, Value> Plain(std::string_view name, Value Sample::*membe
   return {name, member};
 }
 
-/// The type's name in module baudgate::v1, and its fields in the order of the IDL.
+/// The name in module baudgate::v1, and the fields in the order of the IDL.
 template <typename Sample>
 struct Contract;
 
@@ -215,22 +213,20 @@ void ForEachType(Use use) {
   use(kTypeOf<ReplySample>);
 }
 
-// Encode and Decode convert samples to and from the wire form (XCDR1, the same bytes that the code
-// of any vendor's IDL compiler makes). gateway/outputs/dds/fast/types.cpp calls them with the
-// payloads of Fast DDS.
+// Encode and Decode convert samples to and from the wire form (XCDR1, as the code of any vendor's
+// IDL compiler makes it).
 
 /// The encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes
 /// of options.
 inline constexpr std::size_t kCdrHead = 4;
 
-/// Returns the next position at which a number of this size may begin: a multiple of its size,
-/// counted from the end of the encapsulation header.
+/// Returns the next multiple of `size`, counted from the end of the encapsulation header: there a
+/// number of this size may begin.
 constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
   return kCdrHead + (at - kCdrHead + size - 1) / size * size;
 }
 
-/// Returns the length of a sample whose texts are as long as their bounds, in bytes. No sample is
-/// longer.
+/// Returns the longest possible length in bytes: all texts as long as their bounds.
 template <typename Sample>
 constexpr std::size_t LongestSample() {
   std::size_t at = kCdrHead;
@@ -246,15 +242,13 @@ constexpr std::size_t LongestSample() {
 template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
-/// Writes `sample` as little-endian CDR with its encapsulation header. Returns the number of bytes,
-/// or 0 if a text is longer than its bound or `to` is too small. Instantiated for all samples of
-/// the contract.
+/// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
+/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// Reads a sample in either byte order. False unless the bytes are a whole sample within its
-/// bounds; `sample` is then unspecified. Never throws. Instantiated for all samples of the
-/// contract.
+/// Reads either byte order. False unless the bytes are a whole sample within its bounds; `sample`
+/// is then unspecified. Never throws.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);
 

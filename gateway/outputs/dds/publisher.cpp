@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::size_t kDueBatch = 64;
 
-// Size of an image that waits for readers. A reader that is matched in the middle of a longer image
-// receives the image's end before its beginning; with Fast DDS 2.9 the reader then searches all its
-// samples for each new one, for ten seconds and more.
+// A longer image waits. A reader that is matched in the middle of it receives the end before the
+// beginning; with Fast DDS 2.9 it then searches all its samples for each new one, for ten seconds
+// and more.
 constexpr std::size_t kLongImage = 1000;
 
 Instant ImageTime(std::size_t points, Instant now) {
@@ -322,7 +322,6 @@ Instant DdsPublisher::Publish() {
   return rests_until_;
 }
 
-/// Starts the sender again, at once, after a new session or a reload.
 void DdsPublisher::Renew(std::uint64_t session) {
   const Instant now = ReadClocks().instant;
   const bool other_session = std::exchange(session_, session) != session;

@@ -1,5 +1,5 @@
-// `DdsPublisher` publishes points and device states on DDS. On a thread of its own, its
-// SampleSender takes changes from the point store and writes samples. Lines never wait for it.
+// `DdsPublisher` publishes points and device states on DDS: on its thread, a SampleSender turns
+// changes of the point store into samples. Lines never wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,6 @@
 
 namespace baudgate::dds {
 
-/// Counts what SampleSender has sent.
 struct SampleCounters {
   std::uint64_t written = 0;
   std::uint64_t failed = 0;  ///< samples that the library did not accept; they are sent again
@@ -29,44 +28,40 @@ struct SampleCounters {
   std::uint64_t events_skipped = 0;  ///< events that were deleted before they could be sent
 };
 
-/// Turns changes of the point store into samples: decides which points and devices are sent now, in
-/// which batches and how fast, and sends the final events. gateway/outputs/dds/publish_plan.h
-/// decides what is worth a sample. It has no thread and reads no clock: DdsPublisher calls it with
-/// the time.
+/// Decides which points and devices are sent now, in which batches and how fast, and sends the
+/// final events. gateway/outputs/dds/publish_plan.h decides what is worth a sample. No thread, no
+/// clock: DdsPublisher calls it with the time.
 class SampleSender {
  public:
-  /// The references and `events` must stay valid for the lifetime of this object. `now` is
-  /// published as the gateway's start time, and everything is due then. An image of more than 1000
-  /// points waits 500 ms, until running subscribers have found the gateway. `events`: null: there
-  /// are none.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start, and everything is due then. An image of more than 1000 points waits 500 ms, until
+  /// running subscribers have found the gateway. `events`: null: there are none.
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
   /// A new session has begun, whose writers contain no samples: everything is due at `now`. Unless
-  /// the session has begun by SampleWriter::Reopen, this also forgets which points and devices were
-  /// sent, and clears the queue of final samples.
+  /// SampleWriter::Reopen has caused it, this also forgets which points and devices were sent, and
+  /// clears the queues of final samples.
   void StartAnew(Instant now);
 
-  /// The configuration was reloaded, and the store may contain other devices. Order of sending:
-  /// final samples of removed points and devices; then the writers are replaced, so that late
-  /// subscribers never get the removed ones; then everything else, including changes given to Add
-  /// that were not sent yet.
+  /// The configuration was reloaded. Order of sending: final samples of removed points and devices;
+  /// then the writers are replaced, so that late subscribers never get the removed ones; then
+  /// everything else, including unsent changes of Add.
   void OnReload(Instant now);
 
-  /// Takes over the changes, which may be empty. To be called before each Send at which idle() is
-  /// true, and only then.
+  /// Takes over changes, or none. To be called before each Send at which idle() is true, and only
+  /// then.
   void Add(bus::Changes& changes);
-  /// True if all changes given to Add were sent; false: some wait for the pacer.
+  /// False: some changes of Add wait for the pacer.
   bool idle() const;
-  /// Sends at the permitted rate: at most 64 final samples, events and alarms of each kind, then
-  /// the added changes, then at most 64 points and 64 devices whose heartbeat is due. To be called
-  /// only while the writer has a session. Returns when to call it again at the latest; `now`: at
-  /// once.
+  /// Sends at the permitted rate: at most 64 notices of each kind, then the added changes, then at
+  /// most 64 points and 64 devices that are due. Only while the writer has a session. Returns when
+  /// to call it again at the latest; `now`: at once.
   Instant Send(Instant now);
 
   /// Sends the remaining events and alarms at the permitted rate. Returns when to call it again;
-  /// empty: all were sent, or they cannot be sent. The final samples of points come from
-  /// baudgate-dds.
+  /// empty: all were sent, or they cannot be sent. (baudgate-dds sends the final samples of
+  /// points.)
   std::optional<Instant> End(Instant now) { return notices_.End(now); }
   /// Stores that subscribers have acknowledged everything; after End.
   void Confirm() { notices_.Confirm(); }
@@ -85,7 +80,7 @@ class SampleSender {
     PointState state;
     PointSample sample;
   };
-  /// The samples that are being sent: points device by device, then devices.
+  /// What is being sent: points device by device, then devices.
   struct Round {
     std::vector<bus::PointRef> points;  ///< sorted by device
     std::size_t next_point = 0;
@@ -109,7 +104,7 @@ class SampleSender {
   const config::Config& config_;
   const bus::PointStore& store_;
   SampleWriter& writer_;
-  Room room_;              ///< the room that the writers have
+  Room room_;              ///< of the present writers
   bool reopen_ = false;    ///< SampleWriter::Reopen must be called
   bool reopened_ = false;  ///< Reopen was called, and the next session has not begun yet
   PointSlots slots_;
@@ -118,8 +113,8 @@ class SampleSender {
   NoticeSender notices_;
   Round round_;
   bool due_may_follow_ = false;
-  std::vector<std::uint32_t> due_;  ///< a member only to reuse its memory
-  DeviceSample device_sample_;      ///< a member only to reuse its memory
+  std::vector<std::uint32_t> due_;  ///< reused memory
+  DeviceSample device_sample_;      ///< reused memory
 };
 
 struct DdsCounters : SampleCounters {
@@ -132,9 +127,9 @@ class DdsPublisher {
   /// Called on the publisher's thread.
   using Log = PacedWriter::Log;
 
-  /// Starts publishing to `writer`: first everything, then changes; everything again for each new
-  /// session. `config` and `store` must stay valid for the publisher's lifetime. To be called
-  /// before the lines start. `events`: null: there are none. An error tells which name is too long.
+  /// Starts to publish to `writer`: first everything, then changes; everything again for each new
+  /// session. `config` and `store` must outlive the publisher. To be called before the lines start.
+  /// `events`: null: there are none. An error contains the name that is too long.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
@@ -142,11 +137,10 @@ class DdsPublisher {
                                                       std::shared_ptr<EventSupply> events = {});
   ~DdsPublisher();
 
-  /// An error names the first name that is too long to be published.
+  /// An error contains the first name that is too long to be published.
   static Status CheckNames(const config::Config& config);
 
-  /// Notes that the store contains other devices after a reload; the publisher's thread takes them
-  /// over soon.
+  /// To be called after a reload has changed the store.
   void OnReload();
   /// Sends the last events and ends the thread, after baudgate-dds has published that all points
   /// are gone, or after two seconds at most. Idempotent.
@@ -169,10 +163,10 @@ class DdsPublisher {
   std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;
-  // The following members are used by the publisher's thread only.
+  // Used by the publisher's thread only.
   Pacer wakes_;
   bus::Changes changes_;
-  std::uint64_t session_ = 0;  // the session to which sender_ sends; 0: none
+  std::uint64_t session_ = 0;  // of sender_; 0: none
   Instant next_sending_{};
   Instant rests_until_{};
   Worker worker_;

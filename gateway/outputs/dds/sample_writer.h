@@ -1,7 +1,6 @@
-// `SampleWriter` is the interface through which the publisher hands over samples and receives write
-// requests. Behind it is the DDS library, in this process or in baudgate-dds. Pacer limits a rate,
-// RequestIntake is a queue of write requests, and PacedWriter writes samples so slowly that none is
-// lost.
+// `SampleWriter` is the interface to the DDS library, in this process or in baudgate-dds: the
+// publisher hands over samples and receives write requests. Pacer limits a rate, RequestIntake
+// queues write requests, and PacedWriter writes so slowly that no sample is lost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,18 +21,18 @@
 
 namespace baudgate::dds {
 
-/// Limits the rate of samples to `burst` at once, then one per `interval`. Bursts must fit into the
-/// socket buffers, because an overflow loses samples and costs seconds of retransmission. No clock
-/// is read: the time is an argument.
+/// Limits the rate of samples to `burst` at once, then one per `interval`, because a burst that
+/// overflows the socket buffers loses samples and costs seconds of retransmission. The time is an
+/// argument.
 class Pacer {
  public:
   Pacer(Duration interval, std::uint32_t burst)
       : interval_(interval), allowance_(interval * burst) {}
 
-  /// True if one sample may be sent now; the sample is then counted.
+  /// True if one sample may be sent now, which is then counted.
   bool Take(Instant now);
-  /// Returns when half a burst may be sent. The caller sleeps until then, because a wake-up for
-  /// each single sample would cost more than sending it.
+  /// Returns when half a burst may be sent: a wake-up for each single sample would cost more than
+  /// the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:
@@ -42,24 +41,21 @@ class Pacer {
   Instant reserved_until_{};
 };
 
-// A write request on its way from a thread of the DDS library to
-// gateway/outputs/dds/link/link_server.h, and from there to
-// gateway/outputs/dds/writes/write_service.h, which carries it out.
+// A write request on its way from the DDS library to gateway/outputs/dds/writes/write_service.h.
 struct WriteArrival {
   RequestSample request;
   WriterId writer;
-  Instant received{};  ///< when the process with the DDS library received it
+  Instant received{};  ///< by the process with the DDS library
   /// The source timestamp by the client's clock; 1970: none.
   WallTime published{};
-  /// True if `published` is before the time at which this gateway began to read requests.
+  /// True if `published` is before this gateway began to read requests.
   bool early = false;
-  /// True if the writer is not known to be volatile, so the request may be an old one that the
-  /// writer had stored.
+  /// True if the writer may be durable, so the request may be an old one.
   bool lasting = false;
 };
 
-/// A queue of write requests with a bounded length and rate. Requests beyond the bounds are counted
-/// and dropped; their client repeats them.
+/// A queue with a bounded length and rate. Requests beyond the bounds are counted and dropped;
+/// their client repeats them.
 class RequestIntake {
  public:
   static constexpr std::size_t kMost = 128;     ///< length of the queue
@@ -69,10 +65,9 @@ class RequestIntake {
   /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
 
-  /// Queues `arrival`, or drops it. Any thread may call it.
+  /// Any thread may call it.
   void Offer(WriteArrival arrival, Instant now);
   std::optional<WriteArrival> Take();
-  /// Returns the number of requests that were dropped so far.
   std::uint64_t dropped() const;
 
  private:
@@ -85,7 +80,7 @@ class RequestIntake {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-/// The number of instances for which the DDS writers have room.
+/// The number of instances for which there are writers.
 struct Room {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
@@ -98,16 +93,14 @@ struct Room {
   bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
 
-/// The result of writing a sample.
 enum class Sent : std::uint8_t {
   yes,
   refused,  ///< the library did not accept the sample: write it again after about a second
   later,    ///< the receiver has no room or is absent: write it again after some milliseconds
 };
 
-/// Hands samples to the DDS library. One thread may use it, with these exceptions: any thread may
-/// call subscribers(), datagrams(), neighbours() and session(), and a second thread writes the
-/// replies.
+/// One thread may use it, except: any thread may call subscribers(), datagrams(), neighbours() and
+/// session(), and a second thread may write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -118,19 +111,17 @@ class SampleWriter {
   /// Only if Room::events is not 0.
   virtual Sent Write(const EventSample&) { return Sent::refused; }
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
-  /// Replies to a request that came through OnRequest.
+  /// Replies to a request of OnRequest.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
   /// Waits at most `most` until all subscribers have acknowledged all samples; no other call may
   /// follow. False after that time, or if the writer cannot find out. With baudgate-dds behind a
   /// link, that process first publishes all points as not connected, which may take longer than
   /// `most`; there true also means that a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Replaces the writers of samples by empty ones with this room. Subscribers then lose the
-  /// removed points and devices, which no longer use room. Until the new session() begins, Write
-  /// accepts no sample.
+  /// Replaces the writers of samples by empty ones with this room, so that removed points and
+  /// devices are gone for subscribers. Until the new session() begins, Write accepts no sample.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
-  /// Returns the counts of datagrams that were passed to the library or refused.
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
@@ -146,12 +137,11 @@ class SampleWriter {
   /// thread. Null ends this, and no call is in progress when OnRequest returns. If the
   /// configuration denies writing, no requests are received.
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
-  /// Returns the number of requests that were dropped because they came too fast.
   virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
 // Writes samples at a rate at which none is lost, pauses when the receiver has no room, and counts
-// the accepted and refused samples. No clock is read: the time is an argument.
+// the accepted and refused samples. The time is an argument.
 class PacedWriter {
  public:
   /// Called with a log line when samples begin to be refused, and when they are accepted again.
@@ -159,7 +149,7 @@ class PacedWriter {
 
   static constexpr Duration kLongestHold = 10ms;
 
-  /// `writer` must stay valid for the lifetime of this object.
+  /// `writer` must outlive this object.
   PacedWriter(SampleWriter& writer, Log log);
 
   /// True if the next sample may be written now.

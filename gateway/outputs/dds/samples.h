@@ -1,6 +1,5 @@
 // The samples of the DDS contract (baudgate.idl) as plain structs, and the bounds of their texts.
-// gateway/outputs/dds/point_samples.cpp fills them from the point store,
-// gateway/outputs/dds/published_types.cpp from the wire.
+// point_samples.cpp fills them from the point store, published_types.cpp from the wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -126,7 +125,6 @@ struct RequestSample {
   bool operator==(const RequestSample&) const = default;
 };
 
-/// The reply to a RequestSample.
 struct ReplySample {
   std::string gateway;  ///< key
   std::string client;   ///< key

@@ -20,28 +20,26 @@
 
 namespace baudgate::pki {
 
-/// A certificate and its private key, each as the text of a PEM file.
+/// Certificate and private key, as the texts of PEM files.
 struct Issued {
   std::string certificate;
   std::string key;
 };
 
-/// Signs as `openssl smime -sign -text` does. Returns the text of a .p7s file.
+/// As `openssl smime -sign -text` does. Returns the text of a .p7s file.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);
 
-// The role of an identity, which decides about its permissions. Governance and Permissions return
-// the two documents of DDS Security: what is protected, and who may do what. Source: DDS Security
-// 1.1, 9.4.1.2 and 9.4.1.3.
+// What an identity may do. Governance and Permissions return the two documents of DDS Security:
+// what is protected, and who may do what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
 enum class Part {
   publish,    ///< a gateway: publishes all topics but write requests, which it subscribes
   subscribe,  ///< a subscriber: subscribes baudgate/*, publishes nothing
   write,      ///< a subscriber that also publishes baudgate/write
 };
 
-/// Returns the governance: everything is encrypted, in the domains 0 to 230; the only topics are
-/// baudgate/*.
+/// Everything is encrypted, in the domains 0 to 230; the only topics are baudgate/*.
 std::string Governance();
-/// Returns the permissions of the identity with the CN `name`.
+/// `name` is the CN of the identity.
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);
 
 inline constexpr Duration kDemoValidity = 5 * 365 * 24h;

@@ -1,5 +1,5 @@
-// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. The functions read files
-// and convert texts. For use in gateway/outputs/pki only.
+// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. For gateway/outputs/pki
+// only.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,17 +31,17 @@ using Store = std::unique_ptr<X509_STORE, Freed<X509_STORE_free>>;
 using StoreContext = std::unique_ptr<X509_STORE_CTX, Freed<X509_STORE_CTX_free>>;
 using Pkcs7 = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
 
-/// Returns a Bio that reads `text`, which must stay valid for the lifetime of the Bio.
+/// `text` must outlive the Bio.
 Bio Reading(const std::string& text);
 std::string Written(const Bio& bio);
 
-/// Reads a file of at most 1 MiB. The error is a phrase that continues the file's name.
+/// At most 1 MiB. The error continues the file's name.
 Result<std::string> ReadFile(const std::string& path);
 std::vector<Certificate> ParseCertificates(const std::string& pem);
 /// Null: the text is damaged, or the password is wrong. Never asks for a password at the terminal.
 PrivateKey ParseKey(const std::string& pem, const std::string& password);
 
-/// Returns e.g. "CN=baudgate" (RFC 2253), the form that the documents of DDS Security contain.
+/// E.g. "CN=baudgate" (RFC 2253), as in the documents of DDS Security.
 std::string SubjectOf(const Certificate& certificate);
 WallTime TimeOf(const ASN1_TIME* time);
 

@@ -37,7 +37,7 @@ std::vector<std::string> Elements(const std::string& xml, const std::string& tag
   return found;
 }
 
-/// Returns the signed document; empty: none of `signers` has signed it, or it has another form.
+/// Empty: none of `signers` has signed the document in this form.
 std::optional<std::string> Verified(const std::string& smime,
                                     const std::vector<Certificate>& signers) {
   const Bio from = Reading(smime);

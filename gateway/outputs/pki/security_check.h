@@ -1,6 +1,5 @@
-// `CheckSecurity` checks whether the files of DDS Security fit together and are valid now. The DDS
-// library itself only reports that there is no participant. The files are named in `dds: {
-// security: … }`; `baudgate check` and gateway/outputs/dds/fast/participant.h call the check.
+// `CheckSecurity` checks whether the files of DDS Security (`dds: { security: … }`) fit together
+// and are valid now, because the DDS library only reports that there is no participant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,19 +12,19 @@
 namespace baudgate::pki {
 
 struct Finding {
-  std::string key;       ///< the key in the configuration, e.g. "identity"
+  std::string key;       ///< in the configuration, e.g. "identity"
   std::string sentence;  ///< names the file and the remedy; contains no secret
   bool warning = false;  ///< true: the files can be used nevertheless
 };
 
 struct SecurityReport {
   std::vector<Finding> findings;
-  std::string subject;             ///< subject of the identity, e.g. "CN=baudgate"
-  WallTime valid_until{};          ///< end of the identity's validity
+  std::string subject;             ///< of the identity, e.g. "CN=baudgate"
+  WallTime valid_until{};          ///< of the identity
   bool messages_protected = true;  ///< the governance protects whole RTPS messages
-  std::string password;            ///< password of the key; not to be shown
+  std::string password;            ///< of the key; not to be shown
 
-  /// Returns the first finding that is no warning, e.g. "identity: …"; empty: there is none.
+  /// The first finding that is no warning, as "identity: …"; empty: none.
   std::string FirstError() const;
 };
 

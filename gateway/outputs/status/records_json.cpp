@@ -213,7 +213,7 @@ Json AdviceOf(const history::HistoryState& state) {
   return advice;
 }
 
-/// In a gap, value and quality are null, because they are unknown.
+/// A gap has neither value nor quality, because they are unknown.
 Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
@@ -288,7 +288,7 @@ const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",
                                             "first",    "last",  "count", "seconds_good"};
 const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
-/// Returns the field as text; empty if it is null or missing.
+/// Empty if the field is null or missing.
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};

@@ -1,6 +1,5 @@
 // `AuditJson`, `EventsJson` and `HistoryJson` return the states of the audit, the events and the
-// history, and the PageJson functions return their records, for the answers of the control socket.
-// HistoryCsvRow writes the history as CSV.
+// history for the control socket, PageJson their records. HistoryCsvRow writes the history as CSV.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,7 @@ namespace baudgate::status {
 ///  "advice":[…]}
 nlohmann::ordered_json AuditJson(const audit::AuditState& state);
 
-/// Returns one write, as `baudgate writes --json` prints it.
+/// As `baudgate writes --json` prints it.
 nlohmann::ordered_json WriteJson(const audit::WriteRecord& record);
 
 /// Returns {"records":[…],"next":412,"more":false}
@@ -29,7 +28,7 @@ nlohmann::ordered_json PageJson(const audit::Page& page);
 ///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
-/// Returns an alarm as `baudgate alarms --json` prints it.
+/// As `baudgate alarms --json` prints it.
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
 /// Returns {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
@@ -48,18 +47,16 @@ nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
-// HistoryCsvHead and HistoryCsvRow make the CSV of `baudgate history --csv` and of the page's
-// download, from the records of PageJson.
+// The CSV of `baudgate history --csv` and of the page's download, made from the records of
+// PageJson.
 
-/// Returns the heading with its line end. `spans`: the rows are minutes, hours, … instead of single
-/// values.
+/// `spans`: the rows are minutes, hours, … and not single values. With the line end.
 std::string HistoryCsvHead(bool spans);
 
-/// Returns a row with its line end. Times are in the form that spreadsheets read; numbers are
-/// unchanged.
+/// With the line end. Times are as spreadsheets read them; numbers are unchanged.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
-/// Returns e.g. "gap: the gateway was down until …" for a record with a gap.
+/// E.g. "gap: the gateway was down until …", for a record with a gap.
 std::string GapText(const nlohmann::ordered_json& record);
 
 }  // namespace baudgate::status

@@ -104,8 +104,7 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
   return view.info.stuck_since ? view.info.stuck_since(line) : std::nullopt;
 }
 
-/// Returns the only advice for a line whose thread hangs, because everything else about the line is
-/// out of date.
+/// The only advice while a thread hangs, because everything else about its line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
   return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
          " does not come back from a call; unplug the adapter, or restart the gateway";
@@ -202,8 +201,7 @@ Json ReloadJson(const ReloadState& state) {
 
 }  // namespace
 
-/// `age_ms` counts from the point's reading. (The status of a device has an age from its last good
-/// exchange.)
+/// `age_ms` counts from the point's reading. (A device's age counts from its last good exchange.)
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now);
@@ -246,14 +244,14 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
 
 namespace {
 
-/// True if the point can be read and its protocol marks it as a setting.
+/// The point can be read, and its protocol marks it as a setting.
 bool IsSetting(const config::Device& device, const config::Point& point) {
   const auto is_setting = device.traits->is_setting;
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// Returns the number that the relay stores for "out of use", e.g. 999. Nothing if several numbers
-/// have this meaning.
+/// The number that the relay stores for "out of use", e.g. 999. Nothing if several numbers have
+/// this meaning.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
@@ -262,7 +260,7 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   return (raw * point.scale + point.offset).ToDouble();
 }
 
-/// Returns the smallest difference between two values of the point; null: not known.
+/// The smallest difference between two values of the point; null: not known.
 Json ResolutionOf(const config::Point& point) {
   const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
   if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
@@ -292,7 +290,7 @@ Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   return json;
 }
 
-/// Returns the name that the relay reports for itself; null: not known.
+/// What the relay reports as its own name; null: not known.
 Json DesignationOf(const bus::DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
   const std::string_view designation = record.device->traits->designation;

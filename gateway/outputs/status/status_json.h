@@ -1,7 +1,6 @@
 // `StatusJson` returns the state of a running gateway, its lines and its devices as one JSON
-// object, the answer to `baudgate status`. docs/status.md describes the fields; fields may be added
-// but are never removed. FilesJson reports about open files and files that cannot be written, and
-// SettingsJson returns the settings of a device.
+// object, the answer to `baudgate status`. docs/status.md describes the fields; fields are only
+// ever added. SettingsJson returns the settings of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,28 +24,26 @@
 
 namespace baudgate::status {
 
-// Which configuration the gateway runs with. gateway/daemon/reloader.h fills it.
+// The running configuration. gateway/daemon/reloader.h fills it.
 struct ReloadState {
-  std::string file;    ///< path of the configuration file
-  std::string folder;  ///< folder of the confirmed copy; empty: no copy is stored
-  WallTime applied{};  ///< when the running configuration was applied
-  /// Until this time somebody must confirm the configuration; otherwise the previous one is applied
-  /// again. Empty: nothing to confirm.
+  std::string file;    ///< of the configuration
+  std::string folder;  ///< of the confirmed copy; empty: no copy is stored
+  WallTime applied{};  ///< of the running configuration
+  /// Until then somebody must confirm the configuration, or the previous one is applied again.
+  /// Empty: nothing to confirm.
   std::optional<WallTime> confirm_until{};
-  /// Why the running configuration is not that of `file`, one sentence; empty: it is, as far as is
-  /// known.
+  /// Why `file` is not what runs, one sentence; empty: it is, as far as is known.
   std::string not_the_file;
-  /// The result of the last look at the file, one sentence: it differs from the running
-  /// configuration, or it cannot be read. Empty: neither.
+  /// What the last look at the file has found, one sentence: it differs from what runs, or cannot
+  /// be read. Empty: neither.
   std::string file_changed;
   /// Why the confirmed copy cannot be written; empty: it can.
   std::string not_kept;
 };
 
-// The open files of the process, and troubles with small files that have no section of their own in
-// the status.
+// Open files of the process, and small files without a section of their own in the status.
 struct FilesState {
-  std::size_t open = 0;   ///< number of files that this process has open
+  std::size_t open = 0;   ///< files of this process
   std::size_t limit = 0;  ///< 0: no limit
   /// Files that cannot be written, one sentence each.
   std::vector<std::string> troubles{};
@@ -54,7 +51,7 @@ struct FilesState {
 
 nlohmann::ordered_json FilesJson(const FilesState& state);
 
-/// Returns the advice about the damaged databases `files` in `folder`; empty: there are none.
+/// What to do with damaged databases `files` in `folder`; empty: there are none.
 std::string PutAsideAdvice(const std::filesystem::path& folder,
                            const std::vector<std::string>& files);
 
@@ -78,14 +75,13 @@ struct GatewayInfo {
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
-/// Returns the status of everything, of one line, or of one device. Only a single device has its
-/// values.
+/// Everything, or one line, or one device, which then has its values.
 Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
 
-/// Returns every setting of a device with its value, quality and age, as the store has them; the
-/// device is not asked. It is the answer to the control socket's request "settings";
-/// docs/settings.md describes the fields. An error if the device has no settings.
+/// Every setting of a device with its value, quality and age, as the store has them; the device is
+/// not asked. The answer to the request "settings" (docs/settings.md). An error if the device has
+/// no settings.
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 

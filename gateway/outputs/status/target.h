@@ -1,5 +1,5 @@
-// `FindTarget` and the other functions find the line, device or points that a user names, e.g.
-// "bay-1" or "bay-1.feeder-1".
+// `FindTarget` and others find the line, device or points that a user names, e.g. "bay-1" or
+// "bay-1.feeder-1".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,19 +19,17 @@ struct Target {
   std::optional<std::uint32_t> device{};  ///< index in the point store; empty: the whole line
 };
 
-/// Finds LINE or LINE.DEVICE. The error lists the existing names and a similar one.
+/// LINE or LINE.DEVICE. The error lists the existing names and a similar one.
 Result<Target> FindTarget(const config::Config& config, std::string_view text);
 
-/// Finds the device `name` on the line with this index.
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
 
-/// Points of one device.
 struct PointsTarget {
   std::uint32_t device = 0;             ///< index in the point store
   std::vector<std::uint32_t> points{};  ///< indices in the device's points
 };
 
-/// Finds LINE.DEVICE.POINT, one point, or LINE.DEVICE, all points that can be read.
+/// LINE.DEVICE.POINT, one point; or LINE.DEVICE, all points that can be read.
 Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text);
 
 /// Indices in the point store and in the device's points.
@@ -41,8 +39,7 @@ struct PointTarget {
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
 
-/// Returns LINE.DEVICE.POINT of all points that match a pattern of this form. Each part may contain
-/// * and ?.
+/// LINE.DEVICE.POINT of all points that match a pattern of this form, each part with * and ?.
 std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
 
 /// An error lists the existing devices. `line` empty: on any line.

@@ -1,5 +1,5 @@
-// `ValueJson` converts values to JSON for the answers of the control socket, TimeJson converts
-// times. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
+// `ValueJson` and `TimeJson` convert values and times to JSON for the answers of the control
+// socket. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
 // LabelsJson returns their labels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,19 +23,19 @@
 
 namespace baudgate::status {
 
-/// Returns ISO 8601 in UTC; null for the epoch, which means "not yet".
+/// ISO 8601 in UTC; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json TimeJson(WallTime time) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
 }
 
-/// Returns the milliseconds since `time`; null for the epoch, which means "not yet".
+/// Milliseconds since `time`; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json AgeJson(WallTime time, WallTime now) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json((now - time) / 1ms);
 }
 
-/// Returns null for no value, NaN and infinities.
+/// Null for no value, NaN and infinities.
 inline nlohmann::ordered_json ValueJson(const Value& value) {
   using Json = nlohmann::ordered_json;
   if (const auto* flag = std::get_if<bool>(&value)) return *flag;
@@ -68,8 +68,7 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// Returns the value of a row. The end of `key` (_us, _ms) is the unit; an instant is converted to
-/// its age in ms.
+/// The end of `key` (_us, _ms) is the unit; an instant is converted to its age in ms.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;
@@ -90,7 +89,6 @@ nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) 
   }
 }
 
-/// Adds the rows of a table to `json`.
 template <config::HasFields T>
 void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   VisitFields(&its, [&](auto row) {
@@ -100,8 +98,8 @@ void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   });
 }
 
-/// Returns {"retries":"retries","missed":"missed periods",…}: the labels of a table by key, in the
-/// order in which they are shown.
+/// {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order in which
+/// they are shown.
 template <config::HasFields T>
 nlohmann::ordered_json LabelsJson() {
   struct Labelled {

@@ -34,8 +34,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
   if (datagram.size() > limits_.datagram) return {{}, "an announcement that is too long"};
   auto announcement = ReadAnnouncement(datagram, sender);
   if (!announcement) return {{}, announcement.error()};
-  // A participant's goodbye is ignored, because anybody can send it for another participant. The
-  // participant is removed when its lease ends.
+  // Ignored, because anybody can send a goodbye for another participant; the end of the lease
+  // removes it.
   if (announcement->leaves) return {};
   ForgetSilent(now);
   Known* one = Find(announcement->participant);
@@ -46,8 +46,7 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
     one = &known_.back();
     IntroduceOthersTo(*one, now);
   } else {
-    // A machine with two networks announces itself from both addresses; only the first address is
-    // used.
+    // A machine with two networks announces itself from both; only the first address is used.
     if (one->announcement.at.address != sender.address) return {};
     one->heard = now;
     if (!std::ranges::equal(one->announcement.said(), announcement->said())) one->rounds = 0;
@@ -128,8 +127,7 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // Adds whole datagrams only. `filled` moves by the time of these datagrams, so that fractions are
-  // not lost.
+  // `filled` moves by the time of whole datagrams, so that fractions are not lost.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {

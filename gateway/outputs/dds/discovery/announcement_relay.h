@@ -1,9 +1,8 @@
 // `AnnouncementRelay` is the logic of the discovery server: it forwards the announcement of each
-// participant to the other participants, which then talk to each other directly. No I/O and no
-// clock: datagrams and the time are arguments, and the memory is bounded. RelaySocket contains the
-// socket.
+// participant to the other participants, which then talk to each other directly. No I/O: datagrams
+// and the time are arguments. The memory is bounded. RelaySocket contains the socket.
 //
-//  A announces itself to the server   → nothing is sent, as the server has no other participant
+//   A announces itself to the server   → nothing is sent, as the server has no other participant
 //   B announces itself to the server   → the server sends A's announcement to B, and B's to A
 //   the server is killed               → A and B go on, as they announce themselves to each other
 //   the server is restarted            → it has A and B in its table after both announced again
@@ -21,7 +20,7 @@
 
 namespace baudgate::dds {
 
-/// A limit of a rate: `burst` datagrams at once, then `each_second`.
+/// At most `burst` datagrams at once, then `each_second`.
 struct RelayRate {
   std::int64_t burst = 0;
   std::int64_t each_second = 0;
@@ -30,22 +29,20 @@ struct RelayRate {
 struct RelayLimits {
   std::size_t participants = 512;
   std::size_t of_address = 128;  ///< see ParticipantLimits
-  /// The longest accepted announcement, in bytes. Fast DDS sends 500 bytes, with DDS Security
-  /// 1,000.
+  /// In bytes. Fast DDS sends 500, with DDS Security 1,000.
   std::size_t datagram = 4096;
-  /// A participant that is silent for longer is removed, even if its lease is longer.
+  /// A participant that is silent for longer is removed, whatever its lease.
   Duration longest_lease = 60s;
   /// A participant's announcement is sent again to all others once in this time, or in
   /// `repeat_each` times the number of participants if that is longer.
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};
-  RelayRate rounds_of_participant = {4, 1};  ///< rounds; in a round all others get its announcement
+  RelayRate rounds_of_participant = {4, 1};  ///< in a round all others get its announcement
   RelayRate to_address = {16384, 1024};
   RelayRate to_all = {32768, 8192};
 };
 
-/// One datagram to be sent.
 struct Introduction {
   UdpAddress to;
   View datagram;
@@ -54,20 +51,20 @@ struct Introduction {
 struct Relayed {
   /// Valid until the next call of On.
   std::span<const Introduction> introductions;
-  std::string refused;  ///< why the datagram was refused; empty: accepted
+  std::string refused;  ///< why; empty: the datagram was accepted
 };
 
 class AnnouncementRelay {
  public:
   explicit AnnouncementRelay(const RelayLimits& limits = {});
 
-  /// Takes one received datagram, and returns the datagrams to send because of it.
+  /// Takes one datagram, and returns what to send because of it.
   Relayed On(View datagram, UdpAddress sender, Instant now);
 
   std::size_t participants() const { return known_.size(); }
 
  private:
-  /// The rest of a RelayRate that may be used now.
+  /// What is left of a RelayRate.
   struct Purse {
     std::int64_t left = 0;
     Instant filled{};
@@ -76,7 +73,7 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    int rounds = 0;  ///< rounds since the announcement changed, at most kFirstRounds
+    int rounds = 0;  ///< since the announcement changed, at most kFirstRounds
     Instant last_round{};
     Purse purse;
   };
@@ -89,7 +86,7 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Adds the participant. Returns why it was refused; empty: added.
+  /// Returns why the participant was refused; empty: it was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
   void IntroduceOthersTo(const Known& newcomer, Instant now);
@@ -104,19 +101,19 @@ class AnnouncementRelay {
   Purse sent_;
 };
 
-// The discovery server's UDP socket: passes received datagrams to AnnouncementRelay, and sends the
-// datagrams that it returns.
+// The discovery server's UDP socket: passes datagrams to AnnouncementRelay, and sends what it
+// returns.
 class RelaySocket {
  public:
-  /// Opens the socket. `at` is an IPv4 address. The error contains the address and the reason.
+  /// `at` is an IPv4 address. The error contains the address and the reason.
   static Result<RelaySocket> Open(const config::HostPort& at);
   ~RelaySocket();
   RelaySocket(RelaySocket&& other) noexcept;
   RelaySocket& operator=(RelaySocket&&) = delete;
 
-  /// Returns the descriptor to poll for received datagrams.
+  /// To be polled for received datagrams.
   int descriptor() const { return descriptor_; }
-  /// Reads at most 256 received datagrams. Refused datagrams are logged, with repetitions folded.
+  /// Reads at most 256 datagrams. Refused ones are logged, with repetitions folded.
   void Take(AnnouncementRelay& relay);
 
  private:

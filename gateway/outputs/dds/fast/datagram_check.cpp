@@ -63,9 +63,9 @@ bool HasRoom(Instant& full_at, Duration interval, std::size_t burst, Instant now
   return after - now <= interval * static_cast<std::int64_t>(burst);
 }
 
-/// True if the fields of a secured submessage fit into it. `id` is one of kFirstSecured…
+/// `id` is one of kFirstSecured…
 bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
-  // The numbers of these submessages are big-endian, regardless of the endianness flag.
+  // Big-endian, regardless of the endianness flag.
   switch (id) {
     case kSecPrefix:
     case kMessagePrefix:
@@ -159,8 +159,7 @@ bool HandshakeBudget::Take(std::uint32_t address, Instant now) {
 
 namespace {
 
-// The longest description of a reader or writer without its type, in bytes; Fast DDS needs about
-// 500.
+// Of a reader or writer without its type, in bytes; Fast DDS needs about 500.
 constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
 constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
@@ -173,8 +172,7 @@ bool IsDiscovery(std::uint32_t entity) {
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
 }
 
-/// Returns the size of the set of sequence numbers at `at`: base (8), count (4), a bit for each; 0:
-/// the set is not possible.
+/// The size of the set at `at`: base (8), count (4), a bit for each; 0: not possible.
 std::size_t SetSize(const RtpsFields& body, std::size_t at) {
   const auto base = body.SequenceNumber(at);
   const auto count = body.U32(at + 8);
@@ -273,8 +271,7 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
   return walk.verdict;
 }
 
-/// True if the submessage may be unprotected: a participant and its handshake must be, because they
-/// come before there are keys.
+/// An unprotected submessage is allowed where a participant and its handshake have no keys yet.
 bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
   if (security_ != Secured::demanded || walk.order.inside()) return true;
   if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
@@ -379,8 +376,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
     return CheckHandshake(payload, kind, walk);
   }
-  // Also checks the id of the reader, because the library dispatches by the reader and not by the
-  // writer.
+  // Also checks the reader, because the library dispatches by the reader and not by the writer.
   if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
   const bool key = (submessage.flags & kKey) != 0;
   if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;

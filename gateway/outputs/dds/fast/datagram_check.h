@@ -1,7 +1,6 @@
-// `DatagramCheck` checks each datagram before the DDS library gets it, because Fast DDS 2.9 has
-// faults that a single datagram of any sender can trigger. gateway/outputs/dds/fast/participant.cpp
-// passes the datagrams. No socket, no clock, no Fast DDS; the memory is fixed. Source: DDSI-RTPS
-// 2.3, chapters 8.3, 9.4.
+// `DatagramCheck` checks each datagram before the DDS library gets it, because a single datagram of
+// any sender can trigger faults of Fast DDS 2.9. No socket, no clock, no Fast DDS; the memory is
+// fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //
@@ -28,9 +27,9 @@
 
 namespace baudgate::dds {
 
-// Secured, SecuredOrder and HandshakeBudget check the parts of DDS Security that can be checked
-// without keys: the order and lengths of its submessages, and the messages of the handshake, which
-// are not encrypted. No I/O. Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
+// SecuredOrder and HandshakeBudget check what can be checked of DDS Security without keys: the
+// order and lengths of its submessages, and the messages of the handshake, which are not encrypted.
+// Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
 //
 //   52 54 50 53 … | 33 SRTPS_PREFIX | 30 SEC_BODY, encrypted | 34 SRTPS_POSTFIX
 //   52 54 50 53 … | 31 SEC_PREFIX | 30 SEC_BODY, or a submessage that is signed | 32 SEC_POSTFIX
@@ -44,14 +43,13 @@ enum class Secured : std::uint8_t {
 /// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// Takes the id of the next submessage; `first`: it is the first of the datagram. False if this
-  /// id is not allowed here.
+  /// Takes the next submessage; `first`: of the datagram. False if `id` is not allowed here.
   bool Next(std::uint8_t id, bool first);
-  /// True if every prefix was followed by its postfix.
+  /// Every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
-  /// True if the next submessage is protected, unless it is the postfix.
+  /// The next submessage is protected, unless it is the postfix.
   bool open() const { return message_ || step_ == Step::prefix; }
-  /// True if the last submessage given to Next was protected.
+  /// The last submessage given to Next was protected.
   bool inside() const { return inside_; }
 
  private:
@@ -63,8 +61,8 @@ class SecuredOrder {
   bool inside_ = false;
 };
 
-/// Limits the messages of handshakes, because each may cost the library the check of a signature:
-/// 512 at once, then 128 a second; half as many for one address.
+/// Limits handshake messages, because each may cost the check of a signature: 512 at once, then 128
+/// a second; half as many for one address.
 class HandshakeBudget {
  public:
   HandshakeBudget();
@@ -89,12 +87,11 @@ struct Edit {
 
 struct Verdict {
   Refusal reason = Refusal::none;
-  /// The number of bytes to pass on; a vendor's submessages at the end are cut off. Fast DDS 2.9
-  /// sends such a submessage (0x80, statistics) in each datagram, and a forged one ends the
-  /// process.
+  /// The number of bytes to pass on. A vendor's submessages at the end are cut off: Fast DDS 2.9
+  /// sends one (0x80, statistics) in each datagram, and a forged one ends the process.
   std::size_t length = 0;
-  /// Leases longer than `longest_lease`, shortened, because the library stores a silent participant
-  /// for the lease that it announced, and sends to it all that time.
+  /// Shorten leases beyond `longest_lease`: the library stores a silent participant for its lease,
+  /// and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
   /// Positions of two bytes each to overwrite with 0, which turns a parameter into padding. Hidden
@@ -110,8 +107,8 @@ struct Verdict {
 
 struct CheckOptions {
   Secured security = Secured::off;
-  /// Addresses of discovery servers. An announcement that a server forwards is counted for the
-  /// address in the announcement, not for the server's.
+  /// Discovery servers. What a server forwards is counted for the address in the announcement, not
+  /// for the server's.
   std::vector<UdpAddress> servers{};
   ParticipantLimits participants{};
   WindowLimits window{};
@@ -124,7 +121,6 @@ class DatagramCheck {
 
   Verdict Check(View datagram, Sender sender, Instant now);
 
-  /// Participants that the library may have in its tables.
   const ParticipantTable& participants() const { return participants_; }
 
  private:
@@ -156,18 +152,16 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// Checks datagrams with a DatagramCheck for the several receiving threads of the DDS library,
-// counts them, and logs refusals. Used by gateway/outputs/dds/fast/participant.cpp.
+// A DatagramCheck for the receiving threads of the DDS library; counts datagrams and logs refusals.
 class DatagramGate {
  public:
-  /// Called with a log line, at most once in 10 s: what was refused, from which address, and how
-  /// many before were not logged.
+  /// A log line, at most once in 10 s: what was refused, from which address, how many before.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// Returns the part of the datagram to pass on, with some bytes changed in place; empty: refused.
-  /// Any thread may call it.
+  /// Returns what to pass on, with some bytes changed in place; empty: refused. Any thread may call
+  /// it.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

@@ -1,6 +1,6 @@
-// `DiscoveryListener` is the listener of the gateway's participant: Fast DDS reports the readers
-// and writers of other participants to it. VolatileWriters contains the writers that are volatile,
-// and UnmetReaders the readers that ask for more than is offered.
+// `DiscoveryListener` gets the readers and writers of other participants from Fast DDS.
+// VolatileWriters contains the writers that are volatile, and UnmetReaders the readers that ask for
+// more than is offered.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,17 +19,17 @@
 
 namespace baudgate::dds {
 
-// The set of volatile writers, which store nothing for later readers. Only their write requests are
-// carried out: a writer that stores samples must not send them to a new volatile reader, but
-// Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for all numbers that a heartbeat contains.
+// Volatile writers store nothing for later readers. Only their write requests are carried out: a
+// writer that stores samples must not send them to a new volatile reader, but Cyclone DDS 0.10
+// does, because Fast DDS 2.9 asks for all numbers that a heartbeat contains.
 class VolatileWriters {
  public:
-  /// `topic`: writers of other topics are ignored.
+  /// Writers of other topics are ignored.
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
 
-  /// True if the writer is known to be volatile. Any thread may call it.
+  /// False also for an unknown writer. Any thread may call it.
   bool Has(const Handle& writer) const;
-  /// Called when a writer was found, has changed or has left. Any thread may call it.
+  /// A writer was found, has changed or has left. Any thread may call it.
   void OnWriter(const eprosima::fastrtps::rtps::WriterDiscoveryInfo& info);
 
  private:
@@ -40,15 +40,13 @@ class VolatileWriters {
   std::unordered_set<Handle, HandleHash> writers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// The readers of the gateway's topics whose QoS asks for more than the gateway's writers offer. DDS
-// sends them nothing and reports nothing. docs/dds.md, "What a reader may ask for", lists the
-// policies.
+// Readers whose QoS asks for more than the gateway's writers offer: DDS sends them nothing and
+// reports nothing. docs/dds.md, "What a reader may ask for", lists the policies.
 class UnmetReaders {
  public:
-  /// Called when a reader was found, has changed or has left. Any thread may call it.
+  /// A reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// Returns one sentence for each reader; readers at one address with the same wish share a
-  /// sentence.
+  /// One sentence for each reader; equal readers at one address share a sentence.
   std::vector<std::string> Sentences() const;
 
  private:

@@ -24,7 +24,7 @@ ParticipantTable::ParticipantTable(const ParticipantLimits& limits) : limits_(li
 
 void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
-  // The library drops a participant that was silent longer than its lease; it must announce itself
+  // The library drops a participant that was silent beyond its lease; it must announce itself
   // again.
   if (known != nullptr && known->Lives(now)) known->heard = now;
 }
@@ -110,8 +110,7 @@ void ParticipantTable::ForgetSilent(Instant now) {
   std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
-/// Returns the entry of the address. If the table is full, the entry whose burst is complete first
-/// is replaced.
+/// If the table is full, the entry whose burst is complete first is replaced.
 ParticipantTable::Source& ParticipantTable::SourceOf(std::uint32_t address) {
   const auto at = std::ranges::find(sources_, address, &Source::address);
   if (at != sources_.end()) return *at;
@@ -168,8 +167,7 @@ EndpointTable::Owner* EndpointTable::Find(const GuidPrefix& prefix) {
 
 namespace {
 
-// The table has 512 sets of four entries. A new writer replaces the writer of its set that was
-// silent longest.
+// 512 sets of four. A new writer replaces the one of its set that was silent longest.
 constexpr std::size_t kSets = 512;
 constexpr std::size_t kWays = 4;
 

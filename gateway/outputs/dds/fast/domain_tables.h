@@ -1,7 +1,7 @@
 // `ParticipantTable` decides which announced participants the DDS library may add to its tables.
-// EndpointTable limits the readers and writers of a participant, and SequenceWindow limits jumps in
-// the numbers of a writer. No I/O, and fixed or bounded memory;
-// gateway/outputs/dds/fast/datagram_check.h calls them.
+// EndpointTable limits a participant's readers and writers, and SequenceWindow limits jumps in a
+// writer's sequence numbers. No I/O, bounded memory; gateway/outputs/dds/fast/datagram_check.h
+// calls them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ struct ParticipantLimits {
   std::size_t participants = 256;
   /// At one IPv4 address: RTPS has ports for 120 participants on one machine (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
-  /// A participant that is silent for this time loses its place, even if its lease is longer.
+  /// A participant that is silent for this time loses its place, whatever its lease.
   Duration longest_lease = 60s;
   /// Interval between new participants, after a burst of as many as there is room for.
   Duration new_interval = 20ms;
@@ -32,11 +32,10 @@ class ParticipantTable {
 
   /// A datagram has come from the participant.
   void Heard(const GuidPrefix& prefix, Instant now);
-  /// The participant announces itself, or a discovery server forwards its announcement. Returns why
-  /// it is refused, or `none`.
+  /// The participant or a discovery server announces it. Returns why it is refused, or `none`.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// Stores the address at which a known participant listens for announcements. `own`: it sends
-  /// from this address, too. `subscribes`: it may be a subscriber.
+  /// `at`: where a known participant listens for announcements. `own`: it sends from there, too.
+  /// `subscribes`: it may be a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
   /// A known participant has acknowledged an announcement of ours.
   void Confirmed(const GuidPrefix& prefix);
@@ -44,10 +43,10 @@ class ParticipantTable {
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
-  /// Returns the addresses of subscribers that have acknowledged announcements of ours.
+  /// Addresses of subscribers that have acknowledged announcements of ours.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// Returns the addresses of subscribers that have announced themselves for kUnanswered and have
-  /// acknowledged nothing.
+  /// Addresses of subscribers that have announced themselves for kUnanswered and have acknowledged
+  /// nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
   const ParticipantLimits& limits() const { return limits_; }
@@ -83,8 +82,7 @@ class ParticipantTable {
   Instant full_at_{};
 };
 
-// Limits of the readers and writers that participants may announce, because the DDS library stores
-// each of them, whatever its topic.
+// Limits of readers and writers, because the DDS library stores each, whatever its topic.
 struct EndpointLimits {
   std::size_t of_participant = 512;
   std::size_t all = 8192;
@@ -96,11 +94,10 @@ class EndpointTable {
  public:
   explicit EndpointTable(const EndpointLimits& limits) : limits_(limits) {}
 
-  /// False: there is no room, or the endpoints come too fast. An endpoint whose participant is not
-  /// in `participants` passes, because the library does not store it.
+  /// False: no room, or too fast. An endpoint of a participant that is not in `participants`
+  /// passes, because the library does not store it.
   bool Announce(const Guid& endpoint, ParticipantTable& participants, Instant now);
   void Left(const Guid& endpoint);
-  /// Removes all endpoints of the participant.
   void ParticipantLeft(const GuidPrefix& prefix);
 
   std::size_t size() const;
@@ -109,7 +106,7 @@ class EndpointTable {
   struct Owner {
     GuidPrefix prefix{};
     std::vector<std::uint32_t> entities;
-    Instant full_at{};  ///< when a whole burst of new endpoints is allowed again
+    Instant full_at{};  ///< as Source::full_at
   };
 
   Owner* Find(const GuidPrefix& prefix);
@@ -118,15 +115,14 @@ class EndpointTable {
   std::vector<Owner> owners_;
 };
 
-// Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one,
-// so a jump costs time.
+// Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
   /// How many numbers all discovery writers together may skip at once, and how many each second
-  /// after that. The liveliness writer of a Cyclone DDS participant that has run for years has
-  /// reached about a million.
+  /// after that. The liveliness writer of a Cyclone DDS participant counts to about a million in
+  /// years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
-  /// The highest first number of a writer of samples.
+  /// The highest number with which a writer of samples may begin.
   std::int64_t first_of_samples = std::int64_t{1} << 32;
 };
 
@@ -135,7 +131,7 @@ class SequenceWindow {
   explicit SequenceWindow(const WindowLimits& limits);
 
   /// The writer has announced numbers up to `to` (0 or more), and that readers never get `skipped`
-  /// of them. False: the library would count for too long.
+  /// of them. False: counting would take too long.
   bool Advance(const Guid& writer, std::int64_t to, std::int64_t skipped, Instant now);
 
  private:

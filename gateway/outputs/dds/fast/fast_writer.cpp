@@ -30,15 +30,14 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kSpareInstances = 16;
 
-// The number of instances per writer. Fast DDS 2.9 searches a writer's whole history for the sample
-// that a new one replaces, and walks through the history with every heartbeat, under its lock. One
-// writer of 100,000 points needs 350 us for a sample, and minutes for its deletion. Several writers
-// of this size are as fast as one.
+// Fast DDS 2.9 searches a writer's whole history for the sample that a new one replaces, and walks
+// through it with every heartbeat, under its lock: one writer of 100,000 points needs 350 us for a
+// sample, and minutes for its deletion. Several writers of this size are as fast as one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
-// The most events that are stored for late subscribers, of all devices together: about 60 MB.
+// Stored for late subscribers, of all devices together: about 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
-// The most alarms that gateway/records/events stores.
+// As many as gateway/records/events stores.
 constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {
@@ -49,8 +48,7 @@ std::size_t WritersFor(std::size_t instances) {
   return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
 }
 
-/// Returns the room in each writer. It is larger than an equal share, because a hash distributes
-/// the names unevenly.
+/// More than an equal share, because a hash distributes the names unevenly.
 std::size_t InstancesEach(std::size_t instances) {
   const std::size_t writers = WritersFor(instances);
   const std::size_t part = (instances + writers - 1) / writers;
@@ -74,8 +72,8 @@ std::size_t Scatter(const AlarmSample& sample) {
   return hash(sample.device) * 31 + hash(sample.name);
 }
 
-// Sets all limits together: Fast DDS accepts 10 instances by default, and it makes no writer if
-// max_samples is less than instances times samples per instance.
+// All limits together: Fast DDS accepts 10 instances by default, and makes no writer if max_samples
+// is less than instances times samples per instance.
 fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
   fast::DataWriterQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
@@ -100,8 +98,7 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
-  /// To be called when the writer is deleted, because the library does not report that as
-  /// unmatched.
+  /// To be called at the writer's deletion, which the library does not report as unmatched.
   void Clear() { current_ = 0; }
 
  private:
@@ -120,7 +117,7 @@ class TopicWriters {
     return topic_ != nullptr && Fill(publisher, instances, depth);
   }
 
-  /// Deletes the writers and makes new ones; does nothing if the topic was never opened.
+  /// Replaces the writers; does nothing if the topic was never opened.
   bool Reopen(fast::Publisher& publisher, std::size_t instances, std::size_t depth = 1) {
     if (topic_ == nullptr) return true;
     Clear();
@@ -151,7 +148,7 @@ class TopicWriters {
     return true;
   }
 
-  /// Makes the deletion fast: without this the library returns each sample separately under a
+  /// Makes the deletion fast: otherwise the library returns each sample separately under a
   /// contended lock.
   void Clear() {
     for (fast::DataWriter* writer : writers_) {

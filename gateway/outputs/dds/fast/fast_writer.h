@@ -12,9 +12,8 @@
 
 namespace baudgate::dds {
 
-/// Makes the participant and the writers of all topics; the destructor deletes them.
-/// `requests_for`: the gateway whose write requests are received; empty: none. The error says what
-/// to change in `dds:`.
+/// The object owns the participant and the writers of all topics. `requests_for`: the gateway whose
+/// write requests are received; empty: none. The error says what to change in `dds:`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});

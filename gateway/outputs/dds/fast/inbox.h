@@ -1,5 +1,5 @@
 // `Inbox` passes the samples of one topic from a Fast DDS reader to the subscriber's callbacks. The
-// library's threads only note that there is something; the subscriber's thread takes the samples.
+// library's threads only set a mark; the subscriber's thread takes the samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,7 +34,7 @@ inline Handle HandleOf(const eprosima::fastdds::dds::InstanceHandle_t& from) {
   return handle;
 }
 
-/// Splits the id of a writer: its first 12 bytes are the id of its participant.
+/// The first 12 bytes are the id of the participant.
 inline WriterId WriterOf(const Handle& handle) {
   WriterId id;
   std::copy_n(handle.begin(), id.publisher.bytes.size(), id.publisher.bytes.begin());
@@ -88,11 +88,10 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     wake_();
   }
 
-  /// Calls back for everything that the reader has. Returns how long the library was busy with
-  /// take. One thread only may call it.
+  /// Calls back for everything that is there. Returns how long the library was busy. For one thread
+  /// only.
   Duration TakeAll() {
-    // Matches are noted before the takes, because the last samples of a writer that has left must
-    // be delivered before its end.
+    // Read before the takes, because the last samples of a writer must be delivered before its end.
     std::vector<Match> matches;
     {
       const MutexLock lock(mutex_);
@@ -109,8 +108,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     return busy;
   }
 
-  /// The numbers of takes that returned samples, and of samples that could not be decoded. Any
-  /// thread may call these.
+  /// Takes that returned samples, and samples that could not be decoded. Any thread may call it.
   std::uint64_t takes() const { return takes_; }
   std::uint64_t refused() const { return refused_; }
 
@@ -127,8 +125,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   std::int32_t TakeLot(Duration& busy) {
     auto* reader = reader_.load();
     if (reader == nullptr) return 0;
-    // Loans, because Fast DDS 2.9 lost a third to half of 5,000 samples a second with sequences of
-    // our own.
+    // Loans: with sequences of our own, Fast DDS 2.9 lost a third to half of 5,000 samples a
+    // second.
     eprosima::fastdds::dds::LoanableSequence<Sample> samples;
     eprosima::fastdds::dds::SampleInfoSeq infos;
     const Instant begun = std::chrono::steady_clock::now();
@@ -145,8 +143,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
 
   void Take(const Sample& sample, const eprosima::fastdds::dds::SampleInfo& info) {
     if (info.valid_data) {
-      // take() does not report samples that could not be decoded; types.cpp leaves their `gateway`
-      // empty.
+      // A sample that could not be decoded; types.cpp leaves its `gateway` empty.
       if (sample.gateway.empty()) {
         ++refused_;
       } else {
@@ -211,7 +208,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   std::atomic<std::uint64_t> takes_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
 
-  // The following members are used by the thread that calls TakeAll.
+  // Used by the thread that calls TakeAll.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
   std::map<PublisherId, int> writers_;  ///< number of writers; a large gateway has many

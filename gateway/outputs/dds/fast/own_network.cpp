@@ -94,7 +94,6 @@ int OptionOf(int descriptor, int name) {
 /// Halved, because the kernel returns twice the size that was requested.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
-/// Returns all UDP sockets of this process that have a port.
 std::vector<Socket> UdpSockets() {
   std::vector<Socket> found;
   for (int descriptor = 0; descriptor < kMostDescriptors; ++descriptor) {
@@ -114,8 +113,7 @@ in_addr AddressOf(const std::string& text) {
   return address;
 }
 
-/// True if the socket has joined the group on this interface: the kernel returns the sources of a
-/// membership only to a member.
+/// The kernel returns the sources of a membership only to a member.
 bool HasJoined(const Socket& socket, const std::string& interface) {
   ip_msfilter filter{};
   filter.imsf_multiaddr = AddressOf(kGroup);
@@ -124,7 +122,7 @@ bool HasJoined(const Socket& socket, const std::string& interface) {
   return ::getsockopt(socket.descriptor, IPPROTO_IP, IP_MSFILTER, &filter, &size) == 0;
 }
 
-/// Returns the addresses of the participant that can be used now.
+/// Addresses of the participant that can be used now.
 std::vector<std::string> UsedInterfaces(const ParticipantOptions& options,
                                         const OwnAddresses& own) {
   std::vector<std::string> used;

@@ -1,6 +1,5 @@
-// `FindOwnAddresses` asks the system for the IPv4 addresses of this machine, each time anew because
-// interfaces come and go. InterfaceWatch detects changed interfaces, and FindSocketFacts finds out
-// whether a participant can receive from others.
+// `FindOwnAddresses` asks the system for the IPv4 addresses of this machine. InterfaceWatch detects
+// changed interfaces, and FindSocketFacts finds out whether a participant can receive from others.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,26 +14,24 @@
 
 namespace baudgate::dds {
 
-/// Maps each address in dotted form to the index of its interface. No index: the interface is down
-/// or its cable is unplugged, and Fast DDS leaves the address out. An interface that is deleted and
-/// made again with the same address has another index.
+/// From an address in dotted form to the index of its interface; empty while the interface is down
+/// or unplugged: Fast DDS then leaves the address out. An interface that is deleted and made again
+/// has another index.
 using OwnAddresses = std::map<std::string, std::optional<unsigned>>;
 
-/// Returns the addresses; empty also if the system reports an error.
+/// Empty also if the system reports an error.
 OwnAddresses FindOwnAddresses();
 
-/// True if the address is one of this machine. All of 127/8 is, although the interface lists
-/// 127.0.0.1 only.
+/// All of 127/8 belongs to this machine, although the interface lists 127.0.0.1 only.
 bool IsOwn(const OwnAddresses& own, const std::string& address);
 
-/// Returns why nothing can be sent from the address now; empty: it can be used.
+/// Why nothing can be sent from the address now; empty: it can be used.
 std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address);
 
-// Detects that an interface was made again or is up now, or that there is a new address: Fast DDS
-// has joined its multicast groups on the old interfaces and sends nothing on the new ones. If one
-// of several addresses is gone, the library finds no new subscriber on the remaining addresses
-// either (measured). No I/O: the caller passes the result of FindOwnAddresses. In the table,
-// "10.0.0.5 at 2" is an address of the interface with index 2.
+// Detects that an interface was made again or is up now, or that an address is new: Fast DDS has
+// joined its multicast groups on the old interfaces and sends nothing on the new ones. If one of
+// several addresses is gone, it finds no new subscriber on the others either (measured). In the
+// table, "10.0.0.5 at 2" is an address of the interface with index 2.
 //
 //   at the start 10.0.0.5 at 2     later 10.0.0.5 at 2    nothing
 //                                  later down             nothing: the other addresses still work
@@ -44,17 +41,16 @@ std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string&
 //   at the start 10.0.0.5 down     later 10.0.0.5 at 2    the participant must be made again
 class InterfaceWatch {
  public:
-  /// `interfaces`: as in ParticipantOptions. `own`: the addresses at the time when the participant
-  /// was made.
+  /// `interfaces`: as in ParticipantOptions. `own`: when the participant was made.
   InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
       : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
 
-  /// Returns why the participant must be made again; empty: it need not be.
+  /// Why the participant must be made again; empty: it need not be.
   std::optional<std::string> Look(const OwnAddresses& now) const;
 
  private:
   bool Uses(const std::string& address) const;
-  /// Returns a reason if an address in use was up and is gone, while another one remains.
+  /// Not empty if an address in use was up and is gone, while another one remains.
   std::optional<std::string> Gone(const OwnAddresses& now) const;
 
   const std::vector<std::string> interfaces_;
@@ -62,7 +58,7 @@ class InterfaceWatch {
 };
 
 // FindSocketFacts asks the system whether a participant of this process can receive from others,
-// because Fast DDS 2.9.1 does not report it (measured). If another program has the domain's port,
+// because Fast DDS 2.9.1 does not report it (measured): if another program has the domain's port,
 // the library silently listens at another port, to which nobody sends. It also ignores a multicast
 // group that it cannot join, and a socket buffer that is smaller than requested.
 //
@@ -70,13 +66,13 @@ class InterfaceWatch {
 //   the group is not joined on 10.0.0.5      no newcomer is received on that interface
 //   net.core.rmem_max is 208 KiB             a burst of samples is lost, and sent again later
 
-/// Returns the port to which announcements are sent by multicast (RTPS 2.3, 9.6.1).
+/// Announcements are sent to this port by multicast (RTPS 2.3, 9.6.1).
 constexpr std::uint16_t MulticastPort(int domain) {
   return static_cast<std::uint16_t>(7400 + 250 * domain);
 }
 
-/// The socket buffer that the participant requests, in bytes. A smaller buffer loses samples when a
-/// subscriber joins and gets the image of some thousand points.
+/// Requested for each socket, in bytes. A smaller buffer loses samples when a subscriber joins and
+/// gets the image of some thousand points.
 inline constexpr int kSocketBuffer = 4 << 20;
 
 struct SocketFacts {
@@ -89,16 +85,16 @@ struct SocketFacts {
   std::pair<int, int> given_ports;
 };
 
-/// Asks the system. `own`: the addresses of this machine.
+/// `own`: the addresses of this machine.
 SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresses& own);
 
-/// Returns one sentence for each fault: what is wrong, its effect, and the remedy.
+/// One sentence for each fault: what is wrong, its effect, and the remedy.
 std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOptions& options);
 
-/// Detects that the domain's port, which was taken when the participant was made, is free now.
+/// Detects that the domain's port was taken at first and is free now.
 class PortWatch {
  public:
-  /// Returns why the participant must be made again; empty: it need not be.
+  /// As InterfaceWatch::Look.
   std::optional<std::string> Look(const ParticipantOptions& options, const OwnAddresses& own);
 
  private:

@@ -35,8 +35,8 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
-/// The number of ports that are asked on each peer. A participant takes the lowest free port of its
-/// machine, so further participants of a machine cannot be found through `peers`.
+/// Ports that are asked on each peer. A participant takes the lowest free port of its machine, so
+/// further participants of a machine are not found through `peers`.
 constexpr std::uint32_t kParticipantsOfPeer = 32;
 
 /// Port 0 means the ports of the domain.
@@ -46,8 +46,7 @@ Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   return locator;
 }
 
-/// Listens at unicast addresses only: with addresses in this list, the library does not add the
-/// multicast group.
+/// With addresses in this list, the library does not add the multicast group.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
@@ -57,8 +56,8 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-/// Sets the hosts that are asked in addition to the multicast group, or instead of it. For Fast DDS
-/// a discovery server is a peer with a port.
+/// Sets the hosts that are asked beside the multicast group, or instead of it. For Fast DDS a
+/// discovery server is a peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
@@ -73,8 +72,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
-/// Adds the properties that the library needs, and returns what DatagramCheck must demand. The
-/// error names the faulty file; the library makes no participant without a good file.
+/// Adds the properties that the library needs, and returns what datagrams must fulfil. The error
+/// names the faulty file; the library makes no participant without it.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -101,8 +100,7 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 
 constexpr char kLoopback[] = "127.0.0.1";
 
-/// Returns the addresses that a participant of this machine may use and that `interfaces` does not
-/// contain.
+/// The addresses that a participant of this machine may use and that `interfaces` does not contain.
 std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
   const auto lacks = [&](const std::string& address) {
     return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
@@ -159,9 +157,8 @@ struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
   std::shared_ptr<DatagramGate> gate;
 };
 
-/// A transport of Fast DDS that passes on only the received datagrams that its gate accepts.
-/// Datagrams are sent unchanged, one at a time. It also decides at which address a participant of
-/// this machine is reached.
+/// A transport of Fast DDS that passes on only what its gate accepts. Datagrams are sent unchanged,
+/// one at a time. It also decides at which address a participant of this machine is reached.
 class CheckedTransport : public rtps::ChainingTransport {
  public:
   explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
@@ -188,15 +185,14 @@ class CheckedTransport : public rtps::ChainingTransport {
     next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
   }
 
-  /// Returns in `reached` the address at which the participant `announced` is reached. Fast DDS 2.9
-  /// itself replaces every address of this machine that it does not use by loopback, even if nobody
-  /// listens there. False: the participant cannot be reached.
+  /// `reached`: where the participant `announced` is reached. Fast DDS 2.9 itself replaces every
+  /// address of this machine that it does not use by loopback, even if nobody listens there. False:
+  /// not reachable.
   bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
     if (!IsLocatorSupported(announced)) return false;
     reached = announced;
     if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
-    // We have no socket at this address of this machine, so the participant's datagram came over
-    // loopback.
+    // We have no socket at this address of this machine, so its owner was received on loopback.
     IPLocator::setIPv4(reached, "127.0.0.1");
     return is_locator_allowed(reached);
   }
@@ -212,8 +208,7 @@ rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
 
 constexpr int kLastDomain = 232;  // the ports of higher domains would be above 65535
 constexpr Duration kAnnouncements = 1300ms;
-// The limit of readers, and of writers, that the library stores for each participant that may be
-// present.
+// The limit of readers, and of writers, for each participant that may be present.
 constexpr std::size_t kEndpointsEach = 32;
 
 // Prints the library's messages to standard error, because the default, standard output, carries
@@ -257,8 +252,7 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
-/// Returns the addresses that this machine has now, because with any other address in its list the
-/// library reaches nobody.
+/// With an address that this machine does not have now, the library reaches nobody.
 Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
   const OwnAddresses own = FindOwnAddresses();
   std::vector<std::string> present;

@@ -1,6 +1,5 @@
 // `CreateParticipant` makes a Fast DDS participant with the gateway's settings, for publishers and
-// subscribers: transports, interfaces, and how soon a crash is noticed. UnansweredRemark is the
-// sentence about a participant that acknowledges nothing.
+// subscribers. UnansweredRemark is the sentence about a participant that acknowledges nothing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,16 +20,15 @@ class DomainParticipantListener;
 
 namespace baudgate::dds {
 
-/// Returns the sentence about a participant that announces itself and acknowledges nothing. `host`:
-/// where it listens. `on_this_machine`: `host` is an address of this machine. `interfaces`: those
-/// of our participant. Another Fast DDS on this machine sends to loopback if it uses loopback, and
-/// never to an address of the machine that it does not use itself.
+/// About a participant that announces itself and acknowledges nothing. `host`: where it listens.
+/// `on_this_machine`: `host` is our address. `interfaces`: of our participant. Another Fast DDS on
+/// this machine sends to loopback if it uses loopback, and never to an address of the machine that
+/// it does not use itself.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
 
-/// Makes a participant. XML profiles are never read. `listener` gets what is discovered from the
-/// first moment, and must outlive the participant. `role` is sent to discovery servers. The error
-/// names what to change.
+/// XML profiles are never read. `listener` gets everything that is discovered, and must outlive the
+/// participant. `role` is for discovery servers. The error names what to change.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
@@ -38,16 +36,16 @@ Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
 /// True if no interface is named, or 0.0.0.0.
 bool MeansAll(const std::vector<std::string>& interfaces);
 
-/// Returns the counts of datagrams that came by UDP. Any thread may call it.
+/// Datagrams by UDP. Any thread may call it.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
 /// Returns the matched subscribers, and a sentence for each address of dds.interfaces that is gone
-/// and for each subscriber that cannot be answered. With DDS Security there are no sentences about
-/// subscribers, because strangers are not answered anyway.
+/// and each subscriber that cannot be answered (not with DDS Security, where strangers are not
+/// answered anyway).
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 
-/// Deletes the participant with all its entities.
+/// Also deletes its entities.
 void DeleteParticipant(eprosima::fastdds::dds::DomainParticipant* participant);
 
 }  // namespace baudgate::dds

@@ -1,6 +1,5 @@
 // `DdsSubscriber` subscribes to everything that the gateways of a DDS domain publish, and passes
-// the samples to callbacks as plain structs. `baudgate watch` and tests use it. TakingThread takes
-// the samples.
+// the samples to callbacks. `baudgate watch` and tests use it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,17 +15,16 @@
 
 namespace baudgate::dds {
 
-// The thread on which a subscriber takes its samples. Fast DDS 2.9 walks through all instances with
-// every take, so a thread that takes at each sample would fall behind; this thread rests after each
-// take.
+// The thread on which a subscriber takes its samples. It rests after each take, because Fast DDS
+// 2.9 walks through all instances with every take: a thread that takes at each sample would fall
+// behind.
 
-/// Returns nine times the duration of the last round, at most 50 ms: a few points are taken at
-/// once, thousands in batches.
+/// Nine times the last round, at most 50 ms: a few points are taken at once, thousands in batches.
 Duration RestAfter(Duration round);
 
 class TakingThread {
  public:
-  /// `round` takes everything that is there, and returns how long the library was busy with it.
+  /// `round` takes what is there, and returns how long the library was busy.
   explicit TakingThread(std::function<Duration()> round);
 
   void Stop() { worker_.Stop(); }  ///< `round` does not run after this
@@ -42,7 +40,7 @@ class TakingThread {
   Worker worker_;
 };
 
-/// The reason why there will be no more samples of a point or device.
+/// Why there will be no more samples of a point or device.
 enum class Gone : std::uint8_t {
   disposed,  ///< a writer has disposed it; gateways never do
   /// Its gateway has left, or was silent for its lease. After an orderly stop, the last samples
@@ -55,8 +53,7 @@ struct SubscriberOptions {
   std::size_t max_instances = 100'000;  ///< of points; samples beyond are counted as rejected
 };
 
-/// The callbacks are called one at a time, on a thread of the subscriber. Their arguments are valid
-/// during the call.
+/// Called one at a time, on a thread of the subscriber. The arguments are valid during the call.
 struct SubscriberCallbacks {
   std::function<void(const PointSample&, const Origin&)> on_point;
   /// Only the key of the sample is valid; its other fields are those of the last sample.
@@ -70,12 +67,12 @@ struct SubscriberCallbacks {
   std::function<void(int gateways)> on_gateways;
   /// A publisher of points has left, or was silent for its lease.
   std::function<void(const PublisherId&)> on_publisher_left;
-  /// Number of samples of points that were lost so far because max_instances is too small.
+  /// Samples of points that were lost so far because max_instances is too small.
   std::function<void(std::uint64_t samples)> on_rejected;
-  /// First up to 1000 of the newest events of each device, then each new event. An event may come
-  /// twice; its `seq` shows that. Null: events are not subscribed to.
+  /// First the newest events of each device, at most 1000, then each new one. An event may come
+  /// twice, with the same `seq`. Null: events are not subscribed to.
   std::function<void(const EventSample&, const Origin&)> on_event{};
-  /// First each alarm in its present state, then each change; state 0 is over. Null: alarms are not
+  /// First each alarm in its present state, then changes; state 0 is over. Null: alarms are not
   /// subscribed to.
   std::function<void(const AlarmSample&, const Origin&)> on_alarm{};
   std::function<void(const AlarmSample&, Gone)> on_alarm_gone{};

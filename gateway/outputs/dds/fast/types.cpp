@@ -16,8 +16,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// Returns the length of the longest key in bytes: each text as long as its bound, with its length
-/// field and padding.
+/// In bytes: each text as long as its bound, with its length field and padding.
 template <typename Sample>
 constexpr std::size_t LongestKey() {
   std::size_t bytes = 0;
@@ -93,7 +92,7 @@ const TypeIdentifier& IdentifierOf(const TypeField& field) {
   return *Factory().get_type_identifier("double", false);
 }
 
-/// Returns the first four bytes of the MD5 of the name (XTypes 1.2, 7.3.4.5).
+/// The first four bytes of the MD5 of the name (XTypes 1.2, 7.3.4.5).
 NameHash HashOf(const std::string& name) {
   const MD5 md5(name);
   NameHash hash;
@@ -110,8 +109,7 @@ Member MemberOf(const TypeField& field, MemberId id) {
   return member;
 }
 
-/// Returns the annotation "@key", because generic readers ignore the flag IS_KEY and look for the
-/// annotation.
+/// "@key": generic readers look for the annotation and not for the flag IS_KEY.
 AppliedAnnotation KeyAnnotation() {
   AnnotationParameterValue yes;
   yes._d(TK_BOOLEAN);
@@ -157,7 +155,7 @@ TypeObject Complete(const TypeDescription& type) {
   return object;
 }
 
-/// Returns the first 14 bytes of the MD5 of the serialized object (XTypes 1.2, 7.3.4.2).
+/// The first 14 bytes of the MD5 of the serialized object (XTypes 1.2, 7.3.4.2).
 TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   std::vector<char> bytes(TypeObject::getCdrSerializedSize(object) + 4);
   eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
@@ -173,10 +171,9 @@ TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   return identifier;
 }
 
-/// Announces the type in discovery as an XTypes TypeObject of version 1, with which generic tools
-/// on Fast DDS 2 decode samples. TypeInformation is never announced, because Fast DDS 2.9 writes it
-/// in a form that makes Cyclone DDS drop the endpoint. To be called before the type is registered
-/// with a participant.
+/// Announces the type as an XTypes TypeObject of version 1, with which generic tools on Fast DDS 2
+/// decode samples; before it is registered with a participant. Never as TypeInformation, which Fast
+/// DDS 2.9 writes in a form for which Cyclone DDS drops the endpoint.
 void DescribeType(const TypeDescription& type) {
   const std::string name = "baudgate::v1::" + std::string(type.name);
   const TypeObject complete = Complete(type);
@@ -212,8 +209,7 @@ class SampleType : public TopicDataType {
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
-    // Fast DDS 2.9 returns the sample anyway in a take of many; Inbox drops a sample with an empty
-    // `gateway`.
+    // Fast DDS 2.9 returns the sample anyway in a take of many; Inbox drops one without `gateway`.
     sample = Sample{};
     return false;
   }

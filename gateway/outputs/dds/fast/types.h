@@ -13,8 +13,6 @@
 
 namespace baudgate::dds {
 
-// Converts to the duration type of Fast DDS.
-
 inline eprosima::fastrtps::Duration_t DdsTime(Duration duration) {
   return {static_cast<std::int32_t>(duration / 1s),
           static_cast<std::uint32_t>((duration % 1s) / 1ns)};
@@ -35,10 +33,9 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Make the type support for baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent,
-/// AlarmState, WriteRequest and WriteReply. The caller gives the result to a Fast DDS TypeSupport,
-/// which owns it. Fast DDS passes samples as pointers to PointSample, DeviceSample, GatewaySample,
-/// EventSample, AlarmSample, RequestSample and ReplySample.
+/// For baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, AlarmState,
+/// WriteRequest and WriteReply. The caller gives the result to a Fast DDS TypeSupport, which owns
+/// it. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample …).
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();

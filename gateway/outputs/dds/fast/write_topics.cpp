@@ -18,13 +18,12 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// The most names of clients of all gateways. The library stores a name while a writer with this
-// name exists.
+// Names of clients, of all gateways. The library stores a name while a writer with it exists.
 constexpr int kNamesOfRequests = 4096;
-// The most names in replies of this gateway. The library stores names until the writer is deleted.
+// Names in replies of this gateway. The library stores them until the writer is deleted.
 constexpr int kNamesOfReplies = 1024;
-// Samples of each name. Requests are taken at once, so several of a name wait only if one datagram
-// contains several.
+// Samples of a name. Requests are taken at once: several wait only if one datagram contains
+// several.
 constexpr int kSamplesEach = 4;
 
 /// Sets all limits together, see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp.
@@ -50,8 +49,7 @@ fast::Topic* MakeTopic(fast::DomainParticipant& participant, fast::TopicDataType
 
 }  // namespace
 
-/// Replies first: a client that discovers the reader of requests can also discover the writer of
-/// replies.
+/// Replies first: a client that discovers the reader of requests can also discover their writer.
 bool WriteTopics::Open(fast::DomainParticipant& participant) {
   publisher_ = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
@@ -61,8 +59,7 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
          requests_ != nullptr && OpenWriter() && OpenReader();
 }
 
-/// Transient local, because a client's reader of replies may be discovered after its writer of
-/// requests.
+/// Transient local: a client's reader of replies may be discovered after its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
   qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
@@ -88,8 +85,7 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// If the writer has no room for another name, a new writer replaces it. The new writer has no
-/// stored replies for late readers.
+/// A writer without room for another name is replaced by one that has no stored replies.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);

@@ -1,6 +1,5 @@
-// `WriteTopics` contains the two DDS entities for writing: a reader of write requests to one
-// gateway, and the writer of replies. Requests that were sent before the reader was there are
-// marked as early. Used by gateway/outputs/dds/fast/fast_writer.cpp.
+// `WriteTopics` contains a DDS reader of write requests to one gateway, and the writer of replies.
+// Requests from before the reader was there are marked as early.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,12 +27,11 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   /// See SampleWriter.
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
-  /// Returns the number of requests that were dropped, because the library had no room for them or
-  /// for others since the last Renew.
+  /// Requests that were dropped: the library had no room, or has had none since the last Renew.
   std::uint64_t dropped() const { return dropped_; }
-  /// Replaces the reader if the library had no room. Such a library holds requests back and
-  /// delivers them later, so requests are dropped until there is a new reader, which never gets old
-  /// ones. To be called now and then, by one thread.
+  /// Replaces the reader if the library had no room: it then holds requests back and delivers them
+  /// later, so requests are dropped until there is a new reader, which never gets old ones. To be
+  /// called now and then, by one thread.
   void Renew();
 
  private:

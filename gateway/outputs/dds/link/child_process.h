@@ -16,15 +16,14 @@
 
 namespace baudgate::dds {
 
-// Splits the output of another process into lines for the log: printable, limited in length, and at
-// most kMost lines in kPeriod.
+// Splits output into printable lines of limited length, at most kMost lines in kPeriod.
 class BoundedLines {
  public:
   static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
   static constexpr std::size_t kMost = 20;      ///< lines per kPeriod; further lines are counted
   static constexpr Duration kPeriod = 10s;
 
-  /// Adds output, and returns the lines that are complete now.
+  /// Returns the lines that are complete now.
   std::vector<std::string> Add(std::string_view bytes, Instant now);
 
  private:
@@ -36,15 +35,14 @@ class BoundedLines {
   std::size_t left_out_ = 0;
 };
 
-/// The descriptor of the link in the child.
+/// In the child.
 inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// Starts `program`. The child inherits only the link and a pipe for its standard output and
-  /// error. It is in a process group of its own, so that Ctrl-C does not reach it. The calling
-  /// thread must outlive the child, because the child asks the kernel to be ended together with
-  /// this thread.
+  /// The child inherits only the link and a pipe for its standard output and error. It is in a
+  /// process group of its own, so Ctrl-C does not reach it. The calling thread must outlive the
+  /// child, because the kernel ends the child together with this thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);
@@ -53,7 +51,7 @@ class ChildProcess {
   ChildProcess& operator=(ChildProcess&& other) noexcept;
 
   pid_t id() const { return id_; }
-  /// The pipe with the child's standard output and error; non-blocking.
+  /// The child's standard output and error; non-blocking.
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
   /// Waits until the child has ended, and kills it after `most`. Returns e.g. "was ended by signal
@@ -67,8 +65,8 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Returns the path of the program `name`, from the folder of this process's binary or from the
-/// folder of installed programs. The error contains both folders.
+/// Looks in the folder of this process's binary and in that of installed programs. The error
+/// contains both.
 Result<std::string> FindProgram(const std::string& name);
 
 }  // namespace baudgate::dds

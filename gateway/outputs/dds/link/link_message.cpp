@@ -22,7 +22,7 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-// The bytes before the sample: participant, entity, time of arrival, time of publication, flags.
+// Before the sample: participant, entity, time of arrival, time of publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
 // In the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
@@ -150,7 +150,7 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// Writes the number of files, then their paths; only the number 0 if security is off.
+/// Only the number 0 if security is off.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;

@@ -1,12 +1,12 @@
-// `EncodeSample`, `ParseLink` and the other functions of this header encode and decode the messages
-// between the gateway and baudgate-dds. Each packet of their SOCK_SEQPACKET socket is one message.
-// No I/O: gateway/outputs/dds/link/process_link.h and link_server.h send and receive.
+// `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
+// baudgate-dds. Each packet of their SOCK_SEQPACKET socket is one message. process_link.h and
+// link_server.h send and receive.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
 //   kind `point`, version 7, 92 bytes follow | the sample in the wire form of published_types.h
 //
-// All numbers of the header and of the bodies are little-endian.
+// All numbers are little-endian.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,9 @@ namespace baudgate::dds {
 
 inline constexpr std::uint8_t kLinkVersion = 7;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
-/// The longest message in bytes; a longer packet is refused.
+/// In bytes; a longer packet is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
-/// The longest time in which baudgate-dds publishes the final samples of all points.
+/// The most time that baudgate-dds takes to publish the final samples of all points.
 inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
@@ -35,15 +35,15 @@ enum class LinkKind : std::uint8_t {
   device = 3,   ///< a sample to publish
   gateway = 4,  ///< a sample to publish
   end = 5,      ///< publish that all points are gone, wait for acknowledgement, then exit
-  reply = 6,    ///< the reply to a write request, to be published
+  reply = 6,    ///< a reply to a write request
   event = 7,    ///< a sample to publish
   alarm = 8,    ///< a sample to publish
   // from baudgate-dds to the gateway
   opened = 64,  ///< answer to `open`: ready for samples
-  failed = 65,  ///< other answer to `open`: a sentence about what to change
+  failed = 65,  ///< other answer to `open`: what to change, one sentence
   counts = 66,  ///< LinkCounts: after a change, and once a second to show that the process is alive
   request = 67,  ///< a write request from a client
-  left = 68,     ///< answer to `end`, if subscribers have acknowledged everything, events included
+  left = 68,     ///< answer to `end`, if subscribers have acknowledged everything, also events
 };
 
 /// The body of `open`: what baudgate-dds is to open.
@@ -54,13 +54,13 @@ struct LinkOpen {
   bool requests = false;  ///< true: receive write requests to `gateway`
 };
 
-/// The body of `counts`. All numbers count since the process has opened DDS.
+/// The body of `counts`. It counts from the time at which the process opened DDS.
 struct LinkCounts {
   Subscribers subscribers;
   std::uint64_t written = 0;  ///< samples
   std::uint64_t refused = 0;  ///< samples that the library did not accept
-  std::uint64_t dropped = 0;  ///< write requests that the queue had no room for
-  /// Events and alarms that the library did not accept and the queue had no room for.
+  std::uint64_t dropped = 0;  ///< write requests without room in the queue
+  /// Events and alarms that the library did not accept, and without room in the queue.
   std::uint64_t events_dropped = 0;
   DatagramCounters datagrams{};
   Neighbours neighbours{};
@@ -68,17 +68,17 @@ struct LinkCounts {
   bool operator==(const LinkCounts&) const = default;
 };
 
-/// The Encode functions return or write a whole packet.
+/// Return whole packets.
 Bytes EncodeOpen(const LinkOpen& open);
 Bytes EncodeFailed(const std::string& sentence);  ///< cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
-/// Writes a packet into `to`, without allocating. Returns its length, or 0 if the sample is longer
+/// Writes a packet into `to`, without allocating. Returns its length; 0 if the sample is longer
 /// than its bounds or `to` is shorter than kMaxLinkMessage.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Returns nothing if the request is longer than its bounds. `received` needs no conversion,
-/// because both processes use the clock of this machine.
+/// Empty if the request is longer than its bounds. `received` is sent as it is, because both
+/// processes use the clock of this machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
@@ -86,12 +86,11 @@ struct LinkMessage {
   View body;  ///< part of the packet
 };
 
-/// Checks the header of a packet. The error is a phrase for "sent …": too short, another version,
-/// an unknown kind, or a wrong length.
+/// Checks the header. The error continues "sent …": too short, another version, an unknown kind, or
+/// a wrong length.
 Result<LinkMessage> ParseLink(View packet);
 
-/// The Decode functions read a body. They check every field against its bound, and refuse extra
-/// bytes.
+/// Check every field of a body against its bound, and refuse extra bytes.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);

@@ -12,17 +12,17 @@ namespace {
 
 constexpr Duration kSignOfLife = 1s;
 constexpr Duration kAtMostEvery = 100ms;  // minimum interval of counts that change all the time
-// Time for four repetitions: the heartbeats of the RTPS writers, which make a subscriber ask for
-// lost samples, are 100 ms apart.
+// Time for four repetitions: a subscriber asks for lost samples at heartbeats, which are 100 ms
+// apart.
 constexpr Duration kAcknowledgeTime = 400ms;
 constexpr Duration kEventRetry = 1s;
 // Time for the programs of subscribers to take samples. A DDS library acknowledges a sample before
 // the program takes it, and drops samples that were not taken when the writer leaves.
 constexpr Duration kTakingTime = 150ms;
 constexpr std::size_t kMostEvents = 1000;  // that wait for a retry
-// Leave paces the final samples over this time, because a burst overflows the socket of a
-// subscriber that waits for the processor, and repeating the lost samples may take longer than
-// Leave waits. 1,000 points take 0.2 s; from 10,000 points on the usual pace is used.
+// Leave spreads the final samples over this time, because a burst overflows the socket of a
+// subscriber that waits for the processor, and repetitions may take longer than Leave waits. 1,000
+// points take 0.2 s; from 10,000 on the pace is the usual one.
 constexpr Duration kTellingTime = 500ms;
 constexpr Duration kShortestInterval = 50us;
 constexpr Duration kLongestInterval = 200us;
@@ -96,7 +96,7 @@ Status LinkServer::Reopen(const Room& room) {
   return {};
 }
 
-/// Stores the encoded sample `body` for Leave. Publish has decoded it into point_.
+/// Stores `body`, which Publish has decoded into point_, for Leave.
 void LinkServer::Remember(View body) {
   const std::string name = point_.device + '\0' + point_.point;
   if (point_.quality == Quality(Quality::bad_not_connected).word()) {
@@ -141,8 +141,8 @@ Status LinkServer::Publish(View body, Sample& sample) {
   return {};
 }
 
-/// Publishes an event or an alarm. If the library does not accept it, the sample is queued for a
-/// retry, because events and alarms have no heartbeat that repeats them.
+/// An event or alarm that the library does not accept is queued for a retry, because no heartbeat
+/// repeats it.
 template <typename Sample>
 Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
   Sample sample;

@@ -1,5 +1,5 @@
-// `LinkServer` is the side of baudgate-dds on the link: it carries out each message of the gateway,
-// and makes the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
+// `LinkServer` is the side of baudgate-dds on the link: it carries out the gateway's messages and
+// makes the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
 // connects it to them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -21,24 +21,22 @@ namespace baudgate::dds {
 class LinkServer {
  public:
   using MakeWriter = std::function<Result<std::unique_ptr<SampleWriter>>(const LinkOpen& open)>;
-  /// `make` creates the DDS writers. `wake` is called, on any thread, when NextRequest has a
-  /// packet.
+  /// `wake` is called, on any thread, when NextRequest has a packet.
   explicit LinkServer(MakeWriter make, std::function<void()> wake = {});
 
-  /// Handles one packet. After an error the caller must close the link; the error is the reason.
+  /// After an error, which is the reason, the caller must close the link.
   Status Take(View packet);
-  /// Returns the packet that is due to be sent to the gateway, if there is one: the answer to
-  /// `open`, or counts.
+  /// Returns the packet that is due to the gateway, if any: the answer to `open`, or counts.
   std::optional<Bytes> Answer(Instant now);
   Instant NextAnswer() const;
-  /// Returns the packet with the next write request, if there is one.
+  /// Returns a packet with a write request, if any.
   std::optional<Bytes> NextRequest();
   /// True after the message `end`: the caller must call Leave.
   bool ended() const { return ended_; }
-  /// Ends publishing, after the gateway has sent `end` or has closed the link. For at most kEndTime
-  /// it publishes the latest sample of each point again with quality bad_not_connected, unless the
-  /// sample has that quality already. It then waits at most 550 ms for subscribers, and destroys
-  /// the writers. Returns when to call it again; empty: finished.
+  /// Ends publishing, after the gateway has sent `end` or has closed the link. Publishes the latest
+  /// sample of each point again with quality bad_not_connected, unless it has that quality already,
+  /// for at most kEndTime. Then waits at most 550 ms for subscribers, and destroys the writers.
+  /// Returns when to call it again; empty: finished.
   std::optional<Instant> Leave(Instant now);
 
  private:
@@ -58,20 +56,19 @@ class LinkServer {
   const MakeWriter make_;
   RequestIntake requests_;  // declared before writer_, whose threads fill it
   std::unique_ptr<SampleWriter> writer_;
-  /// The latest sample of each point, encoded; the key is the device, a NUL and the point. A point
-  /// whose latest sample has the quality bad_not_connected has no entry, because Leave need not
-  /// publish it.
+  /// The latest encoded sample of each point, by device + NUL + point. A point with quality
+  /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
   std::optional<Pacer> end_pacer_;  // empty before Leave
   std::optional<Instant> leave_by_;
   bool acknowledged_ = false;  ///< WaitAcknowledged was called
   std::optional<Instant> closes_at_;
-  PointSample point_;  ///< a member only to reuse its memory
+  PointSample point_;  ///< reused memory
   DeviceSample device_;
   GatewaySample gateway_;
-  /// Events that the library has not accepted yet, in their order.
+  /// Not accepted by the library yet, in their order.
   std::deque<EventSample> events_;
-  /// Alarms that the library has not accepted yet, in their order.
+  /// Not accepted by the library yet, in their order.
   std::deque<AlarmSample> alarms_;
   Instant events_retry_{};
   std::optional<Bytes> answer_;  ///< the answer to `open`

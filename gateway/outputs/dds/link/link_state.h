@@ -1,4 +1,4 @@
-// `LinkState` is the state of the process baudgate-dds as `baudgate status` shows it.
+// `LinkState` is the state of the process baudgate-dds, for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,16 +21,16 @@ struct LinkState {
   };
   Phase phase = Phase::waiting;
   bool opened = false;  ///< the process has opened DDS
-  Instant heard{};      ///< when the process sent its last message
+  Instant heard{};      ///< time of its last message
   std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
   /// In `waiting`: when we start the next process; empty: another program starts it.
   std::optional<Instant> next_start{};
-  std::uint32_t times_lost = 0;  ///< how many processes were lost after they had opened DDS
+  std::uint32_t times_lost = 0;  ///< processes that ended after they had opened DDS
   Subscribers subscribers;
   std::uint64_t written = 0;  ///< samples written by all processes so far
   std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far
-  /// With `dds: { write: allow }`: write requests that were handled, and those that were dropped
-  /// because they came too fast.
+  /// With `dds: { write: allow }`: write requests that were handled; and those that came too fast
+  /// and were dropped.
   std::optional<std::uint64_t> requests{};
   std::uint64_t requests_dropped = 0;
   /// If devices have events: events that were published, and those that could not be.

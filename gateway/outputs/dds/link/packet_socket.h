@@ -1,5 +1,5 @@
-// Functions for the local SOCK_SEQPACKET socket of the link, in which each packet is one message.
-// They never block. The kernel's buffer limits what the socket holds (208 KiB, about 200 samples).
+// `SendPacket` and others use the local SOCK_SEQPACKET socket of the link, in which each packet is
+// one message. No function blocks. The kernel's buffer holds 208 KiB, about 200 samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,8 +41,7 @@ class Descriptor {
 enum class PacketSent : std::uint8_t { yes, full, closed };
 PacketSent SendPacket(int socket, View packet);
 
-/// Has room for one byte more than the longest message, so that ParseLink refuses a packet that is
-/// too long.
+/// One byte longer than the longest message, so that ParseLink refuses a packet that is too long.
 using PacketBuffer = std::array<std::uint8_t, kMaxLinkMessage + 1>;
 enum class PacketGot : std::uint8_t { packet, nothing_yet, closed };
 struct ReceivedPacket {
@@ -51,12 +50,10 @@ struct ReceivedPacket {
 };
 ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
-/// Returns the two ends of a new socket pair. All descriptors made here are non-blocking and closed
-/// at exec.
+/// Returns both ends. All descriptors made here are non-blocking and closed at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Listens at `path`, and replaces a socket file that has no server. The owner of the file and the
-/// members of `group` may connect; if there is no such group, the members of the process's own
-/// group.
+/// Replaces a socket file without a server. The file's owner and the members of `group` may
+/// connect; if there is no such group, those of the process's own group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 
@@ -65,7 +62,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Returns the next connected peer; empty: there is none.
+/// Empty: nobody has connected.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds

@@ -95,8 +95,8 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
 
 namespace {
 
-// The process publishes the final samples, waits at most 400 ms for acknowledgement, leaves
-// subscribers 150 ms to take the samples, and deletes its writers and participant.
+// The process publishes the final samples, waits 400 ms for acknowledgement, leaves subscribers 150
+// ms to take the samples, and deletes its participant.
 constexpr Duration kGoodbye = kEndTime + 550ms;
 constexpr Duration kRoomPause = 5ms;  // before a retry with a full socket
 
@@ -234,8 +234,7 @@ namespace {
 constexpr Duration kReapTime = 300ms;  // from the end of the link to the end of the process
 constexpr int kMostPacketsAtOnce = 100;
 constexpr std::size_t kMostTold = 100;
-// Limit for the age of a request, so that a wrong `received` cannot overflow. An hour is far beyond
-// any deadline.
+// Limit for the age of a request, far beyond any deadline: a wrong `received` must not overflow.
 constexpr Duration kOldest = 1h;
 
 Instant Clock() { return ReadClocks().instant; }
@@ -400,7 +399,6 @@ Status ProcessLink::Understand(View packet, Instant now) {
   }
 }
 
-/// Logs the lines that the process has printed.
 void ProcessLink::PassOutput(Instant now) {
   std::array<char, 4096> bytes;
   for (;;) {
@@ -418,8 +416,7 @@ void ProcessLink::End(std::string reason, Instant now) {
   writer_->Detach();
   socket_.Close();
   if (child_) {
-    // The child's exit is the reason only if the child ended without us; otherwise the reason is
-    // why we end it.
+    // The child's exit is the reason only if the child ended without us.
     const bool by_itself = reason == "closed the link";
     const std::string end = child_->Reap(by_itself ? kReapTime : Duration::zero());
     PassOutput(now);

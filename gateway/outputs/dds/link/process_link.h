@@ -1,7 +1,6 @@
 // `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds (or waits for
-// the one that systemd starts), receives its messages, and lets the publisher send samples to it.
-// Lines and Modbus never wait for it. LinkKeeper decides when the process is started and given up,
-// and LinkWriter sends the samples.
+// the one that systemd starts) and receives its messages. Lines and Modbus never wait for it.
+// LinkKeeper decides when the process is started and given up, and LinkWriter sends samples to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,8 +23,8 @@
 
 namespace baudgate::dds {
 
-// Decides when baudgate-dds is started, reported as silent, given up and started again. No I/O and
-// no clock: what happened and the time are arguments, and ProcessLink acts.
+// Decides when baudgate-dds is started, reported as silent, given up and started again. No I/O:
+// what happened and the time are arguments.
 class LinkKeeper {
  public:
   enum class Wish {
@@ -33,17 +32,17 @@ class LinkKeeper {
     start,    ///< start a process, then call Started
     give_up,  ///< end the link, then call Ended
   };
-  /// Times since the last message of the process: after kSilent `status` reports it as silent;
-  /// after kGivenUp it is restarted, or after kOpening if it has not opened DDS yet.
+  /// Since the last message of the process: after kSilent `status` reports it as silent; after
+  /// kGivenUp it is restarted, or after kOpening if it has not opened DDS yet.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
   /// A process of this age has met all running subscribers.
   static constexpr Duration kYoung = 15s;
 
-  /// `starts`: we start the process: the first time at once, then 0.1, 0.5, 1, 2, 5, 10, 10 … s
-  /// after each end; the waits begin again with 0.1 s after a process that lived for a minute.
-  /// False: another program starts it.
+  /// `starts`: we start the process, the first time at once, then 0.1, 0.5, 1, 2, 5, 10, 10 … s
+  /// after each end, and from 0.1 s again after a minute of life. Otherwise another program starts
+  /// it.
   explicit LinkKeeper(bool starts) : starts_(starts) {}
 
   Wish Look(Instant now);
@@ -55,14 +54,14 @@ class LinkKeeper {
   void Opened(Instant now);
   /// The process has sent counts, so it is alive.
   void Counted(const LinkCounts& counts, Instant now);
-  /// The process has ended. `reason` continues "it …", e.g. "was ended by signal 6".
+  /// `reason` continues "it …", e.g. "was ended by signal 6".
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
-  /// Returns the addresses at which the next process looks for subscribers: those that the present
-  /// process has matched and, while it is younger than kYoung, those of the process before.
+  /// Where the next process looks for subscribers: the addresses that the present process has
+  /// matched and, while it is younger than kYoung, those of the process before.
   const std::vector<config::HostPort>& reached() const { return reached_; }
-  /// Returns how long the process may send nothing before it is given up.
+  /// How long the process may be silent now.
   Duration patience() const { return state_.opened ? kGivenUp : kOpening; }
 
  private:
@@ -71,12 +70,12 @@ class LinkKeeper {
   bool first_ = true;
   Instant started_{};
   std::size_t rung_ = 0;  ///< index of the next wait in kLadder
-  LinkCounts before_;     ///< the sums of all processes that have ended
+  LinkCounts before_;     ///< sums of the processes that have ended
   std::vector<config::HostPort> reached_;
 };
 
 /// `LinkWriter` sends samples to baudgate-dds. It never waits and has no queue: if the socket is
-/// full, Write returns `later`, and the caller sends the latest value again. The publisher's thread
+/// full, Write returns `later`, and the caller sends the latest value later. The publisher's thread
 /// calls Write; the thread of ProcessLink calls Attach and Detach.
 class LinkWriter : public SampleWriter {
  public:
@@ -88,8 +87,8 @@ class LinkWriter : public SampleWriter {
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Sends `end` to the process, and waits until it has ended. This takes longer than `most` by the
-  /// time that the process needs to publish the final samples and to leave.
+  /// Sends `end`, and waits until the process has ended, which takes longer than `most`: the
+  /// process publishes the final samples and leaves.
   bool WaitAcknowledged(Duration most) override;
   Sent Reopen(const Room& room) override;
   Subscribers subscribers() const override;
@@ -99,14 +98,13 @@ class LinkWriter : public SampleWriter {
 
   /// Returns the message `open` for the next process, with the room of the latest Reopen.
   LinkOpen open() const;
-  /// Sends samples to `socket` from now on; the caller keeps the socket open until Detach. A second
-  /// call with the same socket means that the process has replaced its writers.
+  /// Sends samples to `socket`, which the caller keeps open until Detach. A second call with the
+  /// same socket: the process has replaced its writers.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(const Subscribers& subscribers);
-  /// The process has left, and subscribers have acknowledged everything.
+  /// Subscribers have acknowledged everything, and the process leaves.
   void SetLeft();
-  /// Passes a write request from the process to the function of OnRequest.
   void HandOn(WriteArrival arrival) const;
   /// True after WaitAcknowledged was called.
   bool ending() const;
@@ -126,7 +124,7 @@ class LinkWriter : public SampleWriter {
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
   /// The process was asked to replace its writers and has not answered yet. Nothing is sent
-  /// meanwhile, because the order of events would change: the new session repeats the oldest ones.
+  /// meanwhile, because the new session repeats the oldest events, and their order would change.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
@@ -137,10 +135,9 @@ class LinkWriter : public SampleWriter {
 struct ProcessLinkOptions {
   LinkOpen open;
   std::string program;  ///< empty: baudgate-dds, at the path of FindProgram
-  /// Not empty: no process is started; the link waits at this socket for one to connect.
+  /// Not empty: no process is started; one must connect to this socket.
   std::string socket;
-  /// The group whose members may open the socket, and the user that is accepted beside root and the
-  /// user of this process.
+  /// The group that may open the socket, and the user that is accepted beside root and our own.
   std::string socket_group = "baudgate-dds";
   std::string socket_user = "baudgate-dds";
   std::uint64_t memory = 1ULL << 30;  ///< address space of a process that we start, in bytes
@@ -151,16 +148,15 @@ class ProcessLink {
   /// Called on the link's thread, when something changes.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// Starts the link. The error is the reason why the socket cannot be opened. A missing program is
-  /// no error: the gateway runs without it, and state() shows it.
+  /// The error is the reason why the socket cannot be opened. A missing program is no error: the
+  /// gateway runs without it, and state() shows it.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();  ///< calls Stop
 
-  /// Returns the writer for a publisher. It may outlive the link, and then has no receiver.
+  /// The writer may outlive the link, and then has no receiver.
   std::shared_ptr<LinkWriter> writer() const { return writer_; }
   LinkState state() const;
-  /// Ends the process and the thread within half a second. To be called after the publisher's Stop.
-  /// Idempotent.
+  /// Ends process and thread within half a second; after the publisher's Stop. Idempotent.
   void Stop();
 
  private:

@@ -38,22 +38,21 @@ class DdsOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// Returns the name for OutputRow::consumer.
+  /// See OutputRow::consumer.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }
-  /// Opens the output. An error contains the name or setting to change. A baudgate-dds that cannot
-  /// be started is no error: the status shows it.
+  /// An error contains the name or setting to change. A baudgate-dds that cannot be started is no
+  /// error: the status shows it.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// Stops taking write requests: none goes to the sink after this call. Writes in progress still
-  /// get their replies.
+  /// Afterwards no write goes to the sink. Writes in progress still get their replies.
   void StopRequests() override;
   /// Publishes that all points are gone, which takes up to about two seconds.
   void Stop() override;

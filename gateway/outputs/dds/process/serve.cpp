@@ -34,7 +34,7 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #error "the numbers of system calls are not known here: see linux/audit.h"
 #endif
 
-/// System calls that a publisher on DDS never needs.
+/// Never needed by a publisher on DDS.
 constexpr int kDenied[] = {SYS_execve,
                            SYS_execveat,
                            SYS_ptrace,
@@ -108,7 +108,7 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// Refuses `call` unless its first argument equals `value` (`wanted`), or if it equals `value` (not
+/// Refuses `call` unless its first argument is `value` (if `wanted`) or is not `value` (if not
 /// `wanted`).
 void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) {
   filter.SkipUnless(static_cast<std::uint32_t>(call), 4);
@@ -165,8 +165,8 @@ namespace {
 constexpr Duration kLook = 100ms;
 constexpr int kMostPacketsAtOnce = 256;
 
-/// Sends write requests to the gateway. A request that does not fit into the socket now stays in
-/// `held`. False: the gateway has closed the link.
+/// A request that does not fit into the socket now stays in `held`. False: the gateway has closed
+/// the link.
 bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Bytes>& held) {
   for (;;) {
     if (!held) held = server.NextRequest();

@@ -1,6 +1,6 @@
-// `Serve` is the main loop of baudgate-dds: it passes packets from the gateway's socket to
-// gateway/outputs/dds/link/link_server.h, sends answers back, and reports to systemd that the
-// process is alive. DenyCalls and LimitMemory restrict the process before.
+// `Serve` is the main loop of baudgate-dds: it passes packets between the gateway's socket and
+// gateway/outputs/dds/link/link_server.h, and reports to systemd that the process is alive.
+// DenyCalls and LimitMemory restrict the process before.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,37 +15,35 @@
 
 namespace baudgate::dds {
 
-// The following functions restrict baudgate-dds at its start, before any other thread and any call
-// of the DDS library, so that a datagram that takes over the process cannot do much. The systemd
-// unit has the same restrictions and more.
+// Restrictions of baudgate-dds at its start, before any other thread and any call of the DDS
+// library: a datagram that takes over the process must not get far. The systemd unit has the same
+// and more.
 
-/// True in builds with a sanitizer, which needs the address space and the calls that are denied
-/// here.
+/// A sanitizer needs the address space and the calls that are denied here.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
 
-/// Lets the kernel send SIGTERM to this process when `parent` ends. False: `parent` has ended
-/// already.
+/// The kernel sends SIGTERM when `parent` ends. False: it has ended already.
 bool EndWith(pid_t parent);
 
 /// Limits the address space to `bytes`, and disables core files.
 Status LimitMemory(std::uint64_t bytes);
 
-/// Installs a seccomp filter for the rest of the process: no new programs, no tracing of other
-/// processes, no signals to them, no mounts, no local sockets, no new namespaces, no kernel
-/// modules, and no other calls that exploits often use. A denied call fails with EPERM.
+/// Denies new programs, tracing of other processes, signals to them, mounts, local sockets, new
+/// namespaces, kernel modules and other calls that exploits often use, by seccomp. A denied call
+/// fails with EPERM.
 Status DenyCalls();
 
 enum class ServeEnd {
-  closed,   ///< the gateway has closed the link
-  ended,    ///< the gateway has ended the link in order
-  stopped,  ///< `stop` became readable
+  closed,  ///< the gateway has closed the link
+  ended,   ///< the gateway has ended the link in order
+  stopped,
 };
 
-/// Wakes the loop of Serve. Any thread may call Ring.
+/// Wakes the loop from any thread.
 class WakeUp {
  public:
   WakeUp();
@@ -57,10 +55,10 @@ class WakeUp {
   Descriptor event_;
 };
 
-/// Serves until the link ends, then publishes that all points are gone. An error is about a fault
-/// of the link; the gateway then restarts the process, so nothing is published. `alive` is called
-/// at least once a second, on the thread that reads the link; an error of `alive` ends the link.
-/// `wake` must ring when the server has a write request.
+/// Serves until the link ends, then publishes that all points are gone. An error is a fault of the
+/// link; the gateway then restarts the process, so nothing is published. `alive` is called at least
+/// once a second, on the thread that reads the link; its error ends the link. `wake` must ring when
+/// the server has a write request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

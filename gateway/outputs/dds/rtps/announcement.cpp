@@ -41,8 +41,7 @@ struct Submessage {
   bool little() const { return (flags & kLittleEndian) != 0; }
 };
 
-/// The two submessages of a datagram that are forwarded. If there are several announcements, the
-/// first one is used.
+/// The submessages that are forwarded; the first announcement, if there are several.
 struct Found {
   Submessage time;
   Submessage data;
@@ -65,8 +64,7 @@ Result<Submessage> Next(View datagram, std::size_t& at) {
   return submessage;
 }
 
-/// Also checks the id of the reader, because a DDS library may dispatch by the reader and not by
-/// the writer.
+/// Also checks the reader, because a DDS library may dispatch by the reader and not by the writer.
 bool IsAnnouncement(const Submessage& submessage) {
   if (submessage.id != kData) return false;
   const RtpsFields body(submessage.body, submessage.little());
@@ -93,8 +91,7 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// The content of the DATA submessage: its parameters, their offset, and whether the participant
-/// ends.
+/// The content of the DATA: its parameters, their offset, and whether the participant ends.
 struct Content {
   Parameters said;
   std::size_t at = 0;
@@ -274,8 +271,7 @@ bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
-/// Returns the size that the parameter needs at least, in bytes; 0: the size depends on the
-/// content, or the parameter is not read.
+/// In bytes; 0: the size depends on the content, or the parameter is not read.
 std::size_t LeastSize(std::uint16_t id) {
   if (IsLocator(id)) return 24;
   switch (id) {

@@ -1,7 +1,7 @@
 // `ReadAnnouncement` reads the announcement of an RTPS participant (SPDP): its id, its DDS domain,
-// and the address at which it receives announcements. The result contains a copy of the datagram
-// without any other content, for gateway/outputs/dds/discovery/announcement_relay.h to forward. No
-// I/O. Source: DDSI-RTPS 2.3, 8.5.3 and 9.6.2.2.
+// and the address at which it receives announcements. It returns a copy without other content,
+// which gateway/outputs/dds/discovery/announcement_relay.h forwards. Source: DDSI-RTPS 2.3, 8.5.3
+// and 9.6.2.2.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | 09 01 08 00 time | 15 05 … DATA of 00 01 00 C2
 //
@@ -23,7 +23,6 @@
 
 namespace baudgate::dds {
 
-// The UDP address from which a datagram comes, or to which it goes.
 struct UdpAddress {
   std::uint32_t address = 0;  ///< IPv4, host order
   std::uint16_t port = 0;
@@ -34,22 +33,22 @@ struct UdpAddress {
 /// Empty if `host` is no IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
-/// Returns e.g. "10.0.0.7".
+/// E.g. "10.0.0.7".
 std::string HostOf(const UdpAddress& at);
-/// Returns e.g. "10.0.0.7:7410".
+/// E.g. "10.0.0.7:7410".
 std::string Text(const UdpAddress& at);
 
-/// The role of a participant of baudgate, sent as its user data. Participants with the same role
-/// are not introduced to each other, because they exchange nothing: 100 gateways would need 9,900
+/// The role of a participant, sent as its user data. Participants with the same role are not
+/// introduced to each other, because they exchange nothing: 100 gateways would need 9,900
 /// introductions.
 enum class Role : std::uint8_t { any, publishes, subscribes };
 
-/// Returns the user data for a role; empty for `any`.
+/// Empty for `any`.
 std::string_view UserDataOf(Role role);
 
 struct Announcement {
   GuidPrefix participant{};
-  bool leaves = false;       ///< the participant ends; the members below are empty then
+  bool leaves = false;       ///< the participant ends; all following members are empty
   std::uint32_t domain = 0;  ///< from the announcement, or else from its port
   UdpAddress at;             ///< where the participant receives announcements
   Role role = Role::any;     ///< `any`: also for participants that are not of baudgate
@@ -60,16 +59,15 @@ struct Announcement {
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// Reads one datagram. `at` is an address that the announcement contains and from which it was
-/// sent, so a sender that cannot forge its address cannot direct datagrams to a third party. The
-/// error is a sentence about what is wrong.
+/// `at` of the result is an address that the announcement contains and from which it was sent, so a
+/// sender that cannot forge its address cannot direct datagrams to a third party. The error is a
+/// sentence.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
-// CheckParameters checks an RTPS parameter list (inline QoS or discovery data): every length inside
-// is checked before it is used. No I/O; gateway/outputs/dds/fast/datagram_check.h calls it, too.
-// Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
+// CheckParameters checks every length in an RTPS parameter list (inline QoS or discovery data)
+// before it is used. Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
 
-/// The parameters of a list that the callers use. Offsets count from the first byte of the list.
+/// The parameters that the callers use. Offsets count from the first byte of the list.
 struct Parameters {
   std::size_t size = 0;  ///< of the list, including the sentinel, in bytes
   std::optional<GuidPrefix> participant;
@@ -92,8 +90,7 @@ struct Parameters {
 };
 
 /// Returns why the list is refused, or `none` and its content in `found`. `list` may be longer than
-/// the parameter list, which ends at the sentinel. `security`: parameters of DDS Security are
-/// allowed.
+/// the parameter list. `security`: parameters of DDS Security are allowed.
 Refusal CheckParameters(View list, bool little, bool security, Parameters& found);
 
 }  // namespace baudgate::dds

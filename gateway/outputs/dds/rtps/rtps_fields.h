@@ -60,8 +60,7 @@ inline constexpr std::uint32_t kLivelinessReader = 0x000200C7;
 inline constexpr std::uint32_t kHandshakeWriter = 0x000201C3;  // DDS Security 1.1, 7.4.5
 inline constexpr std::uint32_t kHandshakeReader = 0x000201C4;
 
-/// Reads numbers from one submessage or one encapsulated list. An offset beyond the end returns
-/// empty.
+/// Reads numbers from a submessage or an encapsulated list; empty beyond the end.
 class RtpsFields {
  public:
   RtpsFields(View bytes, bool little) : reader_(bytes), bytes_(bytes), little_(little) {}

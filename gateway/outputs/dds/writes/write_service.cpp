@@ -51,7 +51,7 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
-/// Longer than any deadline, and short enough not to overflow the addition below.
+/// Longer than any deadline, and too short to overflow the addition below.
 constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
@@ -60,8 +60,7 @@ Duration PatienceOf(const RequestSample& request) {
                                   : std::min(wanted, WriteService::kMostPatience);
 }
 
-/// Returns the earlier one of deadline_ms and not_after_ns. Safe for any value of the machine's
-/// clock.
+/// Returns the earlier of deadline_ms and not_after_ns, with any value of the machine's clock.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Instant deadline = arrival.received + PatienceOf(request);
@@ -76,9 +75,8 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Returns why the request is too old to be carried out; empty: it is not. The DDS library may
-/// deliver requests that were sent before this gateway started. The check needs a correct clock of
-/// the client.
+/// Empty: not too old. The DDS library may deliver requests from before the start of this gateway.
+/// The check needs a correct clock of the client.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
@@ -97,8 +95,7 @@ std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) 
          " ago, and its deadline has passed" + kAdvice;
 }
 
-/// Returns the requested value for the record. A value that is no finite number is recorded as
-/// text.
+/// For the record; a value that is no finite number becomes text.
 Value Asked(const RequestSample& request) {
   if (!request.text.empty()) return request.text;
   if (!std::isfinite(request.value)) return FormatNumber(request.value);
@@ -235,8 +232,7 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 namespace {
 
 constexpr Duration kReplyPause = 10ms;  // before a reply that found no room is tried again
-// Limit of replies that wait for room. Beyond it the oldest is dropped, and its client repeats the
-// request.
+// Beyond this number the oldest reply is dropped, and its client repeats the request.
 constexpr std::size_t kMostReplies = 1024;
 
 }  // namespace
@@ -251,7 +247,7 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// The number of results is bounded by the requests in progress in the service's RequestBook.
+  /// The RequestBook of the service limits the number of requests in progress, and so of results.
   void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;

@@ -1,7 +1,6 @@
-// `WriteService` handles the write requests that come over DDS: it finds the client and the point,
-// answers repeated requests, and passes new ones to gateway/bus/writes/write_gate.h, like those of
-// all other writers, with the client name "dds:GUID". It has no thread of its own: DdsWrites calls
-// it. ValueOf returns the value that a request contains.
+// `WriteService` handles the write requests that come over DDS: it answers repeated requests, and
+// passes new ones to gateway/bus/writes/write_gate.h with the client name "dds:GUID". No thread of
+// its own: DdsWrites calls it. ValueOf returns the value that a request contains.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,17 +37,16 @@ namespace baudgate::dds {
 
 /// The error says in one sentence what would be right.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// Returns the identity of the request. The value is part of it as hexadecimal text, so that two
-/// NaNs are equal. deadline_ms and not_after_ns are not part of it, because they may differ when a
-/// client repeats its request.
+/// The value is part of the identity as hexadecimal text, so that two NaNs are equal. deadline_ms
+/// and not_after_ns are not, because they may differ when a client repeats its request.
 bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
  public:
-  /// The longest time that a request may wait; a request without deadline_ms waits kWaitForDevice.
+  /// The longest wait of a request. Without deadline_ms it is kWaitForDevice.
   static constexpr Duration kMostPatience = 60s;
 
-  /// Identifies a request that was passed to its line.
+  /// A request that was passed to its line.
   struct Ticket {
     std::string client;
     std::uint64_t seq = 0;
@@ -57,15 +55,14 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// The references must stay valid for the lifetime of this object. `answer` is called on the
-  /// thread that calls Take and End. `ended` may be called on any thread, also after this object's
-  /// end; the owner passes its arguments to End.
+  /// The references must outlive this object. `answer` is called on the thread of Take and End.
+  /// `ended` may be called on any thread, also after this object's end; its arguments go to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
   void Take(const WriteArrival& arrival, Now now);
   void End(const Ticket& ticket, const WriteResult& result, Instant now);
-  /// Returns the number of handled requests to this gateway. Any thread may call it.
+  /// Requests to this gateway that were handled. Any thread may call it.
   std::uint64_t taken() const { return taken_; }
 
  private:
@@ -75,11 +72,10 @@ class WriteService {
     std::shared_ptr<const config::Device> config;
   };
   Result<Place> Find(const RequestSample& request);
-  /// Adds the store's new devices to devices_, after a reload.
   void LearnDevices();
   /// Records that the request was denied, if it names an existing point.
   void Record(const WriteArrival& arrival, const std::string& reason);
-  /// Passes the request to its line. Returns the answer if that failed; empty: the line has it.
+  /// Passes the request to its line. Returns the answer if that fails.
   std::optional<bus::RequestAnswer> Carry(const WriteArrival& arrival, Now now);
   void Reply(const Ticket& ticket, const bus::RequestAnswer& answer);
 
@@ -94,23 +90,23 @@ class WriteService {
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
-// The thread that handles the write requests of a SampleWriter with a WriteService, and sends the
-// replies. Lines never wait for it.
+// The thread that handles the write requests of a SampleWriter and sends the replies. Lines never
+// wait for it.
 class DdsWrites {
  public:
   /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and what `past`
-  /// refers to must stay valid for the lifetime of this object.
+  /// refers to must outlive this object.
   DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
             bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< calls StopTaking and Stop
 
-  /// No request is passed to the sink after this call. Idempotent.
+  /// Afterwards no request goes to the sink. Idempotent.
   void StopTaking();
   /// Sends the replies that are ready, and ends the thread; later results are dropped. Idempotent.
   void Stop();
 
   std::uint64_t taken() const { return service_.taken(); }
-  /// Returns the number of requests that were dropped because they came too fast.
+  /// Requests that came too fast.
   std::uint64_t dropped() const;
 
  private:
