@@ -315,7 +315,7 @@ void ControlServer::Watch() {
   });
 }
 
-/// Connected clients are kept.
+/// Connected clients stay connected.
 void ControlServer::Rebind() {
   retry_.cancel();
   asio::error_code ignored;

@@ -29,7 +29,8 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// An alarm of no line has another name than LINE.DEVICE.
+/// Finds the alarms at the place `target` as the command `alarms` prints it (events::PlaceOf), e.g.
+/// "gateway" for alarms of no line.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);

@@ -16,7 +16,7 @@
 namespace baudgate::control {
 namespace {
 
-/// For a longer time, a second call is needed.
+/// The longest release of a port; more time needs a second call.
 constexpr Duration kMostRelease = 24h;
 /// The deadline of a telegram by hand.
 constexpr Duration kHandPatience = 8s;

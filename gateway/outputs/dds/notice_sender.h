@@ -71,7 +71,7 @@ class EventSender {
   /// Null: there are no events. `supply` must outlive this object.
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
-  /// There is a new receiver.
+  /// Starts again for a new receiver, by the rules above.
   void StartAnew();
   /// Returns the event to send next, null if there is none now; the same event until OnSent.
   const EventSample* Next();

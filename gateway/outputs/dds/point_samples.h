@@ -47,7 +47,7 @@ Room RoomFor(const bus::PointStore& store);
 
 /// Returns "device.point". The caller must hold the device (PointStore::Hold).
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
-/// `slots` holds the devices.
+/// Returns the deadband of each slot. `slots` prevents the store from forgetting the devices.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.

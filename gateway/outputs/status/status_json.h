@@ -64,8 +64,8 @@ struct GatewayInfo {
   const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
   events::EventSource* events = nullptr;                    ///< null: no events are stored
   std::shared_ptr<const history::HistorySource> history{};  ///< null: no values are stored
-  /// Returns since when the thread of a line hangs; no time: it does not hang. No function: the
-  /// threads are not monitored.
+  /// Returns since when the thread of a line hangs, or nothing if it does not hang. Without this
+  /// function the threads are not monitored.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
   std::function<ReloadState()> reload{};  ///< empty: the gateway cannot reload
   std::function<FilesState()> files{};    ///< empty: not known

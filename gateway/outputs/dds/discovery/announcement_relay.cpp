@@ -34,8 +34,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
   if (datagram.size() > limits_.datagram) return {{}, "an announcement that is too long"};
   auto announcement = ReadAnnouncement(datagram, sender);
   if (!announcement) return {{}, announcement.error()};
-  // Ignored, because anybody can send a goodbye for another participant; the end of the lease
-  // removes it.
+  // A goodbye is ignored, because anybody can send it for another participant. A participant is
+  // removed at the end of its lease.
   if (announcement->leaves) return {};
   ForgetSilent(now);
   Known* one = Find(announcement->participant);

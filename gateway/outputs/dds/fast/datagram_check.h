@@ -90,8 +90,8 @@ struct Verdict {
   /// The number of bytes to pass on. A vendor's submessages at the end are cut off: Fast DDS 2.9
   /// sends one (0x80, statistics) in each datagram, and a forged one ends the process.
   std::size_t length = 0;
-  /// Shorten leases beyond `longest_lease`: the library stores a silent participant for its lease,
-  /// and sends to it all that time.
+  /// Edits that shorten leases beyond `longest_lease`, because the library stores a silent
+  /// participant for its lease, and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
   /// Positions of two bytes each to overwrite with 0, which turns a parameter into padding. Hidden

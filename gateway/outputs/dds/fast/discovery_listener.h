@@ -46,7 +46,7 @@ class UnmetReaders {
  public:
   /// A reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// One sentence for each reader; equal readers at one address share a sentence.
+  /// One sentence for each reader. Readers at one address that ask for the same share a sentence.
   std::vector<std::string> Sentences() const;
 
  private:

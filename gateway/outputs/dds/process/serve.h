@@ -38,9 +38,9 @@ Status LimitMemory(std::uint64_t bytes);
 Status DenyCalls();
 
 enum class ServeEnd {
-  closed,  ///< the gateway has closed the link
-  ended,   ///< the gateway has ended the link in order
-  stopped,
+  closed,   ///< the gateway has closed the link
+  ended,    ///< the gateway has ended the link in order
+  stopped,  ///< the descriptor `stop` became readable
 };
 
 /// Wakes the loop from any thread.

@@ -56,7 +56,8 @@ class WriteService {
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
   /// The references must outlive this object. `answer` is called on the thread of Take and End.
-  /// `ended` may be called on any thread, also after this object's end; its arguments go to End.
+  /// `ended` may be called on any thread, also after this object's end; the owner passes its
+  /// arguments to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
