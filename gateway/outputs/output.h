@@ -1,13 +1,13 @@
-// An output: a way in which the gateway gives away what it knows, such as Modbus, DDS, the web page
-// and the control socket. The daemon has a list of outputs (gateway/daemon/output_list.cpp) and
-// calls them in the order of the list:
+// `Output` is the interface of everything that gives values and states of the gateway to clients,
+// such as Modbus, DDS, the web page and the control socket. The daemon has a list of outputs
+// (gateway/daemon/output_list.cpp) and calls them in the order of the list:
 //
-//   start   Open, before the first device is asked; SetHistory and Begin, when the lines run
+//   start   Open, before the first request to a device; SetHistory and Begin, when the lines run
 //   reload  Examine, CountClients; Prepare, which may fail; Apply; SetHistory
-//   stop    StopRequests for each; when the lines have ended, Stop for each
+//   stop    StopRequests for each output; when the lines have ended, Stop for each output
 //
-// At any time, from any thread: Section for the status document, Metrics for /metrics.
-// README.md beside this file says how to add an output.
+// Any thread may call Section and Metrics at any time. README.md beside this file says how to add
+// an output.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,11 +29,11 @@
 
 namespace baudgate::outputs {
 
-/// Files that an output may have open at once, generously.
+/// An upper estimate of the file descriptors that an output has open at once.
 struct DescriptorNeeds {
-  std::size_t clients = 0;  ///< connections of clients; if the system allows less, a part of them
-  std::size_t others = 0;   ///< ports, sockets, files: always
-  std::size_t viewers = 0;  ///< connections of viewers; if the system allows less, an eighth of it
+  std::size_t clients = 0;  ///< connections of clients; reduced if the system's limit is too low
+  std::size_t others = 0;   ///< ports, sockets and files; never reduced
+  std::size_t viewers = 0;  ///< connections of web viewers; at most an eighth of a too low limit
 
   std::size_t all() const { return clients + others + viewers; }
   DescriptorNeeds& operator+=(const DescriptorNeeds& more) {
@@ -49,15 +49,15 @@ class Output {
   using Configuration = std::shared_ptr<const config::Config>;
   using Json = nlohmann::ordered_json;
 
-  /// What Prepare has opened in advance. If it is dropped, its ports close.
+  /// What Prepare has opened for a new configuration. The destructor closes it.
   struct Prepared {
     virtual ~Prepared() = default;
     std::vector<std::string> troubles;  ///< why the new configuration cannot be served
   };
 
-  /// What is asked for by the status document.
+  /// A request for a section of the status document.
   struct Wish {
-    std::string line;  ///< what belongs to this line; empty: everything
+    std::string line;  ///< only what belongs to this line; empty: everything
     Now now{};
   };
 
@@ -66,47 +66,49 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Its key in the status document: "modbus".
+  /// Returns the key in the status document, e.g. "modbus".
   virtual std::string_view name() const = 0;
 
-  /// Opens its ports. The error ends the start of the gateway.
+  /// Opens the ports. An error ends the start of the gateway.
   virtual Status Open(const Configuration& /*config*/) { return {}; }
-  /// Serves from now on, if Open has not begun already.
+  /// Starts to serve clients, unless Open has done so already.
   virtual Status Begin(const Configuration& /*config*/) { return {}; }
 
-  /// Adds what `next` changes beside its keys to `settings`, and what only a restart can change to
-  /// `restart`.
+  /// Adds to `settings` the changes in `next` that the comparison of keys does not find (e.g. the
+  /// content of a token file), and to `restart` those that only a restart can apply.
   virtual void Examine(const config::Config& /*next*/, std::vector<std::string>& /*settings*/,
                        std::vector<std::string>& /*restart*/) const {}
-  /// Adds the clients that are connected now to the count of their listener
-  /// (config::Listener::Place).
+  /// Adds the connected clients to the count of their listener (config::Listener::Place).
   virtual void CountClients(std::map<std::string, std::size_t>& /*by_listener*/) const {}
-  /// Opens what `next` needs beside what is open. Changes nothing for clients.
+  /// Opens what `next` needs in addition to what is open already. Clients notice nothing.
   virtual std::unique_ptr<Prepared> Prepare(const config::Config& /*next*/) {
     return std::make_unique<Prepared>();
   }
-  /// Takes the new configuration; the store has its devices. Returns what could not be applied.
+  /// Applies the new configuration; the store contains its devices already. Returns what could not
+  /// be applied, one sentence each.
   virtual std::vector<std::string> Apply(const Configuration& /*config*/,
                                          std::unique_ptr<Prepared> /*prepared*/) {
     return {};
   }
-  /// The history that may be read from now on; null: none. Done when it returns.
+  /// Replaces the history; null: there is none. The previous one is no longer used when this
+  /// returns.
   virtual void SetHistory(const Configuration& /*config*/,
                           const std::shared_ptr<const history::HistorySource>& /*history*/) {}
 
-  /// No request reaches the lines through this output after it returns. Idempotent.
+  /// Afterwards no request reaches the lines through this output. Idempotent.
   virtual void StopRequests() {}
-  /// The lines have ended, or one of them hangs: says so to clients and closes what StopRequests
-  /// has left open. Idempotent.
+  /// Ends the output, after the lines have ended or when one of them hangs: informs clients, and
+  /// closes what StopRequests has left open. Idempotent.
   virtual void Stop() {}
 
-  /// For the log: "Modbus TCP on 0.0.0.0:502"; empty: nothing is served. Not after StopRequests.
+  /// Returns e.g. "Modbus TCP on 0.0.0.0:502" for the log; empty: nothing is served. Not to be
+  /// called after StopRequests.
   virtual std::string Summary() { return {}; }
-  /// From any thread: its part of the status document, null while it is off; empty: it has none.
+  /// Returns the part of the status document: null if the output is off; empty if there is no such
+  /// part.
   virtual std::optional<Json> Section(const Wish& /*wish*/) const { return std::nullopt; }
-  /// From any thread.
   virtual std::vector<Series> Metrics() const { return {}; }
-  /// Its thread, which is watched; null: it has none.
+  /// Returns the event loop of the output's thread, which the daemon monitors; null: no thread.
   virtual asio::io_context* loop() { return nullptr; }
 };
 

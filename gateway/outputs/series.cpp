@@ -11,10 +11,10 @@ namespace baudgate::outputs {
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;
-/// Of the histogram.
+/// Each octave of the histogram has four buckets.
 constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
-/// By LineUse.
+/// The label for each LineUse.
 constexpr std::array<std::string_view, bus::kLineUses> kWhy = {"poll",  "probe",   "route",
                                                                "write", "silence", "drain"};
 

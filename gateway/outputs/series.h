@@ -1,5 +1,6 @@
-// What Prometheus reads at /metrics, in its text format 0.0.4: Series has the lines of one metric,
-// Families those of a table (gateway/bus/points/counted.h).
+// `Series` and `Families` make the text that Prometheus reads at /metrics (text format 0.0.4): a
+// Series contains the lines of one metric, Families the metrics of a table of counters
+// (gateway/bus/points/counted.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,26 +22,25 @@
 
 namespace baudgate::outputs {
 
-/// A metric of Prometheus; docs/metrics.md has all of them.
+/// Described in docs/metrics.md.
 struct Metric {
   std::string_view name;  ///< "baudgate_modbus_clients"
   std::string_view type;  ///< "counter", "gauge" or "histogram"
   std::string_view help;
 };
 
-/// A text as the value of a label: `"`, `\\` and line ends are escaped.
+/// Returns `text` as the value of a label: `"`, `\\` and line ends are escaped.
 std::string EscapedLabel(std::string_view text);
 
-/// A metric and its present values.
 class Series {
  public:
   explicit Series(const Metric& metric) : metric_(metric) {}
-  /// One value without labels.
   Series(const Metric& metric, double value) : metric_(metric) { Add("", value); }
 
-  /// `labels`: `line="bay-1"`, without braces; empty: none.
+  /// Adds a value. `labels`: e.g. `line="bay-1"`, without braces; empty: none. `suffix` follows the
+  /// metric's name, e.g. "_bucket".
   void Add(std::string_view labels, double value, std::string_view suffix = "");
-  /// Nothing if it has no value.
+  /// Appends the metric's HELP, TYPE and values to `out`; nothing if there are no values.
   void AppendTo(std::string& out) const;
 
  private:
@@ -48,25 +48,25 @@ class Series {
   std::string text_;
 };
 
-// The values of a member of a table by its type: one call for each, with a further label
-// (`outcome="ok"`; empty: none) and the suffix of the name. No value: it is absent now.
+// EachValue calls `add` for each Prometheus value of a table's member: once for a number, several
+// times for an array or a histogram. `label` is a further label, e.g. `outcome="ok"` (empty: none),
+// `suffix` follows the metric's name, and an empty `value` means that there is none now.
 
 using AddValue = std::function<void(std::string_view label, std::optional<double> value,
                                     std::string_view suffix)>;
-/// 1 for the state, 0 for the others.
+/// Adds 1 for the present state, and 0 for every other state.
 void EachValue(bus::DeviceState state, const AddValue& add);
-/// Seconds, by LineUse.
+/// Adds the seconds of each LineUse.
 void EachValue(const bus::TimeByUse& times, const AddValue& add);
-/// Seconds, in buckets of an octave each, the last without a bound.
+/// Adds a histogram in seconds. Each bucket is an octave wide; the last has no upper bound.
 void EachValue(const bus::RoundTrips& trips, const AddValue& add);
 inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
   add("", port == bus::LineStatus::Port::open ? 1 : 0, "");
 }
-/// Seconds.
 inline void EachValue(Duration duration, const AddValue& add) {
   add("", std::chrono::duration<double>(duration).count(), "");
 }
-/// Seconds since the epoch, which itself stands for "not yet".
+/// Adds seconds since 1970; no value for the epoch itself, which means "not yet".
 inline void EachValue(WallTime time, const AddValue& add) {
   if (time != WallTime{}) return EachValue(time.time_since_epoch(), add);
   add("", std::nullopt, "");
@@ -82,8 +82,8 @@ template <typename Number>
 requires std::is_arithmetic_v<Number>
 void EachValue(Number number, const AddValue& add) { add("", static_cast<double>(number), ""); }
 
-/// Calls use(row, value) for each row of a table that has a metric. Rows of a type without
-/// EachValue have none.
+/// Calls use(row, value) for each row of the table that has a metric. Rows whose type has no
+/// EachValue are skipped.
 template <config::HasFields T, typename Use>
 void EachMetric(const T& its, Use use) {
   VisitFields(&its, [&](auto row) {
@@ -94,7 +94,7 @@ void EachMetric(const T& its, Use use) {
   });
 }
 
-/// How many series a table gives at most.
+/// Returns the greatest number of values that a table adds.
 template <config::HasFields T>
 std::size_t SeriesIn() {
   std::size_t count = 0;
@@ -104,7 +104,7 @@ std::size_t SeriesIn() {
   return count;
 }
 
-/// The metrics of a table, in the order of its rows.
+/// The metrics of a table, in the order of the table's rows.
 template <config::HasFields T>
 class Families {
  public:
@@ -115,7 +115,7 @@ class Families {
       all_.emplace_back(Metric{row.metric, type, row.help});
     });
   }
-  /// `labels`: `line="bay-1"`.
+  /// `labels`: e.g. `line="bay-1"`.
   void Add(const T& its, const std::string& labels) {
     auto series = all_.begin();
     EachMetric(its, [&](auto /*row*/, const auto& of) {

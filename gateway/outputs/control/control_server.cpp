@@ -31,7 +31,7 @@ std::string TraceStream::Take() {
 
 namespace {
 
-/// "user:anna" of the process at the other end, as the kernel knows it.
+/// E.g. "user:anna" for the process at the other end, from the kernel.
 std::string UserOf(int socket) {
   ucred peer{};
   socklen_t size = sizeof(peer);
@@ -71,7 +71,7 @@ void ControlSession::Start() {
 void ControlSession::Close(const std::string& farewell) {
   if (std::exchange(closed_, true)) return;
   if (!farewell.empty() && trace_ && out_.empty()) {
-    asio::error_code ignored;  // a reader that has no room for it sees the end of the stream
+    asio::error_code ignored;  // a reader without room only sees the end of the stream
     socket_.non_blocking(true, ignored);
     socket_.write_some(asio::buffer(farewell + "\n"), ignored);
   }
@@ -112,7 +112,7 @@ void ControlSession::Receive() {
 }
 
 void ControlSession::OnReceived(std::size_t count) {
-  if (trace_) return Receive();  // only its end is of interest
+  if (trace_) return Receive();  // data is ignored; only the end of the stream matters
   in_.Commit(count);
   if (in_.IsTooLong()) {
     return Send(ErrorLine("usage", "the request is longer than " + std::to_string(limits_.request) +
@@ -124,8 +124,8 @@ void ControlSession::OnReceived(std::size_t count) {
   Handle(*request);
 }
 
-/// Nothing is read while a request has no answer, so this alone tells that its client has left. One
-/// that only says nothing more waits for its answer.
+/// Detects that the client has left while it waits for an answer, because nothing is read then. A
+/// client that has only shut down its sending side still gets its answer.
 void ControlSession::WatchEnd() {
   if (std::exchange(watched_, true)) return;
   socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const asio::error_code& end) {
@@ -174,7 +174,7 @@ void ControlSession::OnSent(bool last) {
   if (last) return Close();
   if (trace_) return SendRecords();
   BePatient(limits_.patience);
-  OnReceived(0);  // the next request may be here already
+  OnReceived(0);  // the next request may have arrived already
 }
 
 void ControlSession::StartTrace(const TraceWish& wish) {
@@ -186,7 +186,7 @@ void ControlSession::StartTrace(const TraceWish& wish) {
     });
   };
   auto queue = service_.control().Trace(wish.line, std::move(wake));
-  if (!queue) return Close();  // it has ended this moment
+  if (!queue) return Close();  // the line has just ended
   trace_.emplace(wish, std::move(queue));
   patience_.cancel();
   Receive();
@@ -202,9 +202,9 @@ namespace {
 
 using asio::local::stream_protocol;
 
-/// Owner and group: who may talk to the gateway is decided by membership in its group.
+/// For owner and group: membership in the gateway's group decides who may connect.
 constexpr mode_t kMode = 0660;
-/// Without file descriptors, accepting at once again would only spin.
+/// Without free descriptors, accepting again at once would only spin.
 constexpr Duration kAcceptPause = 100ms;
 constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
 
@@ -213,7 +213,7 @@ std::uint64_t InodeOf(const std::string& path) {
   return ::lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// Refused: no process listens there.
+/// `connection_refused`: no process listens there.
 asio::error_code Probe(asio::io_context& io, const std::string& path) {
   stream_protocol::socket probe(io);
   asio::error_code failed;
@@ -223,7 +223,7 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
   return failed;
 }
 
-/// Makes room for a socket at `path`: removes what a dead process has left there, nothing else.
+/// Removes a socket file without a process. Any other file is an error.
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
@@ -283,7 +283,8 @@ Status ControlServer::Bind(const std::string& path) {
   if (Status status = ClearStale(io, path); !status) return status;
   asio::error_code failed;
   acceptor_.open(stream_protocol(), failed);
-  // The file is born with the mode of the descriptor: nobody else can connect, not even at first.
+  // The file gets the mode of the descriptor at its creation, so nobody else can connect at any
+  // time.
   if (!failed) ::fchmod(acceptor_.native_handle(), kMode);
   if (!failed) acceptor_.bind(stream_protocol::endpoint(path), failed);
   if (!failed && ::chmod(path.c_str(), kMode) != 0) {
@@ -298,7 +299,7 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // Another file may have taken the name in between: the next look finds that.
+  // If another file has taken the name meanwhile, the next look must bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};
@@ -314,12 +315,12 @@ void ControlServer::Watch() {
   });
 }
 
-/// Clients that are connected stay so.
+/// Connected clients stay connected.
 void ControlServer::Rebind() {
   retry_.cancel();
   asio::error_code ignored;
   acceptor_.close(ignored);
-  const std::string path = path_;  // status and the log have named it
+  const std::string path = path_;  // the same path, because status and log have shown it
   Status status;
   if (config_.socket.empty()) {
     status = PrepareDirectory(std::filesystem::path(path).parent_path().string());
@@ -340,7 +341,7 @@ void ControlServer::Rebind() {
 void ControlServer::Apply(const std::shared_ptr<const config::Config>& config,
                           std::shared_ptr<const history::HistorySource> history) {
   service_.Apply(config, std::move(history));
-  const auto sessions = sessions_;  // one that is closed leaves
+  const auto sessions = sessions_;  // a copy, because OnReload may remove sessions
   for (const auto& [key, session] : sessions) session->OnReload(*config);
 }
 
@@ -374,7 +375,7 @@ void ControlServer::Accept() {
   });
 }
 
-/// The oldest client without a request is disconnected.
+/// Disconnects the oldest idle client, if any.
 void ControlServer::MakeRoom() {
   std::shared_ptr<ControlSession> oldest;
   for (const auto& [key, session] : sessions_) {

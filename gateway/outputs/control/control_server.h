@@ -1,7 +1,6 @@
-// The local control socket of a running gateway: accepts clients on a unix stream socket and hands
-// their requests to gateway/outputs/control/request_handler.h. One JSON object a line, both ways.
-// RequestLines cuts bytes into lines, TraceStream streams a trace, and ControlSession is one
-// client. ControlOutput has them on a thread of its own.
+// `ControlServer` is the local control socket of a running gateway: it accepts clients on a unix
+// stream socket and passes their requests to gateway/outputs/control/request_handler.h. Each
+// request and each answer is a JSON object in one line. ControlOutput runs the server on a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,19 +25,18 @@
 
 namespace baudgate::control {
 
-// Cuts what a client sends into request lines. Memory is bounded: a line has a longest length.
+// Splits the bytes from a client into request lines of bounded length.
 class RequestLines {
  public:
   explicit RequestLines(std::size_t longest) : longest_(longest) {}
 
-  /// Where the next bytes go.
+  /// The buffer for the next bytes.
   std::array<char, 4096>& space() { return space_; }
-  /// So many were put there.
   void Commit(std::size_t count) { text_.append(space_.data(), count); }
 
-  /// The first line, even if its end is not here yet.
+  /// True if the first line is too long, even if its end has not arrived yet.
   bool IsTooLong() const { return std::min(text_.find('\n'), text_.size()) > longest_; }
-  /// The first line, without its end; empty: its end is not here yet.
+  /// Returns the first line without its end; empty: its end has not arrived yet.
   std::optional<std::string> Take() {
     const auto end = text_.find('\n');
     if (end == std::string::npos) return std::nullopt;
@@ -53,15 +51,15 @@ class RequestLines {
   std::string text_;
 };
 
-// The trace of a line for one client: the records that the client wants.
+// The records of a trace that match the client's wish.
 class TraceStream {
  public:
   TraceStream(TraceWish wish, std::shared_ptr<records::TraceQueue> queue)
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// The records since the last call, one a line; empty: there are none. Records that nobody takes
-  /// fill the queue, which then drops some and counts them.
+  /// Returns the records since the last call, one per line; empty: none. If nobody takes them, the
+  /// bounded queue drops records and counts them.
   std::string Take();
 
  private:
@@ -69,24 +67,24 @@ class TraceStream {
   std::shared_ptr<records::TraceQueue> queue_;
 };
 
-// One client of the control socket: takes its request lines one after the other, or streams a trace
-// to it. All on the server's thread. Memory is bounded whatever the client does: a request has a
-// longest length, an answer must be read in time, a trace that is not read loses records.
+// ControlSession answers one client's requests one after the other, or streams a trace. All calls
+// on the server's thread. Its memory is bounded by these limits: a request has a longest length, an
+// answer must be read in time, and a trace that is not read loses records.
 struct Limits {
   std::size_t clients = 16;
-  /// Beyond them, for clients with one request, such as a confirmation: without traces.
+  /// Further clients for single requests, such as a confirmation; they get no trace.
   std::size_t short_clients = 2;
-  std::size_t request = 4096;  ///< bytes of one request line
-  Duration patience = 10s;     ///< for a whole request, and for a whole answer
-  Duration disk = 5s;          ///< for an answer that is read from the disk
-  Duration look = 5s;          ///< so often it is looked whether the socket file is there
+  std::size_t request = 4096;  ///< longest request line in bytes
+  Duration patience = 10s;     ///< time for a whole request, and for a whole answer
+  Duration disk = 5s;          ///< time for an answer that is read from the disk
+  Duration look = 5s;          ///< how often the socket file is checked
 };
 
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
-  /// `service` outlives every session that is not closed; `closed` is called once, at the end.
-  /// `may_trace`: else a trace is refused as too many.
+  /// `service` must outlive the open session. `closed` is called once, at the end. `may_trace`
+  /// false: a trace is refused as TooMany.
   ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
@@ -94,11 +92,11 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   static std::string TooMany(const Limits& limits);
 
   void Start();
-  /// A trace of a line that is gone ends.
+  /// Ends the trace if the reload has removed its line.
   void OnReload(const config::Config& config);
-  /// Between two requests, or before its first: it may make room for others.
+  /// No request and no trace: the client may be disconnected for another one.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
-  /// They rise.
+  /// A later client has a higher number.
   std::uint64_t number() const { return client_.number; }
   /// `farewell`: a last line for a client that follows a trace.
   void Close(const std::string& farewell = {});
@@ -120,13 +118,14 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   RequestHandler& service_;
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
-  const std::shared_ptr<std::atomic<bool>> left_;  // the client has left
+  // Shared with writes: true when the client has left.
+  const std::shared_ptr<std::atomic<bool>> left_;
   const bus::Writer client_;
   RequestLines in_;
-  std::string out_;       // the socket has it; empty: nothing is being sent
+  std::string out_;       // being sent; empty: nothing is being sent
   bool asked_ = false;    // its request has no answer yet
-  bool watched_ = false;  // WatchEnd is under way
-  std::string late_;      // see Reply
+  bool watched_ = false;  // WatchEnd is waiting
+  std::string late_;      // see Reply::late
   const bool may_trace_;
   std::optional<TraceStream> trace_;
   bool closed_ = false;
@@ -134,32 +133,32 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
 
 class ControlServer {
  public:
-  /// All references outlive the server; `io` also outlives the lines, whose threads wake traces,
-  /// and no longer runs when the server is destroyed.
+  /// All references must outlive the server. `io` must also outlive the lines, whose threads wake
+  /// traces, and must not run when the server is destroyed.
   ControlServer(const config::Config& config, const bus::PointStore& store,
                 lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info,
                 asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
-  /// Binds config.socket, or the first of the default places that can be had. A socket file that a
-  /// dead process left is replaced, one that answers is not. The error names every place tried.
+  /// Binds config.socket, or the first usable default place. A socket file without a process is
+  /// replaced; one with a process is an error. The error lists every place tried.
   Status Listen();
-  /// See RequestHandler; before Listen.
+  /// See RequestHandler. To be called before Listen.
   void SetReload(ReloadService& service) { service_.SetReload(service); }
-  /// A reload, on the thread of `io`: `config` is the one by now. Traces of lines that are gone
-  /// end.
+  /// A reload, on the thread of `io`. Ends traces of removed lines.
   void Apply(const std::shared_ptr<const config::Config>& config,
              std::shared_ptr<const history::HistorySource> history);
-  /// On the thread of `io`, or when it does not run. Ends all traces and removes the socket file.
+  /// Ends all sessions and removes the socket file. On the thread of `io`, or when `io` does not
+  /// run.
   void Stop();
 
-  /// The path of the socket file, once it listens.
+  /// The socket file; empty before Listen.
   const std::string& path() const { return path_; }
 
  private:
   Status BindAnywhere();
   Status Bind(const std::string& path);
-  /// Looks every few seconds whether the socket file is there, and binds again if it was removed.
+  /// Checks the socket file every few seconds, and binds again if the file was removed.
   void Watch();
   void Rebind();
   void Accept();
@@ -174,10 +173,11 @@ class ControlServer {
   asio::steady_timer retry_;
   asio::steady_timer look_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
-  int reserve_ = -1;  // a descriptor for one client more where the process has none left
+  // A descriptor that is closed to accept a client when the process has no descriptor left.
+  int reserve_ = -1;
   std::string path_;
-  std::uint64_t inode_ = 0;  // of the socket file, so that only our own is removed
-  std::string trouble_;      // why it cannot be bound again, as it was said last
+  std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
+  std::string trouble_;      // why binding again failed, as last logged
   bool stopped_ = false;
 };
 
@@ -185,8 +185,8 @@ class ControlServer {
 
 namespace baudgate::control {
 
-/// The control socket as an output of the gateway, on a thread of its own: long answers must not
-/// delay registers.
+/// Runs the control socket on a thread of its own, because long answers must not delay Modbus
+/// registers.
 class ControlOutput final : public outputs::Output {
  public:
   struct Links {
@@ -194,14 +194,14 @@ class ControlOutput final : public outputs::Output {
     lines::LineControl& lines;
     bus::CommandSink& commands;
     status::GatewayInfo info;
-    control::ReloadService* reload = nullptr;  ///< null: nothing is reloaded
+    control::ReloadService* reload = nullptr;  ///< null: the gateway cannot reload
   };
-  /// All of `links` and `config`, that of the start, outlive it.
+  /// `config`, that of the start, and all references must outlive this object.
   ControlOutput(const config::Config& config, const Links& links);
   ~ControlOutput() override { StopRequests(); }
 
   std::string_view name() const override { return "control"; }
-  /// Without a socket the gateway polls all the same: the log says why there is none.
+  /// Without a socket the gateway runs on, and the log contains the reason.
   Status Begin(const Configuration& config) override;
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;

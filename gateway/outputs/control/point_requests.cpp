@@ -17,7 +17,7 @@ status::Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
 
-/// "fresh": the value is one that the device has told since it was asked.
+/// "fresh": the device has sent the value after `asked`.
 status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
                       const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
   status::Json all = status::Json::array();
@@ -32,7 +32,7 @@ status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
   return all;
 }
 
-/// Empty if the client gave neither name nor number.
+/// Empty if the request has neither `client` nor `seq`.
 Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");

@@ -1,12 +1,12 @@
-// `read` and `write` of one device's points: asked of the line now, answered when the line has
-// answered. Part of the control socket's requests (request_handler.h); docs/status.md.
+// `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device,
+// and answers when the line has answered (docs/status.md).
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2","client":"night",
 //    "seq":7}
-//   the same "end" again, and nothing is written a second time
+//   the answer has the same "end" again, and nothing is written a second time
 //
 //   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
 //   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
@@ -36,30 +36,31 @@ class PointRequests {
   /// Takes the answer, once, on any thread.
   using Answered = std::function<void(status::Json)>;
 
-  /// All references outlive it, and what it has asked for.
+  /// The references must outlive this object and all its requests.
   PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
-  /// `target`: LINE.DEVICE.POINT; `value` in its unit; `confirm`: in place of a selection; `client`
-  /// and `seq`: see RequestId. An error, one sentence, where nothing can be asked.
+  /// `target`: LINE.DEVICE.POINT; `value` in the point's unit; `confirm`: replaces a selection;
+  /// `client` and `seq`: see RequestId. After an error, one sentence, `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
-  /// Whether permission, limits and interlocks would let a confirmed write pass now. Nothing is
-  /// sent or recorded.
+  /// Whether permission, limits and interlocks would allow a confirmed write now. Nothing is sent
+  /// or recorded.
   Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
                                 Instant now) const;
-  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT.
+  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT. After an error, one sentence, `answered` is not
+  /// called.
   Status Read(const config::Config& config, const status::Json& request, const bus::Writer& writer,
               Now now, Answered answered);
 
   void Forget(const bus::Writer& writer) { gate_.Forget(writer); }
 
  private:
-  /// The point and the value that are named; no deadline yet.
+  /// Returns the named point and value, without a deadline.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
-  /// A request with a number that came before is answered as the first one. True: it is new, and
-  /// `answered` waits for Finish.
+  /// True if the request is new; `answered` then waits for Finish. A repeated request gets the
+  /// answer of the first one.
   bool IsFresh(const bus::RequestId& id, Instant now, Answered answered);
   void Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
               const WriteResult& result, const status::Json& answer);
@@ -69,7 +70,7 @@ class PointRequests {
   bus::WriteGate gate_;
   Mutex mutex_;
   bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The clients that wait for the end of a numbered request. A request that came twice has two.
+  /// Called at the end of a numbered request. A repeated request has several.
   std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

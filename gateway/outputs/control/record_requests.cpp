@@ -14,7 +14,7 @@
 namespace baudgate::control {
 namespace {
 
-/// LINE[.DEVICE[.POINT]]; points have no dot, nor have lines and devices.
+/// Parses LINE[.DEVICE[.POINT]]. Names of lines, devices and points contain no dot.
 Result<events::AckQuery> Named(const std::string& target) {
   const auto parts = Split(target, '.');
   if (parts.empty() || parts[0].empty() || parts.size() > 3) {
@@ -29,7 +29,8 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// As `alarms` shows it: what is of no line has other names.
+/// Finds the alarms at the place `target` as the command `alarms` prints it (events::PlaceOf), e.g.
+/// "gateway" for alarms of no line.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);
@@ -41,7 +42,7 @@ std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
   return query;
 }
 
-/// One page, by the numbers of the events that have raised them.
+/// Returns one page, sorted by the numbers of the events that raised the alarms.
 status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   std::vector<events::Alarm> alarms = events.Alarms();
   std::ranges::sort(alarms, {}, &events::Alarm::seq);
@@ -56,9 +57,9 @@ status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   return page;
 }
 
-/// "bay-1" (of the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1" or "412"; or what
-/// events::PlaceOf says. An error where there is no such device
-/// or point; of a device that is not configured any more alarms may still be there.
+/// `target`: "bay-1" (the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1", the number
+/// of an event, or a text of events::PlaceOf. An error if there is no such device or point; a
+/// removed device may still have alarms.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -83,13 +84,13 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   return named;
 }
 
-/// {"ok":true,"acknowledged":2,"trouble":""}.
+/// Returns {"ok":true,"acknowledged":2,"trouble":""}.
 status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-/// Four parts: of the past, as points have three. With line, device and name; empty: three or
-/// fewer.
+/// LINE.DEVICE.NAME.NAME: values that a meter has stored itself. Empty: not four parts (a point has
+/// three).
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -125,7 +126,7 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 
 namespace {
 
-/// Where values are kept; null: nowhere.
+/// The sources of stored values; null: nothing is stored there.
 struct KeptValues {
   const config::Config& config;
   const history::HistorySource* history = nullptr;
@@ -185,7 +186,7 @@ Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
   return ReadPage{status::PageJson(*page, point), page->known};
 }
 
-/// A page of what a meter has kept itself.
+/// Returns a page of values that a meter has stored itself.
 Json PastPage(const Json& request, events::PastQuery query, const KeptValues& kept) {
   if (kept.events == nullptr) return ErrorJson(kUnavailable, kNoEvents);
   const std::string point = TextOf(request, "point");
@@ -196,7 +197,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
   if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
-  const events::EventsState state = kept.events->state();  // before the page, as above
+  // Read before the page, which may take long.
+  const events::EventsState state = kept.events->state();
   const auto page = kept.events->ReadPast(query);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
   if (!page->known && state.disk != records::Disk::opening) {
@@ -214,8 +216,8 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-/// One page of a point, or of what a meter has measured itself; or {"error":…}. A point that is not
-/// configured any more still has its values; of one that has none it is said why.
+/// One page of a point, or of values that a meter has stored itself; or {"error":…}. A removed
+/// point still has its values. If there are none, the error says why.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -235,7 +237,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   }
   Json json = std::move(page->json);
   const history::HistoryState state = kept.history->state();
-  // What waits for the disk, or lies on it and cannot be reached.
+  // Values that wait for the disk, or are on a disk that does not answer, are missing in the page.
   if (state.disk == records::Disk::failing || state.disk == records::Disk::stalled) {
     json["unread"].push_back(state.trouble);
   }
@@ -243,8 +245,8 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   return json;
 }
 
-/// {"points":["bay-1.feeder-1.current_l1"]}: whose values are kept, of those that a pattern means.
-/// By the configuration: a point that is not in it any more has to be named.
+/// {"points":["bay-1.feeder-1.current_l1"]}: points of the configuration that match the pattern and
+/// whose values are stored. Removed points are not found.
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
@@ -273,7 +275,7 @@ KeptValues Kept(const Gateway& gateway) {
 
 }  // namespace
 
-/// One page; the client asks for the next with what this one says.
+/// One page. The client asks for the next one with `next` of this one.
 Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (gateway.info.audit == nullptr) {
     return Refused(
@@ -286,7 +288,7 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
   const audit::AuditState state =
-      gateway.info.audit->state();  // before the page: it may open meanwhile
+      gateway.info.audit->state();  // before the page, because the audit may open meanwhile
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
   Json json = status::PageJson(*page);
@@ -294,7 +296,7 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-/// One page, as of writes. A device that is not configured any more still has its events.
+/// One page, as ShowWrites. A removed device still has its events.
 Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
@@ -304,7 +306,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
-  const events::EventsState state = gateway.info.events->state();  // before the page, as above
+  // Before the page, as in ShowWrites.
+  const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
   if (page->records.empty() && !target.empty()) {
@@ -320,7 +323,8 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  const events::EventsState state = gateway.info.events->state();  // before the page, as above
+  // Before the page, as in ShowWrites.
+  const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);
   return {OneLine(json)};

@@ -1,4 +1,5 @@
-// Requests about what is kept: `writes`, `events`, `alarms`, `ack`, `history` and `kept_points`.
+// The requests about stored records: `writes`, `events`, `alarms`, `ack`, `history` and
+// `kept_points`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,14 +15,12 @@
 
 namespace baudgate::control {
 
-// What meters have measured and kept themselves, for `baudgate history`:
-// LINE.DEVICE.load_1.active_import.
-
-/// {"records":[…],"next":[4711,1790000000000000],"more":false}; a record as `baudgate history
-/// --json` prints it, with "seconds", of how long it is.
+/// Values that a meter has measured and stored itself, e.g. LINE.DEVICE.load_1.active_import:
+/// {"records":[…],"next":[4711,1790000000000000],"more":false}. A record is as `baudgate history
+/// --json` prints it; "seconds" is its length.
 nlohmann::ordered_json PageJson(const events::PastPage& page, const std::string& point);
 
-// The requests `history` and `kept_points` of the control socket.
+// Answer the requests of the same names.
 
 Reply ShowWrites(const Gateway& gateway, const Request& request);
 Reply ShowEvents(const Gateway& gateway, const Request& request);

@@ -1,5 +1,5 @@
-// One request of the control socket: what it is answered from, and its answer. ReloadService
-// answers the requests `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` what it is answered from, and `Reply` its
+// answer. ReloadService carries out the requests `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,9 +20,6 @@
 
 namespace baudgate::control {
 
-// Members of a request, and how one is refused.
-
-// Why a request is refused.
 inline constexpr std::string_view kUsage = "usage";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kUnavailable = "unavailable";
@@ -34,19 +31,20 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// What is no text, or not there, is empty.
+/// Empty if the member is missing or no text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Nothing where it is absent, or no whole number.
+/// Empty if the member is missing or no whole number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
   return found->get<std::int64_t>();
 }
 
+/// The member is in ms since 1970, and limited to what WallTime can hold.
 inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
@@ -54,8 +52,8 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
   return WallTime(std::chrono::milliseconds(std::clamp(*time, -kMost, kMost)));
 }
 
-// The requests `reload` and `confirm` of the control socket: who asks is answered when the reload
-// has ended, well or not. Implemented by gateway/daemon/reloader.h.
+// The requests `reload` and `confirm`. The client gets its answer when the reload has ended, with
+// or without success. gateway/daemon/reloader.h carries them out.
 //
 //   {"command":"reload","dry_run":false,"confirm_ms":60000}
 //   {"ok":true,"applied":true,"changes":["line bay-1: begins anew: poll of feeder-1"],
@@ -64,46 +62,46 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
 //
 struct ReloadAsk {
   bool dry_run = false;
-  Duration confirm{};  ///< zero: it needs no confirmation
-  std::string by;      ///< "user:anna"
+  Duration confirm{};  ///< time for a confirmation; zero: none is needed
+  std::string by;      ///< the client, e.g. "user:anna"
 };
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;                 ///< something is another than before
-  int exit_code = 0;                    ///< of the command: 2: a bad file, 4: it cannot be had
-  std::vector<std::string> changes;     ///< one sentence each
-  std::vector<std::string> warnings{};  ///< of the file: "…baudgate.yaml:7:3: warning: …"
-  std::string text;                     ///< one or more lines
-  Duration confirm{};                   ///< time left for it; zero: it needs none
+  bool applied = false;  ///< something has changed
+  int exit_code = 0;     ///< of the command: 2: faulty file; 4: the reload cannot be done
+  std::vector<std::string> changes;  ///< one sentence each
+  /// About the file, e.g. "…baudgate.yaml:7:3: warning: …".
+  std::vector<std::string> warnings{};
+  std::string text;    ///< one or more lines for people
+  Duration confirm{};  ///< time left for a confirmation; zero: none is needed
 };
 
 class ReloadService {
  public:
   using Answered = std::function<void(const ReloadAnswer&)>;
   virtual ~ReloadService() = default;
-  /// From any thread; `answered` once, on any thread.
+  /// Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
-  /// What was applied stays.
+  /// What was applied is not taken back.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// After its answer a trace goes on with the records of this line, until the client leaves.
+/// The answer is followed by the records of this line, until the client disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
-  std::string device;  ///< only its records, and those that concern no device; empty: all
+  std::string device;  ///< only records of this device, and those of no device; empty: all
 };
 
 struct Reply {
-  std::string text;  ///< one line of JSON without its end; empty: it comes later
+  std::string text;  ///< one line of JSON without its line end; empty: the answer comes later
   std::optional<TraceWish> trace{};
-  /// The answer if the later one does not come in time. Empty: the client waits on.
+  /// Sent if the later answer does not come in time. Empty: the client waits longer.
   std::string late{};
 };
 
-/// The parts of the gateway that requests use, as they are now. A request has it until it is
-/// answered: a reload makes another one, and waits for nobody. What it does not share outlives the
-/// requests.
+/// The parts of the gateway that requests use. A request holds its Gateway until it is answered: a
+/// reload makes a new one and does not wait. References and pointers must outlive all requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
   const bus::PointStore& store;
@@ -111,23 +109,23 @@ struct Gateway {
   bus::CommandSink& sink;
   status::GatewayInfo info;
   PointRequests& points;
-  ReloadService* reload = nullptr;  ///< null: nothing is reloaded
+  ReloadService* reload = nullptr;  ///< null: the gateway cannot reload
 };
 
 struct Request {
   const status::Json& json;
   const bus::Writer& client;
   Now now;
-  /// Takes an answer that does not come at once, on any thread.
+  /// Takes an answer that does not come at once; on any thread.
   std::function<void(const status::Json&)> later;
 };
 
-/// Bytes of a device may stand in a reason: what is no UTF-8 is replaced.
+/// Bytes that are no UTF-8 (a device may have sent them) are replaced.
 inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }
 
-/// {"error":"usage","message":"…"}; the kinds are usage, unknown, busy and unavailable.
+/// {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
 inline std::string ErrorLine(std::string_view kind, std::string_view message) {
   return OneLine(ErrorJson(kind, message));
 }

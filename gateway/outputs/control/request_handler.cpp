@@ -16,18 +16,18 @@
 namespace baudgate::control {
 namespace {
 
-/// The longest time that a port is lent; longer needs a second call.
+/// The longest release of a port; more time needs a second call.
 constexpr Duration kMostRelease = 24h;
-/// How long the line has for it.
+/// The deadline of a telegram by hand.
 constexpr Duration kHandPatience = 8s;
 
 struct Addressed {
   const config::Line* line = nullptr;
   const config::Device* device = nullptr;
-  std::uint32_t index = 0;  ///< of the device, in the point store
+  std::uint32_t index = 0;  ///< index of the device in the point store
 };
 
-/// A line stands for the first of its devices that speaks its protocol.
+/// For a line, returns its first device with the line's protocol.
 Result<Addressed> AddressOf(const config::Config& config, const status::Json& request) {
   const auto target = status::FindTarget(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
@@ -55,17 +55,17 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
   return {};
 }
 
-// Requests of the control socket for telegrams by hand: completed and judged by the protocol of the
-// line, allowed or denied, recorded where they may write, and sent in their turn.
+// Telegrams by hand: the protocol of the line completes and checks them. They are allowed or
+// denied, recorded if they may write, and sent in their turn.
 //
 //   {"command":"ask","target":"bay","telegram":"3E 31 52 46 3A"}
 //   {"sent":"3E 31 52 46 3A 32 31 0D","received":"0A 3C …","outcome":"ok","reason":""}
 //
-// "sent" is empty, and "reason" says why, if nothing was sent.
+// "sent" is empty if nothing was sent; "reason" then contains the cause.
 
-/// `target`: LINE or LINE.DEVICE, whose protocol and options it has; `telegram` in hex, as it was
-/// written; `write`: it may write. The error is one sentence; without one `answered` is called
-/// once, on any thread. All references outlive what was asked.
+/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram` in hex, which the
+/// protocol completes, e.g. by a checksum; `write`: it may write. Without an error (one sentence),
+/// `answered` is called once, on any thread. All references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {
@@ -107,7 +107,7 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
                              {"head", records::TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
     status::Json json = head;
-    // On a line that is lent, for example.
+    // Nothing was sent, e.g. because the line is lent.
     if (result.end == WriteEnd::not_sent || result.end == WriteEnd::denied) json["sent"] = "";
     json["received"] = ToHex(telegram->reply);
     json["outcome"] = telegram->outcome.empty() ? std::string(Name(result.end)) : telegram->outcome;
@@ -120,7 +120,7 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
 
 status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
-/// Where clients may have the port of this line, as `release --tcp` asks for it.
+/// Where clients may use the port of this line, as `release --tcp` requests it.
 Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"clients have the port of line '" + line.name + "' at " +
@@ -155,7 +155,7 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   return server;
 }
 
-/// Nothing if the port is free; otherwise a sentence that says who has it.
+/// Who uses the port, as a sentence; empty: it is free.
 std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus& status,
                                  bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
@@ -246,12 +246,11 @@ Reply Disable(const Gateway& gateway, const Request& request) {
   return SetInUse(gateway, request, false);
 }
 
-/// Shows the records in the flight recorder of a line.
 Reply ShowRecorded(const Gateway& gateway, const Request& request) {
   return TraceOf(gateway, request, true);
 }
 
-/// The port of a line is lent: to a program that opens it, or to clients of a TCP port.
+/// Releases the port of a line to a program that opens it, or to clients of a TCP port.
 Reply Release(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
@@ -336,7 +335,7 @@ Reply Confirm(const Gateway& gateway, const Request& request) {
   return {};
 }
 
-/// Once it is asked, the line answers.
+/// Without an error, the line answers later.
 Reply Asked(const Status& status) { return status ? Reply{} : Refused(kUnknown, status.error()); }
 
 Reply Read(const Gateway& gateway, const Request& request) {
@@ -433,7 +432,7 @@ std::string_view Words(Type type) {
   return kWords[static_cast<std::size_t>(type)];
 }
 
-/// Short enough for a sentence, whatever a client sends.
+/// Returns the value as text, shortened for use in a sentence.
 std::string Shown(const status::Json& value) {
   constexpr std::size_t kMost = 40;
   std::string text = value.dump(-1, ' ', true, status::Json::error_handler_t::replace);
@@ -441,8 +440,8 @@ std::string Shown(const status::Json& value) {
   return text;
 }
 
-/// Whether a request has the members of its command,
-/// with their types. A member that is misspelt or has another type is refused. It is never ignored.
+/// Checks that a request has only members of its command, with their types. A misspelt member is
+/// refused, because the client would not notice that it is ignored.
 ///
 ///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
 ///   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
@@ -495,7 +494,7 @@ Instant RecordReader::Round(bool last) {
 
 namespace {
 
-/// For `baudgate` itself, which asks for the points of a pattern: people have `history`.
+/// Not listed: only the command line tool needs it, people use `history`.
 constexpr std::string_view kNotListed = "kept_points";
 
 std::string NoCommand(const std::string& name) {

@@ -1,7 +1,6 @@
-// What the control socket answers: one request line in, one answer line out. Knows nothing of
-// sockets; gateway/outputs/control/control_server.h carries the lines.
-// Commands() lists the commands. CheckShape checks the members of a request, and RecordReader
-// answers requests that read the disk.
+// `RequestHandler` answers the control socket: one request line in, one answer line out. It uses no
+// sockets; gateway/outputs/control/control_server.h transports the lines. RecordReader answers
+// requests that read the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,14 +21,13 @@
 
 namespace baudgate::control {
 
-/// {"record":"…"}: a record of a trace as it travels.
+/// {"record":"…"}
 std::string RecordLine(const records::TraceRecord& record);
 bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
-// The commands of the control socket: one row each, with its fields and the part that answers it.
-// docs/status.md describes them.
+// A command: its members and the function that answers it (docs/status.md).
 
-/// Besides "command".
+/// A member of a request besides "command".
 struct Member {
   enum class Type : std::uint8_t { text, flag, whole, two_wholes };
   std::string_view name;
@@ -40,25 +38,26 @@ struct Command {
   std::string_view name;
   std::vector<Member> members;
   Reply (*answer)(const Gateway& gateway, const Request& request);
-  bool reads_disk = false;  ///< it answers at once, and as late as the disk does
+  bool reads_disk = false;  ///< the answer may take as long as the disk
 };
 
 /// In the order in which they are listed for people.
 const std::vector<Command>& Commands();
 
-// Answers requests that read the disk, on a thread of their own: a disk that hangs does not hold up
-// other requests.
+// Answers requests that read the disk, on a thread of its own: a hanging disk does not delay other
+// requests.
 class RecordReader {
  public:
-  /// So many requests wait at most.
+  /// The most requests that wait.
   static constexpr std::size_t kMost = 16;
 
   RecordReader();
 
-  /// `later` takes the answer, on the thread of this. Not ok: too many wait already.
+  /// `later` gets the answer, on the reader's thread. If too many requests wait, the Reply is an
+  /// error.
   Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
             bus::Writer client, Now now, std::function<void(std::string text)> later);
-  /// Waits for the answer that is being read; what waits is not answered.
+  /// Waits for the answer that is being read; queued requests get none.
   void Stop() { worker_.Stop(); }
 
  private:
@@ -78,26 +77,28 @@ class RecordReader {
 
 class RequestHandler {
  public:
-  /// All references outlive the service. Until the first reload so does what `info` names.
+  /// All references must outlive this object; what `info` refers to, until the first reload.
   RequestHandler(const config::Config& config, const bus::PointStore& store,
                  lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
-  /// Takes an answer that did not come at once, on any thread.
+  /// Takes an answer that does not come at once; on any thread.
   using Later = std::function<void(std::string text)>;
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }
-  /// It outlives this; without it nothing is reloaded. Before anything is asked.
+  /// Enables `reload` and `confirm`. `service` must outlive this object. To be called before the
+  /// first request.
   void SetReload(ReloadService& service);
-  /// From now on commands that read the disk are answered by another thread, until StopReading.
+  /// From now on, another thread answers the commands that read the disk, until StopReading.
   void ReadApart();
   void StopReading() {
     if (reader_) reader_->Stop();
   }
-  /// A reload: what can be named, by the numbers of the store. From any thread; does not wait.
+  /// After a reload; indices are those of the store. Any thread may call it; it does not wait for
+  /// requests.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// As it is now.
+  /// Any thread may call it.
   std::shared_ptr<const Gateway> gateway() const {
     const MutexLock lock(mutex_);
     return gateway_;
@@ -110,7 +111,7 @@ class RequestHandler {
   PointRequests points_;
   mutable Mutex mutex_;
   std::shared_ptr<const Gateway> gateway_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<RecordReader> reader_;  // null: the disk is read at once
+  std::unique_ptr<RecordReader> reader_;  // null: the calling thread reads the disk
 };
 
 }  // namespace baudgate::control

@@ -1,8 +1,7 @@
-// In which DDS domain and on which interfaces a gateway or a subscriber takes part. Comes from
-// `dds:` of the configuration or from the command line, goes to
-// gateway/outputs/dds/fast/participant.h. WriterId names who wrote a sample, Refusal and
-// DatagramCounters tell what became of datagrams, Subscribers counts readers, and Neighbours has
-// the addresses of subscribers and remarks about them.
+// `ParticipantOptions` says in which DDS domain and on which interfaces a gateway or a subscriber
+// takes part. It comes from `dds:` of the configuration or from the command line. This header also
+// contains the types that all parts of DDS share: WriterId, Refusal, DatagramCounters, Subscribers
+// and Neighbours.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,32 +21,32 @@
 namespace baudgate::dds {
 
 struct ParticipantOptions {
-  std::string name = "baudgate";        ///< of the participant, for tools: that of the gateway
+  std::string name = "baudgate";        ///< shown by tools: the gateway's name
   int domain = 0;                       ///< 0…232
-  std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0 = all
-  std::size_t participants = 256;       ///< others in the domain; those beyond are not let in
-  /// Others take us for gone after this time without a sign of life. It should not be shorter than
-  /// the lease of Cyclone DDS (10 s). Otherwise Cyclone forgets us in a break of the link while we
-  /// still know it, and the library does not introduce itself again.
+  std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
+  /// Limit of other participants in the domain; further ones are refused.
+  std::size_t participants = 256;
+  /// Other participants drop us after this time without a message from us. It should not be shorter
+  /// than the lease of Cyclone DDS (10 s): otherwise Cyclone could drop us during a break of the
+  /// link while we still have Cyclone in our tables, and Fast DDS would not announce itself to
+  /// Cyclone again.
   Duration lease = config::kUsualLease;
 
   bool multicast = true;
-  /// IPv4 addresses that are asked beside the multicast group.
+  /// IPv4 addresses to which announcements are sent in addition to the multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
-  /// Addresses of subscribers that the process before this one has reached.
+  /// Addresses of the subscribers that the previous process of this gateway had matched.
   std::vector<config::HostPort> reached{};
   config::DdsSecurity security{};
 };
 
-/// As the configuration has it.
 ParticipantOptions ParticipantOf(const config::Dds& dds);
 
-// Who wrote a sample, as RTPS names it. Comes from gateway/outputs/dds/fast, is shown by
-// gateway/tools/watch.
+// WriterId names the writer of a sample, as RTPS does; gateway/tools/watch shows it.
 
-/// A participant: one process of one gateway, whose writers may be many. Whoever reaches the domain
-/// can use another's.
+/// A participant: one process of one gateway, which may have many writers. No proof of identity,
+/// because anyone in the domain can send with the id of another participant.
 struct PublisherId {
   std::array<std::uint8_t, 12> bytes{};
   auto operator<=>(const PublisherId&) const = default;
@@ -59,45 +58,44 @@ struct WriterId {
   auto operator<=>(const WriterId&) const = default;
 };
 
-/// As Fast DDS writes them: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" and the same with "|0.0.1.2".
+/// Return the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" and, for a writer, the
+/// same with "|0.0.1.2".
 std::string Text(const PublisherId& id);
 std::string Text(const WriterId& id);
 
-/// Where a sample came from.
 struct Origin {
   WriterId writer;
   WallTime received;
 };
 
-// Why a datagram does not reach the DDS library, for counters and for people. Counted by
-// gateway/outputs/dds/fast/datagram_check.h, shown by gateway/outputs/dds/output/dds_json.h.
+// Why a datagram is refused and does not reach the DDS library
+// (gateway/outputs/dds/fast/datagram_check.h).
 enum class Refusal : std::uint8_t {
   none,
   not_rtps,           ///< no RTPS 2 header
   length,             ///< a submessage is longer than the datagram, or shorter than its fields
   fragment,           ///< DATA_FRAG, HEARTBEAT_FRAG, NACK_FRAG
-  vendor_submessage,  ///< one that the library would read, before others
-  data,               ///< DATA whose flags contradict each other, or without room for its payload
-  parameters,         ///< a parameter list that is cut short or lies about a length inside
-  numbers,            ///< sequence numbers that cannot be
-  window,             ///< sequence numbers that jump so far that counting to them takes minutes
-  security,           ///< DDS Security is not used here
-  participants,       ///< more participants than there is room for
-  address,            ///< more participants than one address may announce
-  endpoints,          ///< more readers and writers than a participant may announce
-  secured,            ///< DDS Security that is cut short or lies about a length inside
-  clear_text,         ///< not protected, where the governance protects all messages
-  handshakes,         ///< more messages of handshakes than there is time for
+  vendor_submessage,  ///< a vendor's submessage with further submessages after it
+  data,               ///< DATA with contradictory flags, or without room for its payload
+  parameters,         ///< a parameter list that is cut short, or contains a wrong length
+  numbers,            ///< impossible sequence numbers
+  window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
+  security,           ///< a submessage of DDS Security while DDS Security is off
+  participants,       ///< a participant beyond the limit
+  address,            ///< a participant beyond the limit of its address
+  endpoints,          ///< a reader or writer beyond the limit of its participant
+  secured,            ///< DDS Security data that is cut short, or contains a wrong length
+  clear_text,         ///< an unprotected message, although the governance demands protection
+  handshakes,         ///< a handshake message beyond the limit of the rate or of the number
 };
 inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::handshakes) + 1;
 
 struct RefusalWords {
-  std::string_view name;   ///< "fragment", for machines
-  std::string_view words;  ///< "a fragment"
-  std::string_view many;   ///< "fragments", after a number
+  std::string_view name;   ///< for machines: "fragment"
+  std::string_view words;  ///< for people: "a fragment"
+  std::string_view many;   ///< after a number: "fragments"
 };
 
-/// By Refusal.
 inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"none", "nothing", "nothing"},
     {"not_rtps", "not RTPS", "not RTPS"},
@@ -124,28 +122,27 @@ constexpr std::string_view Words(Refusal reason) {
   return kRefusalWords[static_cast<std::size_t>(reason)].words;
 }
 
-// How many datagrams the DDS library was given and how many it was spared: counted by
-// gateway/outputs/dds/fast/datagram_check.h, carried by the link, shown by the status.
+// Counts the datagrams that were passed to the DDS library, and those that were refused.
 struct DatagramCounters {
   std::uint64_t passed = 0;
-  std::array<std::uint64_t, kRefusals> refused{};  ///< by Refusal
-  std::uint32_t participants = 0;                  ///< that have a place now
+  std::array<std::uint64_t, kRefusals> refused{};  ///< indexed by Refusal
+  std::uint32_t participants = 0;                  ///< known now
 
   bool operator==(const DatagramCounters&) const = default;
   std::uint64_t Refused(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
   std::uint64_t AllRefused() const {
     return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
   }
-  /// What another process has counted before; its participants are gone.
+  /// Adds the counts of an earlier process, whose participants are gone.
   void AddEarlier(const DatagramCounters& earlier) {
     passed += earlier.passed;
     for (std::size_t i = 0; i < kRefusals; ++i) refused[i] += earlier.refused[i];
   }
 };
 
-// What baudgate-dds tells the gateway about other participants of the domain, with its counts.
+// Subscribers and Neighbours: what baudgate-dds reports to the gateway about other participants.
 
-/// Readers of each topic that are connected now.
+/// The number of matched readers of each topic.
 struct Subscribers {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
@@ -159,10 +156,11 @@ struct Neighbours {
   static constexpr std::size_t kMostReached = 64;
   static constexpr std::size_t kMostRemarks = 8;
 
-  /// IPv4 addresses and ports of subscribers. The next process announces itself there at once:
-  /// without multicast a subscriber would find it seconds later.
+  /// IPv4 addresses and ports of subscribers. The next process of this gateway announces itself
+  /// there at once, because a subscriber without multicast would find it only seconds later.
   std::vector<config::HostPort> reached;
-  /// One sentence each: a subscriber that can get nothing, or what keeps all of them from it.
+  /// One sentence each, about one subscriber that can receive nothing, or about a fault that
+  /// affects all subscribers.
   std::vector<std::string> remarks;
 
   bool operator==(const Neighbours&) const = default;

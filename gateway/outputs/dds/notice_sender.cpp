@@ -8,7 +8,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// How many of the newest go to a new reader, and how many before the last that was sent.
+/// How many of the newest events a new reader gets, and how many are repeated after a restart
+/// without acknowledgement.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -20,7 +21,7 @@ void EventSender::StartAnew() {
   next_ = 0;
 }
 
-/// False: the file has not been read yet.
+/// False: the file of events has not been read yet.
 bool EventSender::FindPlace() {
   const std::uint64_t newest = supply_->newest();
   if (newest == 0) return false;
@@ -102,7 +103,7 @@ namespace {
 
 constexpr Duration kRetry = 1s;
 constexpr std::size_t kBatch = 64;
-constexpr Duration kLastEvents = 700ms;  // for those until now, at the end
+constexpr Duration kLastEvents = 700ms;  // for End to send the remaining events
 
 }  // namespace
 
@@ -145,7 +146,7 @@ bool NoticeSender::Send(Instant now) {
          SendFrom(alarms_, alarms_due_, now);
 }
 
-/// False: the pace or the writer does not allow it now.
+/// False: the pacer or the writer accepts no sample now.
 bool NoticeSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
   if (!paced_.MayWrite(now)) return false;
@@ -155,8 +156,8 @@ bool NoticeSender::SendGateway(Instant now) {
   return true;
 }
 
-/// False: the pace or the writer does not allow it now. In their order: one that is refused holds
-/// up those behind it.
+/// False: the pacer or the writer accepts no sample now. The order is preserved, so a refused
+/// sample delays those behind it until the retry.
 template <typename Sender>
 bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;
@@ -188,7 +189,8 @@ std::optional<Instant> NoticeSender::End(Instant now) {
   return EndOf(alarms_, now);
 }
 
-/// Sends what has happened until now. Returns when to go on; empty: all is sent, or cannot be.
+/// Sends the remaining samples. Returns when to call it again; empty: all were sent, or they cannot
+/// be sent.
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

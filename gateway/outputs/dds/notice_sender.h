@@ -1,7 +1,7 @@
-// Sends what goes before values: the start of the gateway, the ends of points, events and alarms.
-// A sample that is refused is tried again a second later. Sans-I/O: time is an argument;
-// gateway/outputs/dds/publisher.h says when. EventSupply gives the events, and EventSender and
-// AlarmSender choose which is published next.
+// `NoticeSender` sends the samples that go before values: the start of the gateway, the final
+// samples of removed points and devices, events and alarms. A refused sample is sent again after a
+// second. No I/O and no clock: gateway/outputs/dds/publisher.h calls it with the time. EventSupply
+// supplies the events and alarms; EventSender and AlarmSender choose which is published next.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,66 +18,68 @@
 
 namespace baudgate::dds {
 
-// The events and alarms that are on the disk, as samples: what EventSender takes from.
-// gateway/daemon joins it with gateway/records/events/event_feed.h.
-
-/// From any thread; nothing waits for the disk.
+/// Supplies the events and alarms on the disk as samples (gateway/records/events/event_feed.h). Any
+/// thread may call it; no call waits for the disk.
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
-  /// Those after the number `after`, in their order, at most `most`. None also where
-  /// they have to be fetched first; OnNew is told then. One without `gateway` is not
-  /// published: its device is no longer configured.
+  /// Returns at most `most` events with numbers above `after`, in ascending order. If they must be
+  /// read from the file first, it returns none and calls the function of OnNew later. An event with
+  /// an empty `gateway` is not published, because its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
-  virtual std::uint64_t newest() const = 0;  ///< 0: none, or not known yet
+  /// Number of the newest event; 0: none, or the file was not read yet.
+  virtual std::uint64_t newest() const = 0;
 
   struct Place {
     std::uint64_t seq = 0;
-    bool sure = false;  ///< subscribers have confirmed all up to there
+    bool sure = false;  ///< true: subscribers have acknowledged all events up to `seq`
   };
-  /// The place last given to Keep, kept over a restart; empty: none was. Known with newest().
+  /// Returns the Place of the last Keep, also after a restart; empty: Keep was never called. Valid
+  /// when newest() is not 0.
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
     std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
     AlarmSample sample{};
   };
-  /// Those that have changed after this version, as they are now, by their versions; 0: all.
+  /// Returns at most `most` alarms that have changed after version `after` (0: all), in their
+  /// present state, by version.
   virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
     return {};
   }
 
-  /// `wake`, on any thread, when there are more; null: no longer, and no call is under way when
-  /// this returns.
+  /// `wake` is called, on any thread, when there are more events or alarms. Null ends this, and no
+  /// call is in progress when OnNew returns.
   virtual void OnNew(std::function<void()> wake) = 0;
 };
 
-// Which event is published next: each once, in the order of the numbers; to a new reader the newest
-// ones once more. After a restart it goes on where it was, if subscribers have confirmed that.
-// Pure; NoticeSender sends.
+// Chooses which event is published next. Each event is sent once, in the order of the numbers; the
+// newest 1000 are sent again to a new reader. After a restart it goes on where it was, if
+// subscribers have acknowledged everything.
 //
-//   there are 1 … 5000, and a reader comes    → 4001, 4002 … 5000
-//   5001 happens                              → 5001
-//   it leaves after 5001, another comes       → 4002 … 5001
-//   5002 … 7500 happen before another comes   → 4002 … 7500: also those that no reader has had
-//   an orderly end, a start, and 7501         → 7501
-//   a kill and a start                        → 6502 … 7501: some may have been lost on their way
+//   events 1 … 5000 exist, a reader appears        → 4001, 4002 … 5000
+//   event 5001 is added                            → 5001
+//   the reader leaves, another one appears         → 4002 … 5001
+//   5002 … 7500 are added, then a reader appears   → 4002 … 7500: no reader has had the last 2499
+//   an orderly stop, a start, 7501 is added        → 7501
+//   a kill and a start                             → 6502 … 7501: some may have been lost
 //
-// What has left the supply before it was taken is skipped, and counted.
+// Events that are deleted from the supply before they were taken are counted as skipped.
 
 class EventSender {
  public:
-  /// Null: there are no events. It outlives this.
+  /// Null: there are no events. `supply` must outlive this object.
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
+  /// Starts again for a new receiver, by the rules above.
   void StartAnew();
-  /// The one to be sent; null: none now. The same until OnSent.
+  /// Returns the event to send next, null if there is none now; the same event until OnSent.
   const EventSample* Next();
   void OnSent();
-  /// Subscribers have all that was sent.
+  /// Stores that subscribers have acknowledged all events that were sent.
   void Confirm();
 
-  /// From any thread.
+  /// Any thread may call it.
   std::uint64_t sent() const { return sent_; }
   std::uint64_t skipped() const { return skipped_; }
 
@@ -87,69 +89,70 @@ class EventSender {
   bool Load();
 
   EventSupply* const supply_;
-  bool placed_ = false;        ///< for whoever takes samples now
-  bool ever_ = false;          ///< for anybody
-  std::uint64_t place_ = 0;    ///< number of the last that was sent
-  std::uint64_t reached_ = 0;  ///< the highest of these; what is sent before it comes once more
+  bool placed_ = false;        ///< place_ is valid for the present receiver
+  bool ever_ = false;          ///< place_ was valid for any receiver since the start
+  std::uint64_t place_ = 0;    ///< number of the last event that was sent
+  std::uint64_t reached_ = 0;  ///< the highest place_ so far; events up to it are repetitions
   std::vector<EventSample> batch_;
-  std::size_t next_ = 0;  ///< of batch_
+  std::size_t next_ = 0;  ///< index in batch_
   std::atomic<std::uint64_t> sent_ = 0;
   std::atomic<std::uint64_t> skipped_ = 0;
 };
 
-// Which alarm is published next: each one that has changed, as it is now; all of them to a new
-// reader. Pure; NoticeSender sends.
+// Chooses which alarm is published next: each one that has changed, in its present state; all
+// alarms for a new receiver.
 class AlarmSender {
  public:
-  /// Null: there are none. It outlives this.
+  /// Null: there are no alarms. `supply` must outlive this object.
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// The one to be sent; null: none now. The same until OnSent.
+  /// As EventSender::Next.
   const AlarmSample* Next();
   void OnSent();
 
  private:
   EventSupply* const supply_;
-  std::uint64_t version_ = 0;  ///< of the last that was sent
+  std::uint64_t version_ = 0;  ///< version of the last alarm that was sent
   std::vector<EventSupply::Alarm> batch_;
-  std::size_t next_ = 0;  ///< of batch_
+  std::size_t next_ = 0;  ///< index in batch_
 };
 
 class NoticeSender {
  public:
-  /// Subscribers that are already there find a new gateway within this time.
+  /// Running subscribers on a working network find a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
-  /// All subscribers that are running have found a new gateway within this time. Events wait so
-  /// long until somebody reads them. If 3,000 events wait and the writer keeps 1,000, sending them
-  /// at once would lose the oldest 2,000 before the first reader is found.
+  /// All running subscribers have found a new gateway within this time. Events wait for this time
+  /// unless a reader of events is there earlier. Example: 3,000 events wait and the writer stores
+  /// 1,000; sent at once, the oldest 2,000 would be lost before the first reader is found.
   static constexpr Duration kMeetingTime = 15s;
 
-  /// All outlive this. `now` is told as the gateway's start. `events`: null: there
-  /// are none.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start. `events`: null: there are none.
   NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  /// `same`: the receiver is the same, and only its writers of samples are others.
+  /// Sends everything again to a new receiver. `same`: only the receiver's writers of samples were
+  /// replaced, so the gateway's start and the final samples are not repeated.
   void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
   bool EndsAreTold() const { return ends_.empty() && device_ends_.empty(); }
-  /// Also those that were refused.
+  /// Sends the final samples at this time, including those that were refused.
   void SendEndsAt(Instant at) { ends_due_ = at; }
 
-  /// At most 64 of each kind. False: the pace or the writer does not allow it now.
+  /// Sends at most 64 samples of each kind. False: the pacer or the writer accepts no more now.
   bool Send(Instant now);
-  /// When what is left may be sent.
+  /// Returns when the next samples may be sent.
   Instant Due();
 
-  /// Sends the events and alarms until now, as far as the pace allows, for at most 700 ms. Returns
-  /// when to go on; empty: all are sent, or cannot be.
+  /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns when
+  /// to call it again; empty: all were sent, or they cannot be sent.
   std::optional<Instant> End(Instant now);
-  /// Behind End: subscribers have confirmed everything.
+  /// Stores that subscribers have acknowledged everything; after End.
   void Confirm() { events_.Confirm(); }
 
-  /// From any thread.
+  /// Any thread may call it.
   const EventSender& events() const { return events_; }
 
  private:
@@ -162,16 +165,16 @@ class NoticeSender {
 
   PacedWriter& paced_;
   GatewaySample gateway_;
-  Instant gateway_due_;  ///< Instant::max(): it has been sent
+  Instant gateway_due_;  ///< Instant::max(): the sample was sent
   PointEnds ends_;
   DeviceEnds device_ends_;
-  Instant ends_due_{};  ///< not before
+  Instant ends_due_{};  ///< not sent before
   EventSender events_;
-  Instant events_due_;  ///< not before
+  Instant events_due_;  ///< not sent before
   Instant meets_until_;
   AlarmSender alarms_;
-  Instant alarms_due_;             ///< not before
-  std::optional<Instant> end_by_;  ///< the end is being told
+  Instant alarms_due_;             ///< not sent before
+  std::optional<Instant> end_by_;  ///< when End gives up; empty: End was not called yet
 };
 
 }  // namespace baudgate::dds

@@ -1,6 +1,6 @@
-// The points of a store, numbered one after the other: the slots of
-// gateway/outputs/dds/publish_plan.h. Those of devices that are gone have none. FillPoint and
-// FillDevice fill samples, and PointEnds and DeviceEnds keep the final samples.
+// `PointSlots` numbers the points of all devices of a store consecutively; such a number is called
+// a slot. FillPoint and FillDevice fill samples, and PointEnds and DeviceEnds are the queues of
+// final samples for what a reload has removed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,58 +24,58 @@ class PointSlots {
   explicit PointSlots(const bus::PointStore& store);
 
   std::uint32_t size() const { return first_.back(); }
-  /// Devices that the store had when the points were numbered.
+  /// The number of devices in the store when the slots were assigned.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
-  /// It was in the store then.
   bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
   bus::PointRef RefOf(std::uint32_t slot) const;
-  /// What the store knew of the device stays as long.
+  /// Returns a handle: the store does not forget the device while the handle exists.
   const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  /// By device; null: it was not in the store. Keeps what subscribers are told at its end.
+  /// By device; null: it was not in the store. The handle keeps the device's record readable for
+  /// the final samples.
   std::vector<std::shared_ptr<const void>> held_;
-  std::vector<std::uint32_t> first_;  ///< by device, and one more: the number of points
+  /// By device: its first slot; the last element is the number of slots.
+  std::vector<std::uint32_t> first_;
 };
 
-/// What `store` has now.
+/// Returns the number of points, devices and sources of events that `store` contains now.
 Room CountOf(const bus::PointStore& store);
-/// The same with some to spare for what reloads add.
+/// Returns CountOf(store) and a reserve for what reloads add.
 Room RoomFor(const bus::PointStore& store);
 
-/// "device.point" of a device that is held.
+/// Returns "device.point". The caller must hold the device (PointStore::Hold).
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
-/// Of `slots`, which hold their devices.
+/// Returns the deadband of each slot. `slots` prevents the store from forgetting the devices.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
-// From the point store into the samples of points and devices: all fields but the gateway's name.
+// FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// `state`: of the point's value, at its quality now.
+/// `state` must be made from the point's value and its present quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
 
-// The final samples of points and devices that a reload has removed. Each point is published once
-// more with its last value, not connected; each device with its last counters, disabled. No I/O:
-// gateway/outputs/dds/notice_sender.h sends them.
+// The queue of final samples of points that a reload has removed: each point is published once more
+// with its last value and quality "not connected".
 class PointEnds {
  public:
-  /// Both outlive this.
+  /// The references must outlive this object.
   PointEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `held`: see PointStore::Hold.
+  /// `held` is a handle of PointStore::Hold for the device.
   void Add(bus::PointRef ref, std::shared_ptr<const void> held) {
     gone_.push_back({ref, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// A point that has come back under its name before its end was told has none. Returns the slots
-  /// of these points.
+  /// Removes from the queue the points that exist again under the same name. Returns the slots of
+  /// these points.
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// The one to be sent; null: none now. The same until OnSent.
+  /// Returns the sample to send next, null if there is none. Returns the same sample until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -87,22 +87,24 @@ class PointEnds {
     std::shared_ptr<const void> held;
   };
   std::deque<Gone> gone_;
-  PointSample sample_;  ///< of the first
+  PointSample sample_;  ///< of the queue's first point
 };
 
-/// The queue of removed devices.
+/// The queue of final samples of devices that a reload has removed: each device is published once
+/// more with its last counters and state `disabled`.
 class DeviceEnds {
  public:
-  /// Both outlive this.
+  /// The references must outlive this object.
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `held`: see PointStore::Hold.
+  /// `held` is a handle of PointStore::Hold for the device.
   void Add(std::uint32_t device, std::shared_ptr<const void> held) {
     gone_.push_back({device, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// Drops devices whose name is still in use: a reload may have begun their line anew.
+  /// Removes from the queue the devices whose name is in use again, e.g. because a reload has
+  /// restarted their line.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }

@@ -100,7 +100,7 @@ bool PublishPlan::WantsPoint(std::uint32_t slot, const PointState& state) const 
     return other_text || nan != std::isnan(point.sent.number);
   }
   if (state.number == point.sent.number) return other_text;
-  // The difference of two equal infinities is NaN, of others infinite: "not within" covers all.
+  // `!(… <= deadband)` and not `>`, because the difference of two equal infinities is NaN.
   return !(std::abs(state.number - point.sent.number) <= point.deadband);
 }
 
@@ -165,10 +165,10 @@ void PublishPlan::TakeDueDevices(Instant now, std::size_t most,
 
 Instant PublishPlan::NextDue() const { return std::min(due_points_.Next(), due_devices_.Next()); }
 
-// Three quarters of the heartbeat to all of it, different for each: what was sent in one burst (the
-// start, a line that went down) drifts apart instead of coming as a burst for ever.
+// Different for each slot, between three quarters of the heartbeat and all of it: the samples of
+// one burst (the start, a line that failed) spread over time and do not return as a burst.
 Duration PublishPlan::Period(std::uint32_t slot) const {
-  const std::uint32_t scattered = slot * 2654435769U >> 22;  // golden ratio, 0…1023
+  const std::uint32_t scattered = slot * 2654435769U >> 22;  // golden ratio: 0…1023
   return options_.heartbeat - options_.heartbeat / 4 * scattered / 1024;
 }
 

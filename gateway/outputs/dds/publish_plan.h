@@ -1,6 +1,6 @@
-// Decides what the DDS publisher sends and when: change beyond the deadband, change of quality,
-// heartbeat. Pure: values and time come in as arguments; gateway/outputs/dds/publisher.h acts
-// on it. DueQueue finds what is due next.
+// `PublishPlan` decides what the DDS publisher sends and when: a change beyond the deadband, a
+// change of quality, a heartbeat. No I/O: values and time are arguments. DueQueue finds the next
+// slot that is due.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,20 +14,22 @@
 
 namespace baudgate::dds {
 
-// Which of many numbered things is due next: an indexed heap in which putting something off, the
-// common case, costs one store. Pure; used by PublishPlan for points and devices.
+// A priority queue of slots by due time: an indexed heap in which delaying a slot, the most
+// frequent call, costs one store.
 class DueQueue {
  public:
-  /// Slots 0…count-1, all due at `first`.
+  /// Contains the slots 0…count-1, all due at `first`.
   DueQueue(std::size_t count, Instant first);
 
-  /// Earlier takes O(log n) at once; later is noted and settled when the old time comes.
+  /// An earlier time takes O(log n) at once; a later time is noted, and the heap is corrected when
+  /// the old time is reached.
   void Set(std::uint32_t slot, Instant due);
   Instant due(std::uint32_t slot) const { return due_[slot]; }
 
-  /// A slot whose time has come, if any. It stays in the queue: Set it to its next time.
+  /// Returns a slot that is due, if there is one. It stays in the queue: call Set with its next
+  /// time.
   std::optional<std::uint32_t> Due(Instant now);
-  /// Not later than the next due time; Instant::max() when there are no slots.
+  /// Returns a time that is not later than the next due time; Instant::max() if there are no slots.
   Instant Next() const;
 
  private:
@@ -37,21 +39,22 @@ class DueQueue {
   void Swap(std::size_t a, std::size_t b);
 
   std::vector<Instant> due_;             ///< by slot
-  std::vector<Instant> key_;             ///< by slot: what the heap is ordered by; never after due_
+  std::vector<Instant> key_;             ///< by slot: the heap's order; never later than due_
   std::vector<std::uint32_t> heap_;      ///< slots
-  std::vector<std::uint32_t> position_;  ///< by slot: where it stands in heap_
+  std::vector<std::uint32_t> position_;  ///< by slot: its index in heap_
 };
 
 struct PlanOptions {
-  Duration heartbeat = 10s;       ///< each point and device is sent at least so often
-  Duration device_interval = 1s;  ///< counters of a device are sent at most so often
+  Duration heartbeat = 10s;       ///< each point and device is sent at least once in this time
+  Duration device_interval = 1s;  ///< counters of a device are sent at most once in this time
   Duration retry = 1s;            ///< after a write that failed
 };
 
-/// A text, and the digits of a whole number beyond 2^53, which a double would round; else empty.
+/// Returns a text, or the digits of a whole number beyond 2^53 (which a double would round); else
+/// empty.
 std::string TextOf(const Value& value);
 
-/// What of a point decides whether it is sent; small enough to keep one for every point.
+/// What decides whether a point is sent. Small, because there is one for every point.
 struct PointState {
   double number = 0;
   std::size_t text_hash = 0;
@@ -60,38 +63,37 @@ struct PointState {
   static PointState Of(const Value& value, Quality quality);
 };
 
-/// Points are numbered through all devices ("slot"). Everything is due at the start: that is the
-/// start-up image. Memory is fixed; no call allocates or looks at all points.
+/// Decides for each point (by slot) and device whether it is sent. At the start everything is due.
+/// The memory is fixed, and no call visits all points.
 class PublishPlan {
  public:
   PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,
               Instant start);
 
-  /// A point may have changed: send it?
   bool WantsPoint(std::uint32_t slot, const PointState& state) const;
   void PointSent(std::uint32_t slot, const PointState& state, Instant now);
-  /// Whether subscribers have ever been told of it, so that they have to be told of its end.
+  /// True if the point was ever sent, so its removal must be published.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
   bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
-  /// By a plan before this one.
+  /// The previous plan has sent the point.
   void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
-  /// All that the plan before this one, of the same points and devices, has sent.
+  /// Copies all WasSent marks of a plan for the same points and devices.
   void KeepMarks(const PublishPlan& before);
-  /// It is tried again after `retry`, or when it changes.
+  /// The point is tried again after `retry`, or when it changes.
   void PointFailed(std::uint32_t slot, Instant now);
 
-  /// A device has changed: send its status? When not yet, it becomes due by itself later.
+  /// True if the status of a changed device is to be sent now. If it is too early, the device
+  /// becomes due later.
   bool WantsDevice(std::uint32_t device, bus::DeviceState state, Instant now);
   void DeviceSent(std::uint32_t device, bus::DeviceState state, Instant now);
   void DeviceFailed(std::uint32_t device, Instant now);
-  /// It is in the plan for its number alone.
+  /// A removed device keeps its number in the plan and is never due.
   void DeviceGone(std::uint32_t device) { due_devices_.Set(device, Instant::max()); }
 
-  /// At most `most` points whose heartbeat (or first sending, or retry) is due; WantsPoint says yes
-  /// to them until they are sent.
+  /// Returns in `slots` at most `most` points that are due for a heartbeat, the first sending or a
+  /// retry. WantsPoint is true for them until they are sent.
   void TakeDuePoints(Instant now, std::size_t most, std::vector<std::uint32_t>& slots);
   void TakeDueDevices(Instant now, std::size_t most, std::vector<std::uint32_t>& devices);
-  /// When to look for due ones again.
   Instant NextDue() const;
 
  private:

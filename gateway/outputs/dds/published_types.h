@@ -1,9 +1,7 @@
-// The published types, field by field, as baudgate.idl says them. From this list follow the wire
-// form, the key hashes, what is announced to generic tools
-// (gateway/outputs/dds/fast/types.h), baudgate_types.xml,
-// and the JSON of `watch` (gateway/tools/watch/watch_lines.h).
-// tests/gateway/outputs/dds/cdr_test.cpp compares it with the IDL. Encode and Decode
-// write and read the wire form, and TypesXml gives the types as DDS-XML.
+// `Contract` lists the fields of each published type of baudgate.idl; cdr_test.cpp compares it with
+// the IDL. Derived from it are the wire form (Encode, Decode), the key hashes, the types for
+// generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and the JSON of
+// `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +23,7 @@ template <typename Sample, typename Value>
 struct Field {
   std::string_view name;
   Value Sample::*member;
-  std::uint32_t bound = 0;  ///< of a text, in bytes
+  std::uint32_t bound = 0;  ///< longest text in bytes; 0: no text
   bool key = false;
 };
 
@@ -46,7 +44,7 @@ constexpr Field<Sample, Value> Plain(std::string_view name, Value Sample::*membe
   return {name, member};
 }
 
-/// Its name in module baudgate::v1, and its fields in the order of the IDL.
+/// The name in module baudgate::v1, and the fields in the order of the IDL.
 template <typename Sample>
 struct Contract;
 
@@ -157,14 +155,14 @@ struct Contract<ReplySample> {
 
 }  // namespace contract
 
-/// Calls `use` with each field, in the order of the wire.
+/// Calls `use` with each field, in the order of the wire form.
 template <typename Sample, typename Use>
 constexpr void ForEachField(Use use) {
   std::apply([&use](const auto&... field) { (use(field), ...); },
              contract::Contract<Sample>::kFields);
 }
 
-/// A field as generic tools see it.
+/// The description of a field for generic tools.
 struct TypeField {
   enum class Kind : std::uint8_t { text, boolean, float64, uint16, uint32, int64, uint64 };
   std::string_view name;
@@ -203,7 +201,7 @@ inline constexpr auto kTypeFields =
 template <typename Sample>
 inline constexpr TypeDescription kTypeOf = {contract::Contract<Sample>::kName, kTypeFields<Sample>};
 
-/// Every published type, in the order of the IDL.
+/// Calls `use` with the description of every published type, in the order of the IDL.
 template <typename Use>
 void ForEachType(Use use) {
   use(kTypeOf<PointSample>);
@@ -215,18 +213,20 @@ void ForEachType(Use use) {
   use(kTypeOf<ReplySample>);
 }
 
-// The wire form of the samples (XCDR1, as any vendor's compiler makes it from baudgate.idl), both
-// ways. Bytes come from and go to Fast DDS payloads (gateway/outputs/dds/fast/types.cpp).
+// Encode and Decode convert samples to and from the wire form (XCDR1, as the code of any vendor's
+// IDL compiler makes it).
 
-/// Representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes of options.
+/// The encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes
+/// of options.
 inline constexpr std::size_t kCdrHead = 4;
 
-/// A number stands at a multiple of its size, counted from the end of the encapsulation.
+/// Returns the next multiple of `size`, counted from the end of the encapsulation header: there a
+/// number of this size may begin.
 constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
   return kCdrHead + (at - kCdrHead + size - 1) / size * size;
 }
 
-/// The end of a sample whose texts are as long as their bounds: no sample is longer.
+/// Returns the longest possible length in bytes: all texts as long as their bounds.
 template <typename Sample>
 constexpr std::size_t LongestSample() {
   std::size_t at = kCdrHead;
@@ -242,17 +242,17 @@ constexpr std::size_t LongestSample() {
 template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
-/// For the samples of the contract. Writes little-endian CDR with its encapsulation header; returns
-/// the bytes used, or 0 when a text is beyond its bound or `to` is too small.
+/// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
+/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// For the samples of the contract. Reads either byte order. False on anything but a whole sample
-/// within its bounds; never throws, whatever the bytes. `sample` is then unspecified.
+/// Reads either byte order. False unless the bytes are a whole sample within its bounds; `sample`
+/// is then unspecified. Never throws.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);
 
-// The published types as DDS-XML, for tools that load types from a file (RTI Admin Console,
+// Returns the published types as DDS-XML, for tools that load types from a file (RTI Admin Console,
 // PlotJuggler). `baudgate-dds --types-xml` prints it.
 
 std::string TypesXml();

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::size_t kDueBatch = 64;
 
-// A reader that is connected in the middle of a long image gets its end before its beginning; one
-// on Fast DDS 2.9 then searches all that it holds for each sample, for ten seconds and more.
+// A longer image waits. A reader that is matched in the middle of it receives the end before the
+// beginning; with Fast DDS 2.9 it then searches all its samples for each new one, for ten seconds
+// and more.
 constexpr std::size_t kLongImage = 1000;
 
 Instant ImageTime(std::size_t points, Instant now) {
@@ -35,7 +36,7 @@ SampleSender::SampleSender(const config::Config& config, const bus::PointStore& 
       paced_(writer, std::move(log)),
       notices_(config, store, paced_, events, now) {}
 
-/// Plans only the points that have numbers: a reload may be adding devices to the store meanwhile.
+/// Only points that have slots are planned, because a reload may be adding devices to the store.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
           DeadbandsBySlot(store_, slots_),
@@ -64,7 +65,7 @@ void SampleSender::OnReload(Instant now) {
   reopen_ = reopen_ || !notices_.EndsAreTold() || !room_.Holds(CountOf(store_));
 }
 
-/// False: the writer cannot do it now.
+/// False: the writer cannot reopen now.
 bool SampleSender::Reopen() {
   const Room room = RoomFor(store_);
   if (writer_.Reopen(room) != Sent::yes) return false;
@@ -74,7 +75,7 @@ bool SampleSender::Reopen() {
   return true;
 }
 
-/// All that subscribers have been told of.
+/// Queues the final samples of all removed points and devices that were ever sent.
 void SampleSender::AddEnds(const PointSlots& before) {
   for (std::uint32_t slot = 0; slot < before.size(); ++slot) {
     if (plan_.WasSent(slot)) {
@@ -111,11 +112,11 @@ bool SampleSender::idle() const {
 Instant SampleSender::Send(Instant now) {
   if (!notices_.Send(now)) return paced_.ReadyAt();
   if (reopen_ && notices_.EndsAreTold() && !Reopen()) return now + PacedWriter::kLongestHold;
-  // There may be no room yet for what the reload has added.
+  // The writers may have no room yet for points that the reload has added.
   if (reopen_ && notices_.Due() <= now) return now;
   if (!SendRound(now)) return paced_.ReadyAt();
-  // What has changed meanwhile goes before the next few that are due: it does not wait for the
-  // whole start-up image.
+  // The caller first adds new changes, which are sent before the next batch of due points: a change
+  // does not wait for the whole start-up image.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return paced_.ReadyAt();
@@ -131,7 +132,7 @@ void SampleSender::TakeDue(Instant now) {
   plan_.TakeDueDevices(now, kDueBatch, round_.devices);
 }
 
-/// False: the pace or the writer allows no more now.
+/// False: the pacer or the writer accepts no more now.
 bool SampleSender::SendRound(Instant now) {
   for (;;) {
     if (round_.next_staged < round_.staged_count) {
@@ -147,7 +148,7 @@ bool SampleSender::SendRound(Instant now) {
   }
 }
 
-// Under the device's lock values are only copied: a write may block for milliseconds.
+// Only copies values under the device's lock, because a write may block for milliseconds.
 void SampleSender::StageNextDevice(Instant now) {
   round_.staged_count = round_.next_staged = 0;
   const auto rest = std::span(round_.points).subspan(round_.next_point);
@@ -190,7 +191,8 @@ bool SampleSender::SendStaged(Instant now) {
   return true;
 }
 
-/// What is sent later is read from the store again then: the latest value wins.
+/// Puts staged samples back into the list of points, so that the next attempt reads the latest
+/// values from the store.
 void SampleSender::Unstage() {
   const std::size_t left = round_.staged_count - round_.next_staged;
   round_.next_point -= left;
@@ -200,7 +202,7 @@ void SampleSender::Unstage() {
   round_.staged_count = round_.next_staged = 0;
 }
 
-/// False: the pace or the writer does not allow it now.
+/// False: the pacer or the writer accepts no sample now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   bus::DeviceState state{};
   if (store_.gone(device)) {
@@ -230,8 +232,7 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
 
 namespace {
 
-// A wake-up costs more than a sample: when they come faster than this, what changes goes in
-// batches.
+// A wake-up costs more than a sample: if changes come faster than this, they are sent in batches.
 constexpr Duration kWakeInterval = 2ms;
 constexpr std::uint32_t kWakeBurst = 64;
 constexpr Duration kAcknowledgeTime = 250ms;
@@ -243,7 +244,7 @@ Status CheckKey(const std::string& what, const std::string& name) {
 
 }  // namespace
 
-// Keys cannot be cut: two of them might become one.
+// Keys cannot be cut, because two long names could become the same key.
 Status DdsPublisher::CheckNames(const config::Config& config) {
   if (const Status status = CheckKey("gateway", config.name); !status) return status;
   for (const config::Line& line : config.lines) {
@@ -290,7 +291,7 @@ DdsPublisher::DdsPublisher(const config::Config& config, bus::PointStore& store,
 DdsPublisher::~DdsPublisher() {
   Stop();
   if (events_) events_->OnNew({});
-  writer_->OnSession({});  // they may outlive this
+  writer_->OnSession({});  // writer_ and events_ may outlive this object
 }
 
 void DdsPublisher::OnReload() {
@@ -311,7 +312,7 @@ Instant DdsPublisher::Publish() {
   if (ReadClocks().instant < rests_until_) return rests_until_;
   const bool takes_changes = sender_.idle();
   if (takes_changes) {
-    feed_->Drain(next_sending_, changes_);  // waits for them
+    feed_->Drain(next_sending_, changes_);  // waits for changes until next_sending_
     sender_.Add(changes_);
   }
   const Instant now = ReadClocks().instant;
@@ -321,7 +322,6 @@ Instant DdsPublisher::Publish() {
   return rests_until_;
 }
 
-/// Another session, or a reload: the sender starts again, and at once.
 void DdsPublisher::Renew(std::uint64_t session) {
   const Instant now = ReadClocks().instant;
   const bool other_session = std::exchange(session_, session) != session;
@@ -332,7 +332,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  const bool known = writer_->session() == session_;  // else the receiver has no event yet
+  // In another session, the receiver has no events yet.
+  const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);
     if (!next) break;

@@ -1,5 +1,5 @@
-// Publishes points and device states on DDS: the thread on which SampleSender takes changes from
-// the point store and writes samples. Lines never wait for it.
+// `DdsPublisher` publishes points and device states on DDS: on its thread, a SampleSender turns
+// changes of the point store into samples. Lines never wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,52 +21,52 @@
 
 namespace baudgate::dds {
 
-// From the point store to samples: which points and devices are sent now, in which batches, how
-// fast, and what is told at the end. Asks gateway/outputs/dds/publish_plan.h what is worth a
-// sample. Sans-I/O: time is an argument; DdsPublisher drives it on a thread.
 struct SampleCounters {
   std::uint64_t written = 0;
-  std::uint64_t failed = 0;  ///< samples that the library did not take; they are tried again
-  std::uint64_t events = 0;  ///< of `written`
-  std::uint64_t events_skipped = 0;  ///< that were no longer to be had
+  std::uint64_t failed = 0;  ///< samples that the library did not accept; they are sent again
+  std::uint64_t events = 0;  ///< the part of `written` that were events
+  std::uint64_t events_skipped = 0;  ///< events that were deleted before they could be sent
 };
 
+/// Decides which points and devices are sent now, in which batches and how fast, and sends the
+/// final events. gateway/outputs/dds/publish_plan.h decides what is worth a sample. No thread, no
+/// clock: DdsPublisher calls it with the time.
 class SampleSender {
  public:
-  /// All outlive the sender; it is asked to Send only while the writer has a session. `now` is told
-  /// as the gateway's start. Everything is due then: the start-up image. A long image waits 500 ms,
-  /// until subscribers that are already there have found the gateway.
-  /// `events`: null: there are none.
+  /// The references and `events` must outlive this object. `now` is published as the gateway's
+  /// start, and everything is due then. An image of more than 1000 points waits 500 ms, until
+  /// running subscribers have found the gateway. `events`: null: there are none.
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// A new session has begun, whose writers hold no samples: everything is due at `now`. It also
-  /// forgets which points and devices were sent and which ends are to be sent, unless the session
-  /// has begun by SampleWriter::Reopen.
+  /// A new session has begun, whose writers contain no samples: everything is due at `now`. Unless
+  /// SampleWriter::Reopen has caused it, this also forgets which points and devices were sent, and
+  /// clears the queues of final samples.
   void StartAnew(Instant now);
 
-  /// The configuration was reloaded, and the store may have other devices. First come the ends of
-  /// removed points and devices. Then the writers are replaced, so that late subscribers never get
-  /// these. Then everything else is sent again, also what was given to Add and is not sent yet.
+  /// The configuration was reloaded. Order of sending: final samples of removed points and devices;
+  /// then the writers are replaced, so that late subscribers never get the removed ones; then
+  /// everything else, including unsent changes of Add.
   void OnReload(Instant now);
 
-  /// Takes over what has changed; also when nothing has. Only while idle, and before each Send
+  /// Takes over changes, or none. To be called before each Send at which idle() is true, and only
   /// then.
   void Add(bus::Changes& changes);
-  /// Everything added has been sent; false: the pace holds some of it back.
+  /// False: some changes of Add wait for the pacer.
   bool idle() const;
-  /// Sends at most 64 ends of points, events and alarms, what was added, then at most 64 points and
-  /// 64 devices that are due by themselves, as far as the pace allows. Returns when to call it
-  /// again at the latest; `now`: at once.
+  /// Sends at the permitted rate: at most 64 notices of each kind, then the added changes, then at
+  /// most 64 points and 64 devices that are due. Only while the writer has a session. Returns when
+  /// to call it again at the latest; `now`: at once.
   Instant Send(Instant now);
 
-  /// Sends the events and alarms until now, as far as the pace allows. Returns when to go on;
-  /// empty: all are sent, or cannot be. The end of the points is told by the DDS process.
+  /// Sends the remaining events and alarms at the permitted rate. Returns when to call it again;
+  /// empty: all were sent, or they cannot be sent. (baudgate-dds sends the final samples of
+  /// points.)
   std::optional<Instant> End(Instant now) { return notices_.End(now); }
-  /// Behind End: subscribers have confirmed everything.
+  /// Stores that subscribers have acknowledged everything; after End.
   void Confirm() { notices_.Confirm(); }
 
-  /// From any thread.
+  /// Any thread may call it.
   SampleCounters counters() const {
     return {.written = paced_.written(),
             .failed = paced_.failed(),
@@ -84,7 +84,7 @@ class SampleSender {
   struct Round {
     std::vector<bus::PointRef> points;  ///< sorted by device
     std::size_t next_point = 0;
-    std::vector<Staged> staged;  ///< of one device; its memory is kept
+    std::vector<Staged> staged;  ///< points of one device; reused to avoid allocations
     std::size_t staged_count = 0;
     std::size_t next_staged = 0;
     std::vector<std::uint32_t> devices;
@@ -104,17 +104,17 @@ class SampleSender {
   const config::Config& config_;
   const bus::PointStore& store_;
   SampleWriter& writer_;
-  Room room_;              ///< that the writer has
-  bool reopen_ = false;    ///< SampleWriter::Reopen is to be called
-  bool reopened_ = false;  ///< it was called, and the next session has not begun yet
+  Room room_;              ///< of the present writers
+  bool reopen_ = false;    ///< SampleWriter::Reopen must be called
+  bool reopened_ = false;  ///< Reopen was called, and the next session has not begun yet
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;
   NoticeSender notices_;
   Round round_;
   bool due_may_follow_ = false;
-  std::vector<std::uint32_t> due_;  ///< kept to save its memory
-  DeviceSample device_sample_;      ///< so is this
+  std::vector<std::uint32_t> due_;  ///< reused memory
+  DeviceSample device_sample_;      ///< reused memory
 };
 
 struct DdsCounters : SampleCounters {
@@ -127,9 +127,9 @@ class DdsPublisher {
   /// Called on the publisher's thread.
   using Log = PacedWriter::Log;
 
-  /// Starts publishing to `writer`: everything to each that takes samples there, then what changes.
-  /// `config` and `store` outlive it; call before the lines start. `events`: null: there are none.
-  /// The error says which name to change.
+  /// Starts to publish to `writer`: first everything, then changes; everything again for each new
+  /// session. `config` and `store` must outlive the publisher. To be called before the lines start.
+  /// `events`: null: there are none. An error contains the name that is too long.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
@@ -137,13 +137,13 @@ class DdsPublisher {
                                                       std::shared_ptr<EventSupply> events = {});
   ~DdsPublisher();
 
-  /// Which name is too long to be published.
+  /// An error contains the first name that is too long to be published.
   static Status CheckNames(const config::Config& config);
 
-  /// A reload: the store has other devices; taken in soon.
+  /// To be called after a reload has changed the store.
   void OnReload();
-  /// Hands over the last events, and ends when the DDS process has told subscribers that all points
-  /// are gone; within two seconds. Idempotent.
+  /// Sends the last events and ends the thread, after baudgate-dds has published that all points
+  /// are gone, or after two seconds at most. Idempotent.
   void Stop();
 
   DdsCounters counters() const {
@@ -163,10 +163,10 @@ class DdsPublisher {
   std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;
-  // Used by the thread.
+  // Used by the publisher's thread only.
   Pacer wakes_;
   bus::Changes changes_;
-  std::uint64_t session_ = 0;  // whom the sender sends to
+  std::uint64_t session_ = 0;  // of sender_; 0: none
   Instant next_sending_{};
   Instant rests_until_{};
   Worker worker_;

@@ -41,7 +41,7 @@ std::uint64_t RequestIntake::dropped() const {
 
 namespace {
 
-// Loss-free even on the 208 KiB socket buffers that a kernel grants by default: 20 samples/ms.
+// 20 samples/ms: no loss even with socket buffers of 208 KiB, the default of the kernel.
 constexpr Duration kPaceInterval = 50us;
 constexpr std::uint32_t kPaceBurst = 100;
 constexpr Duration kShortestHold = 1ms;

@@ -1,6 +1,6 @@
-// Where the publisher's samples go, and where write requests come from: the seam between the
-// gateway and the DDS library, which may be in this process or in another one. Pacer sets the pace,
-// RequestIntake holds write requests, and PacedWriter writes at a pace that loses no sample.
+// `SampleWriter` is the interface to the DDS library, in this process or in baudgate-dds: the
+// publisher hands over samples and receives write requests. Pacer limits a rate, RequestIntake
+// queues write requests, and PacedWriter writes so slowly that no sample is lost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,18 +21,18 @@
 
 namespace baudgate::dds {
 
-// How fast something may go on. Time is an argument.
-
-/// Keeps bursts below what socket buffers hold (a burst that overflows them is lost and costs
-/// seconds of retransmission): `burst` samples at once, then one every `interval`.
+/// Limits the rate of samples to `burst` at once, then one per `interval`, because a burst that
+/// overflows the socket buffers loses samples and costs seconds of retransmission. The time is an
+/// argument.
 class Pacer {
  public:
   Pacer(Duration interval, std::uint32_t burst)
       : interval_(interval), allowance_(interval * burst) {}
 
-  /// One sample may go now.
+  /// True if one sample may be sent now, which is then counted.
   bool Take(Instant now);
-  /// When half a burst may go: waking for each single sample would cost more than sending it.
+  /// Returns when half a burst may be sent: a wake-up for each single sample would cost more than
+  /// the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:
@@ -41,35 +41,33 @@ class Pacer {
   Instant reserved_until_{};
 };
 
-// Write requests on their way to the part that carries them out. Their rate and the number that
-// waits are bounded; requests beyond are counted and dropped, and their client asks again. From the
-// DDS library's threads to gateway/outputs/dds/link/link_server.h, and from there to
-// gateway/outputs/dds/writes/write_service.h.
+// A write request on its way from the DDS library to gateway/outputs/dds/writes/write_service.h.
 struct WriteArrival {
   RequestSample request;
   WriterId writer;
-  Instant received{};  ///< by the process that speaks DDS
-  /// By the clock of its client, as its time stamp says; 1970: it carries none.
+  Instant received{};  ///< by the process with the DDS library
+  /// The source timestamp by the client's clock; 1970: none.
   WallTime published{};
-  /// It was published before there was a reader of requests to this gateway.
+  /// True if `published` is before this gateway began to read requests.
   bool early = false;
-  /// Its writer is not known to keep nothing: it may be older than this reader.
+  /// True if the writer may be durable, so the request may be an old one.
   bool lasting = false;
 };
 
+/// A queue with a bounded length and rate. Requests beyond the bounds are counted and dropped;
+/// their client repeats them.
 class RequestIntake {
  public:
-  static constexpr std::size_t kMost = 128;     ///< that wait
-  static constexpr Duration kInterval = 2ms;    ///< one each, after a burst
+  static constexpr std::size_t kMost = 128;     ///< length of the queue
+  static constexpr Duration kInterval = 2ms;    ///< one request per interval, after a burst
   static constexpr std::uint32_t kBurst = 128;  ///< requests at once
 
-  /// `wake`: on the thread of Offer, after something has come.
+  /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
 
-  /// From any thread.
+  /// Any thread may call it.
   void Offer(WriteArrival arrival, Instant now);
   std::optional<WriteArrival> Take();
-  /// That found no room, so far.
   std::uint64_t dropped() const;
 
  private:
@@ -82,27 +80,27 @@ class RequestIntake {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-/// How many instances the writers have room for.
+/// The number of instances for which there are writers.
 struct Room {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
-  /// Devices that have events, and the gateway; 0: there is no such topic, and none of alarms.
+  /// The number of devices that have events, plus 1 for the gateway; 0: there are no topics of
+  /// events and alarms.
   std::uint32_t events = 0;
 
-  /// True if this room is enough for the points and devices of `other`. `events` is not compared:
-  /// it only decides how many events of each device are kept.
+  /// True if this room is enough for the points and devices of `other`. `events` is not compared,
+  /// because it only decides how many events of each device are stored.
   bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
 
-/// What became of a sample.
 enum class Sent : std::uint8_t {
   yes,
-  refused,  ///< the library did not take it: try it again in a while
-  later,    ///< there is no room or nobody now: nothing is lost when it is tried again in a moment
+  refused,  ///< the library did not accept the sample: write it again after about a second
+  later,    ///< the receiver has no room or is absent: write it again after some milliseconds
 };
 
-/// Used by one thread, save for subscribers(), datagrams(), neighbours() and session(), and for
-/// replies, which have a thread of their own.
+/// One thread may use it, except: any thread may call subscribers(), datagrams(), neighbours() and
+/// session(), and a second thread may write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -110,55 +108,54 @@ class SampleWriter {
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
   virtual Sent Write(const GatewaySample& sample) = 0;
-  /// Where the gateway has events.
+  /// Only if Room::events is not 0.
   virtual Sent Write(const EventSample&) { return Sent::refused; }
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
-  /// To a request that OnRequest was told of.
+  /// Replies to a request of OnRequest.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// The last call. Waits at most `most` until all subscribers have acknowledged everything; false
-  /// after that, and if the writer cannot tell. With a DDS process behind a link, that process
-  /// first publishes all points as not connected, which takes longer than `most`, and true also
-  /// means that a subscriber of events is there.
+  /// Waits at most `most` until all subscribers have acknowledged all samples; no other call may
+  /// follow. False after that time, or if the writer cannot find out. With baudgate-dds behind a
+  /// link, that process first publishes all points as not connected, which may take longer than
+  /// `most`; there true also means that a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Replaces the writers of samples by empty ones with this room. Removed points and devices are
-  /// gone for subscribers then, and use no room. Write takes nothing until the new session()
-  /// begins.
+  /// Replaces the writers of samples by empty ones with this room, so that removed points and
+  /// devices are gone for subscribers. Until the new session() begins, Write accepts no sample.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
-  /// What the library was given of what came to its ports.
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
-  /// The number of the present receiver of samples; a new one knows nothing of what was sent
-  /// before. 0: there is none.
+  /// Returns the number of the present session; 0: there is no receiver of samples. A new session
+  /// begins with a receiver that has none of the samples sent before.
   virtual std::uint64_t session() const { return 1; }
-  /// Before the first sample: `changed` is called, from any thread, whenever session() changes, and
-  /// when there is somebody who reads the events.
+  /// Sets the function that is called whenever session() changes, and when the first reader of
+  /// events appears. `changed` may be called on any thread. To be set before the first sample.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 
   using TakeRequest = std::function<void(WriteArrival arrival)>;
-  /// `take` is called, from any thread, with each request to this gateway; null: no longer, and no
-  /// call is under way when this returns. If writing is denied, they are not received.
+  /// Sets the function that takes each write request to this gateway; it may be called on any
+  /// thread. Null ends this, and no call is in progress when OnRequest returns. If the
+  /// configuration denies writing, no requests are received.
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
-  /// Requests that came faster than they can be handed on.
   virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
-// Writes samples at a pace that loses none on the way, rests when the receiver has no room, and
-// counts what was taken and refused. Time is an argument.
+// Writes samples at a rate at which none is lost, pauses when the receiver has no room, and counts
+// the accepted and refused samples. The time is an argument.
 class PacedWriter {
  public:
-  /// One line for people, at a change only, without the name of the output.
+  /// Called with a log line when samples begin to be refused, and when they are accepted again.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
   static constexpr Duration kLongestHold = 10ms;
 
-  /// `writer` outlives this.
+  /// `writer` must outlive this object.
   PacedWriter(SampleWriter& writer, Log log);
 
-  /// The next sample may be written now.
+  /// True if the next sample may be written now.
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
-  /// After MayWrite. `later`: write the sample again after a pause of 1, 2, 4, 8, 10, 10 … ms.
+  /// Writes a sample; only after MayWrite was true. After `later` the caller writes the sample
+  /// again; MayWrite is false until a pause of 1, 2, 4, 8, 10, 10 … ms is over.
   template <typename Sample>
   Sent Write(const Sample& sample, Instant now) {
     const Sent sent = writer_.Write(sample);
@@ -172,10 +169,10 @@ class PacedWriter {
 
   bool EventsAreRead() const { return writer_.subscribers().events > 0; }
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
-  /// There is a new receiver.
+  /// Ends the pause, because there is a new receiver.
   void ForgetHold() { held_until_ = {}; }
 
-  // From any thread.
+  // Any thread may call these.
   std::uint64_t written() const { return written_; }
   std::uint64_t failed() const { return failed_; }
 
@@ -186,8 +183,8 @@ class PacedWriter {
   const Log log_;
   Pacer pacer_;
   Instant held_until_{};
-  Duration hold_{};            ///< doubles while there is no room
-  std::uint64_t failing_ = 0;  ///< failures since the last success; the edge is logged
+  Duration hold_{};            ///< the present pause; doubles while there is no room
+  std::uint64_t failing_ = 0;  ///< failures since the last success; the first of them is logged
   std::atomic<std::uint64_t> written_ = 0;
   std::atomic<std::uint64_t> failed_ = 0;
 };

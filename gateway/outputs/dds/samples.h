@@ -1,6 +1,5 @@
-// The samples of the DDS contract (baudgate.idl) as plain structs, with the bounds of their texts.
-// Filled by gateway/outputs/dds/point_samples.cpp from the point store, and by
-// gateway/outputs/dds/published_types.cpp from the wire.
+// The samples of the DDS contract (baudgate.idl) as plain structs, and the bounds of their texts.
+// point_samples.cpp fills them from the point store, published_types.cpp from the wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,7 @@ inline constexpr char kAlarmTopic[] = "baudgate/alarms";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
-/// Events of a device that a late subscriber gets.
+/// The number of events of a device that a late subscriber gets.
 inline constexpr std::size_t kEventDepth = 1000;
 
 /// Bounds of baudgate.idl, in bytes.
@@ -34,10 +33,11 @@ struct PointSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
   std::string point;    ///< key
-  double value = 0;     ///< NaN for text and before the first reading
-  std::string text;     ///< empty for numbers, but for whole ones that a double would round
+  double value = 0;     ///< NaN for a text, and before the first reading
+  /// A text, or the digits of a whole number that a double would round; else empty.
+  std::string text;
   std::string unit;
-  std::uint16_t quality = 0;        ///< a word of gateway/base/value.h
+  std::uint16_t quality = 0;        ///< see Quality::word() in gateway/base/value.h
   std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
   std::uint64_t seq = 0;            ///< counts the readings of this point
   std::uint32_t rtt_us = 0;
@@ -49,8 +49,8 @@ struct DeviceSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
   std::string line;
-  std::uint16_t state = 0;         ///< gateway/bus/points/device_status.h
-  std::uint16_t last_outcome = 0;  ///< gateway/base/outcome.h
+  std::uint16_t state = 0;         ///< a DeviceState of gateway/bus/points/device_status.h
+  std::uint16_t last_outcome = 0;  ///< an Outcome of gateway/base/outcome.h
   std::int64_t last_ok_time_ns = 0;
   std::uint32_t exchanges = 0;
   std::uint32_t ok = 0;
@@ -63,23 +63,25 @@ struct DeviceSample {
   bool operator==(const DeviceSample&) const = default;
 };
 
-/// Once from each start of a gateway, and again to each process that publishes for it.
+/// Published once at each start of a gateway, and again by each new baudgate-dds process.
 struct GatewaySample {
-  std::string gateway;             ///< key
-  std::int64_t start_time_ns = 0;  ///< of the gateway, not of that process: `seq` counts from here
+  std::string gateway;  ///< key
+  /// Start of the gateway, not of baudgate-dds; each `seq` counts from here.
+  std::int64_t start_time_ns = 0;
   std::string version;
 
   bool operator==(const GatewaySample&) const = default;
 };
 
-/// What a device has written down, or the gateway has seen; docs/events.md. Once it is on the disk.
+/// An event that a device has recorded or the gateway has detected (docs/events.md). It is
+/// published when it is on the disk.
 struct EventSample {
   std::string gateway;              ///< key
   std::string device;               ///< key
-  std::uint64_t seq = 0;            ///< of the gateway's events, over restarts
-  std::int64_t device_time_ns = 0;  ///< since 1970 UTC
+  std::uint64_t seq = 0;            ///< counts the gateway's events, over restarts
+  std::int64_t device_time_ns = 0;  ///< nanoseconds since 1970 UTC
   std::int64_t receive_time_ns = 0;
-  std::uint16_t clock_quality = 0;  ///< of gateway/records/events/event_record.h
+  std::uint16_t clock_quality = 0;  ///< a ClockQuality of gateway/records/events/event_record.h
   std::uint16_t channel = 0;
   std::uint32_t code = 0;
   std::string text;
@@ -87,41 +89,42 @@ struct EventSample {
   bool operator==(const EventSample&) const = default;
 };
 
-/// An alarm as it is now (docs/events.md), once it is on the disk.
+/// The present state of an alarm (docs/events.md). It is published when it is on the disk.
 struct AlarmSample {
-  std::string gateway;         ///< key
-  std::string line;            ///< key
-  std::string device;          ///< key
-  std::string name;            ///< key
-  std::string point;           ///< empty: of the device
-  std::uint16_t state = 0;     ///< gateway/records/events/alarm.h; 0: it is over and acknowledged
+  std::string gateway;  ///< key
+  std::string line;     ///< key
+  std::string device;   ///< key
+  std::string name;     ///< key
+  std::string point;    ///< empty: an alarm of the device itself
+  /// An AlarmState of gateway/records/events/alarm.h; 0: over and acknowledged.
+  std::uint16_t state = 0;
   std::uint16_t priority = 0;  ///< 1 low, 2 medium, 3 high
-  std::uint64_t seq = 0;       ///< of the event that has raised it
+  std::uint64_t seq = 0;       ///< number of the event that raised the alarm
   std::int64_t raised_time_ns = 0;
-  std::int64_t changed_time_ns = 0;  ///< of `state`
+  std::int64_t changed_time_ns = 0;  ///< when `state` changed last
   std::string text;
-  std::string acknowledged_by;  ///< empty: nobody has
+  std::string acknowledged_by;  ///< empty: nobody
 
   bool operator==(const AlarmSample&) const = default;
 };
 
-/// A client asks for one point to be written. docs/dds.md, "Writing".
+/// A client's request to write one point (docs/dds.md, "Writing").
 struct RequestSample {
   std::string gateway;    ///< key
-  std::string client;     ///< key; the client's own name for itself
-  std::uint64_t seq = 0;  ///< counts this client's requests; one that comes twice is done once
+  std::string client;     ///< key; a name that the client has chosen for itself
+  std::uint64_t seq = 0;  ///< counts this client's requests; a repeated number is carried out once
   std::string device;
   std::string point;
-  double value = 0;               ///< as users see it; where `text` says nothing
-  std::string text;               ///< as on the command line; counts unless it is empty
-  bool confirm = false;           ///< in place of a selection
-  std::uint32_t deadline_ms = 0;  ///< from its arrival; 0: the gateway's own
-  std::int64_t not_after_ns = 0;  ///< since 1970 UTC, by the gateway's clock; 0: any time
+  double value = 0;               ///< in the unit that users see; used if `text` is empty
+  std::string text;               ///< as on the command line of `baudgate write`; replaces `value`
+  bool confirm = false;           ///< replaces a selection
+  std::uint32_t deadline_ms = 0;  ///< from the arrival of the request; 0: the gateway's default
+  /// The latest time, since 1970 UTC by the gateway's clock; 0: none.
+  std::int64_t not_after_ns = 0;
 
   bool operator==(const RequestSample&) const = default;
 };
 
-/// What became of it.
 struct ReplySample {
   std::string gateway;  ///< key
   std::string client;   ///< key
@@ -133,9 +136,9 @@ struct ReplySample {
   bool operator==(const ReplySample&) const = default;
 };
 
-/// Puts `text` into `to` as UTF-8 of at most `bound` bytes: each byte that is no UTF-8 becomes
-/// U+FFFD, and what is too long is cut and ends in "…", so that a reader sees that something is
-/// wrong or missing. A NUL ends the text.
+/// Copies `text` into `to` as UTF-8 of at most `bound` bytes. Each byte that is no UTF-8 is
+/// replaced by U+FFFD, and a text that is too long is cut and ends in "…", so that a reader sees
+/// that something is wrong or missing. The text ends at the first NUL.
 void AssignBounded(std::string& to, std::string_view text, std::size_t bound);
 
 }  // namespace baudgate::dds

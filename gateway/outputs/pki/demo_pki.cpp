@@ -43,7 +43,7 @@ std::time_t Seconds(WallTime time) {
 bool SetSerial(X509* certificate) {
   std::array<unsigned char, kSerialBytes> bytes{};
   if (RAND_bytes(bytes.data(), kSerialBytes) != 1) return false;
-  bytes[0] &= 0x7F;  // a positive number
+  bytes[0] &= 0x7F;  // clears the sign bit, as a serial must be positive
   const std::unique_ptr<BIGNUM, Freed<BN_free>> number(
       BN_bin2bn(bytes.data(), kSerialBytes, nullptr));
   return BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
@@ -63,7 +63,7 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
   return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
-/// Signed by `issuer`, or by itself.
+/// Makes a key and a certificate, signed by `issuer`, or self-signed if `issuer` is null.
 Result<Issued> Make(const std::string& name, const Validity& validity, X509* issuer,
                     EVP_PKEY* issuer_key) {
   const PrivateKey key(EVP_EC_gen("prime256v1"));
@@ -98,7 +98,7 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
   return Issued{Written(certificate_text), Written(key_text)};
 }
 
-/// EC prime256v1, as DDS Security 1.1 (9.3.1) wants it. `name` is the CN.
+/// Makes an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name` is the CN.
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity) {
   return Make(name, validity, nullptr, nullptr);
 }
@@ -137,7 +137,7 @@ std::string Head(const std::string& schema) {
          schema + "\">\n";
 }
 
-/// Cyclone DDS takes no higher number.
+/// 230 is the highest number that Cyclone DDS accepts.
 constexpr char kAllDomains[] =
     "      <domains>\n"
     "        <id_range><min>0</min><max>230</max></id_range>\n"
@@ -149,7 +149,7 @@ std::string Topics(const std::string& tag, std::initializer_list<const char*> to
   return text + "</topics>\n        </" + tag + ">\n";
 }
 
-/// A gateway publishes no requests: its key commands no other gateway.
+/// A gateway may not publish write requests, so its key cannot command other gateways.
 std::string Rights(Part part) {
   if (part == Part::publish) {
     return Topics("publish", {"baudgate/[!w]*", "baudgate/write_reply"}) +
@@ -159,7 +159,7 @@ std::string Rights(Part part) {
   return part == Part::write ? Topics("publish", {"baudgate/write"}) + subscribe : subscribe;
 }
 
-/// 2026-11-22T20:00:00, which is UTC.
+/// Returns e.g. "2026-11-22T20:00:00", in UTC.
 std::string Time(WallTime time) { return FormatWallTime(time).substr(0, 19); }
 
 }  // namespace
@@ -210,7 +210,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Clocks differ, and Fast DDS takes the times of permissions for local ones.
+// The validity begins this much earlier, because clocks differ, and Fast DDS reads the times of
+// permissions as local times.
 constexpr Duration kClocksDiffer = 24h;
 
 Status WriteNew(const fs::path& path, const std::string& text, mode_t mode) {
@@ -280,7 +281,7 @@ class DemoPki {
       authority_ = {*certificate, *key};
       return {};
     }
-    // Identities that are issued later do not outlive it.
+    // Identities that are issued later must not be valid longer than the authority.
     const Validity longer{validity_.from,
                           validity_.until + std::max<Duration>(options_.validity, 365 * 24h)};
     auto made = MakeAuthority("baudgate DDS authority", longer);

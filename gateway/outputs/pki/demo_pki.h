@@ -1,14 +1,14 @@
-// A folder of everything that DDS Security needs to be tried, or to run a small plant:
+// `WriteDemoPki` makes a folder with everything that DDS Security needs for a trial or a small
+// plant:
 //
-//   DIR/ca/ca.pem key.pem                       the authority; its key belongs nowhere else
+//   DIR/ca/ca.pem key.pem                       the authority; its key must stay in this folder
 //   DIR/NAME/ca.pem identity.pem key.pem governance.p7s permissions.p7s       of a gateway
-//   DIR/subscriber-1/…                          the same five of a subscriber
-//   DIR/writer-1/…                              of a subscriber who may write
+//   DIR/subscriber-1/…                          the same five files of a subscriber
+//   DIR/writer-1/…                              the same of a subscriber that may write
 //
-// Written by `baudgate certs dds`.
+// `baudgate certs dds` calls it.
 //
-// MakeAuthority, IssueIdentity and SignDocument are the authority; Governance and Permissions are
-// the two documents.
+// SignDocument signs as the authority; Governance and Permissions make the two documents.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,27 +20,24 @@
 
 namespace baudgate::pki {
 
-// An authority for DDS Security as `baudgate certs dds` makes it: issues identities, signs
-// documents.
-
-/// Certificates, keys and documents, each as the text of a file.
+/// Certificate and private key, as the texts of PEM files.
 struct Issued {
   std::string certificate;
   std::string key;
 };
 
-/// As `openssl smime -sign -text` does.
+/// As `openssl smime -sign -text` does. Returns the text of a .p7s file.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);
 
-// The two documents of DDS Security for `baudgate certs dds`: what is protected, and who may do
-// what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
+// What an identity may do. Governance and Permissions return the two documents of DDS Security:
+// what is protected, and who may do what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
 enum class Part {
-  publish,    ///< a gateway: publish all but requests to write, which it subscribes
-  subscribe,  ///< baudgate/*, and publish nothing
-  write,      ///< the same, and publish baudgate/write
+  publish,    ///< a gateway: publishes all topics but write requests, which it subscribes
+  subscribe,  ///< a subscriber: subscribes baudgate/*, publishes nothing
+  write,      ///< a subscriber that also publishes baudgate/write
 };
 
-/// Everything encrypted, for the domains 0 to 230; of topics baudgate/* alone.
+/// Everything is encrypted, in the domains 0 to 230; the only topics are baudgate/*.
 std::string Governance();
 /// `name` is the CN of the identity.
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);
@@ -50,13 +47,14 @@ inline constexpr Duration kDemoValidity = 5 * 365 * 24h;
 struct DemoPkiOptions {
   std::string directory;
   std::vector<std::string> gateways;  ///< names
-  int subscribers = 0;                ///< numbered on from those that are there; may subscribe only
-  int writers = 0;                    ///< the same; may publish baudgate/write as well
-  Duration validity = kDemoValidity;  ///< of identities and permissions; the authority's at least
+  int subscribers = 0;                ///< may subscribe only; numbered after those that exist
+  int writers = 0;  ///< may publish baudgate/write as well; numbered after those that exist
+  /// Of identities and permissions; a new authority is valid longer.
+  Duration validity = kDemoValidity;
 };
 
-/// The folders that were made, in order. An authority that is there already is used; nothing is
-/// ever written over. Keys can be read by their owner alone.
+/// Returns the folders that were made, in order. An existing authority is used, and no file is ever
+/// overwritten. Only the owner can read the keys.
 Result<std::vector<std::string>> WriteDemoPki(const DemoPkiOptions& options, WallTime now);
 
 }  // namespace baudgate::pki

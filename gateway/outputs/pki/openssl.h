@@ -1,5 +1,5 @@
-// Objects of OpenSSL that free themselves, and how files come and go. For gateway/outputs/pki
-// alone.
+// `Certificate`, `PrivateKey`, `Bio` and others own objects of OpenSSL. For gateway/outputs/pki
+// only.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,17 +31,17 @@ using Store = std::unique_ptr<X509_STORE, Freed<X509_STORE_free>>;
 using StoreContext = std::unique_ptr<X509_STORE_CTX, Freed<X509_STORE_CTX_free>>;
 using Pkcs7 = std::unique_ptr<PKCS7, Freed<PKCS7_free>>;
 
-/// To read from; the text outlives it.
+/// `text` must outlive the Bio.
 Bio Reading(const std::string& text);
 std::string Written(const Bio& bio);
 
-/// At most 1 MiB.
+/// At most 1 MiB. The error continues the file's name.
 Result<std::string> ReadFile(const std::string& path);
 std::vector<Certificate> ParseCertificates(const std::string& pem);
-/// Never asks at the terminal. Null: damaged, or another password.
+/// Null: the text is damaged, or the password is wrong. Never asks for a password at the terminal.
 PrivateKey ParseKey(const std::string& pem, const std::string& password);
 
-/// "CN=baudgate" (RFC 2253), as the documents of DDS Security name it.
+/// E.g. "CN=baudgate" (RFC 2253), as in the documents of DDS Security.
 std::string SubjectOf(const Certificate& certificate);
 WallTime TimeOf(const ASN1_TIME* time);
 

@@ -19,12 +19,12 @@ namespace {
 
 using config::DdsSecurity;
 
-/// How long before its end a certificate is warned of.
+/// How long before its end a certificate causes a warning.
 constexpr Duration kWarnBefore = 60 * 24h;
 
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 
-/// What stands between <tag> and </tag>, each time.
+/// Returns the texts between each <tag> and </tag>.
 std::vector<std::string> Elements(const std::string& xml, const std::string& tag) {
   std::vector<std::string> found;
   const std::string begin = "<" + tag + ">";
@@ -37,7 +37,7 @@ std::vector<std::string> Elements(const std::string& xml, const std::string& tag
   return found;
 }
 
-/// The signed document; empty: none of `signers` has signed it in this form.
+/// Empty: none of `signers` has signed the document in this form.
 std::optional<std::string> Verified(const std::string& smime,
                                     const std::vector<Certificate>& signers) {
   const Bio from = Reading(smime);
@@ -119,7 +119,7 @@ class Checker {
     for (const Certificate& one : authorities) X509_STORE_add_cert(store.get(), one.get());
     const StoreContext context(X509_STORE_CTX_new());
     X509_STORE_CTX_init(context.get(), store.get(), identity.get(), nullptr);
-    // Times have been looked at: who issued it is asked here.
+    // CheckTimes has checked the times already; only the issuer is checked here.
     X509_VERIFY_PARAM_set_flags(X509_STORE_CTX_get0_param(context.get()),
                                 X509_V_FLAG_NO_CHECK_TIME);
     if (X509_verify_cert(context.get()) == 1) return;

@@ -1,6 +1,5 @@
-// Whether the files of DDS Security fit together and are valid now: said before the DDS library
-// gets them, because it only says that there is no participant. Files come from `dds: { security: …
-// }`; used by `baudgate check` and by gateway/outputs/dds/fast/participant.h.
+// `CheckSecurity` checks whether the files of DDS Security (`dds: { security: … }`) fit together
+// and are valid now, because the DDS library only reports that there is no participant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,19 +12,19 @@
 namespace baudgate::pki {
 
 struct Finding {
-  std::string key;       ///< of the configuration: "identity"
-  std::string sentence;  ///< names the file and what to do; never a secret
-  bool warning = false;  ///< they can be used nevertheless
+  std::string key;       ///< in the configuration, e.g. "identity"
+  std::string sentence;  ///< names the file and the remedy; contains no secret
+  bool warning = false;  ///< true: the files can be used nevertheless
 };
 
 struct SecurityReport {
   std::vector<Finding> findings;
-  std::string subject;             ///< of the identity: "CN=baudgate"
+  std::string subject;             ///< of the identity, e.g. "CN=baudgate"
   WallTime valid_until{};          ///< of the identity
   bool messages_protected = true;  ///< the governance protects whole RTPS messages
   std::string password;            ///< of the key; not to be shown
 
-  /// The first that is no warning: "identity: …"; empty: all is well.
+  /// The first finding that is no warning, as "identity: …"; empty: none.
   std::string FirstError() const;
 };
 

@@ -213,7 +213,7 @@ Json AdviceOf(const history::HistoryState& state) {
   return advice;
 }
 
-/// As in the contract: what nobody knows has neither value nor quality.
+/// A gap has neither value nor quality, because they are unknown.
 Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
@@ -288,11 +288,11 @@ const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",
                                             "first",    "last",  "count", "seconds_good"};
 const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
-/// Empty where it is null or not there.
+/// Empty if the field is null or missing.
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};
-  // A text may have tabs and several lines, which a cell can hold.
+  // Tabs and line ends of a text stay, as a CSV cell can contain them.
   return Harmless(found->is_string() ? found->get<std::string>() : found->dump(), "\t\r\n");
 }
 

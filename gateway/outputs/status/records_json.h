@@ -1,5 +1,5 @@
-// The audit in the answers of the control socket: how it is, and its records. EventsJson,
-// HistoryJson and HistoryCsvRow write the events and the history.
+// `AuditJson`, `EventsJson` and `HistoryJson` return the states of the audit, the events and the
+// history for the control socket, PageJson their records. HistoryCsvRow writes the history as CSV.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,19 +12,18 @@
 
 namespace baudgate::status {
 
+/// Returns
 /// {"state":"fine","since":…,"mode":"best_effort","trouble":"","waiting":0,"lost":0,"file":…,
 ///  "advice":[…]}
 nlohmann::ordered_json AuditJson(const audit::AuditState& state);
 
-/// One write, as `baudgate writes --json` prints it.
+/// As `baudgate writes --json` prints it.
 nlohmann::ordered_json WriteJson(const audit::WriteRecord& record);
 
-/// {"records":[…],"next":412,"more":false}
+/// Returns {"records":[…],"next":412,"more":false}
 nlohmann::ordered_json PageJson(const audit::Page& page);
 
-// The events in the answers of the control socket: how they are kept, and the records.
-
-/// {"state":"fine","since":…,"trouble":"","newest":412,"oldest":1,
+/// Returns {"state":"fine","since":…,"trouble":"","newest":412,"oldest":1,
 ///  "consumers":[{"name":"dds","seq":412,"lost":0}],"waiting":0,"repeats":3,"left_out":0,
 ///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
@@ -32,33 +31,32 @@ nlohmann::ordered_json EventsJson(const events::EventsState& state);
 /// As `baudgate alarms --json` prints it.
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
-/// {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
+/// Returns {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
 ///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
 nlohmann::ordered_json KeptRecordJson(const events::KeptRecord& record);
 
-/// {"records":[…],"next":412,"more":false}; a record as `baudgate events --json` prints it.
+/// Returns {"records":[…],"next":412,"more":false}; each record as `baudgate events --json` prints
+/// it.
 nlohmann::ordered_json PageJson(const events::Page& page);
 
-// The history in the answers of the control socket: how it is kept, and what it holds.
-
-/// {"state":"fine","since":…,"trouble":"","points":12,"readings":…,"advice":[…]}
+/// Returns {"state":"fine","since":…,"trouble":"","points":12,"readings":…,"advice":[…]}
 nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 
-/// {"records":[…],"next":[3,1790000000000],"more":false}; a record as `baudgate history --json`
-/// prints it.
+/// Return {"records":[…],"next":[3,1790000000000],"more":false}; each record as `baudgate history
+/// --json` prints it.
 nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
-// The history for spreadsheets: `baudgate history --csv`, and the download of the page. Made of the
-// records that PageJson returns.
+// The CSV of `baudgate history --csv` and of the page's download, made from the records of
+// PageJson.
 
-/// `spans`: of minutes, hours, …, not of single values. With the end of the line.
+/// `spans`: the rows are minutes, hours, … and not single values. With the line end.
 std::string HistoryCsvHead(bool spans);
 
-/// Times as spreadsheets know them; numbers as they are.
+/// With the line end. Times are as spreadsheets read them; numbers are unchanged.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
-/// "gap: the gateway was down until …".
+/// E.g. "gap: the gateway was down until …", for a record with a gap.
 std::string GapText(const nlohmann::ordered_json& record);
 
 }  // namespace baudgate::status

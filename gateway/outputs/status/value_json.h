@@ -1,5 +1,6 @@
-// Values in the answers of the control socket. TimeJson writes times, AddFields the rows of a table
-// (gateway/bus/points/counted.h), and LabelsJson its labels.
+// `ValueJson` and `TimeJson` convert values and times to JSON for the answers of the control
+// socket. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
+// LabelsJson returns their labels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,21 +23,19 @@
 
 namespace baudgate::status {
 
-// Civil times in the answers of the control socket.
-
-/// ISO 8601 in UTC; the epoch stands for "not yet" and becomes null.
+/// ISO 8601 in UTC; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json TimeJson(WallTime time) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
 }
 
-/// Milliseconds since then; null: not yet.
+/// Milliseconds since `time`; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json AgeJson(WallTime time, WallTime now) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json((now - time) / 1ms);
 }
 
-/// Nothing, and what is no number, is null.
+/// Null for no value, NaN and infinities.
 inline nlohmann::ordered_json ValueJson(const Value& value) {
   using Json = nlohmann::ordered_json;
   if (const auto* flag = std::get_if<bool>(&value)) return *flag;
@@ -47,19 +46,19 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
   return number != nullptr && std::isfinite(*number) ? Json(*number) : Json(nullptr);
 }
 
-// The members of a table by their types, and objects of several keys.
+// JsonOf converts the members of a table whose JSON has several keys.
 
 nlohmann::ordered_json JsonOf(const bus::LineShares& shares, Now now);
 nlohmann::ordered_json JsonOf(const bus::RecentOutcomes& recent, Now now);
-/// What the exchanges looked like on the wire.
+/// Counts of the symptoms of exchanges on the wire; those with 0 are left out.
 nlohmann::ordered_json JsonOf(const bus::Findings& findings, Now now);
 nlohmann::ordered_json JsonOf(const bus::RoundTrips& trips, Now now);
-/// `minutes`: the part of each in which the device answered, null where it was not asked.
+/// `minutes`: the share of each minute in which the device answered; null: it was not asked.
 nlohmann::ordered_json JsonOf(const bus::LastHour& hour, Now now);
 nlohmann::ordered_json JsonOf(const config::Timing& timing, Now now);
-/// {"ok":12,…,"not_read_back":1}
+/// Returns {"ok":12,…,"not_read_back":1}
 nlohmann::ordered_json JsonOf(const bus::WriteCounts& writes, Now now);
-/// {"ok":447,"no_reply":88,…}
+/// Returns {"ok":447,"no_reply":88,…}
 template <std::integral Count>
 nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, Now /*now*/) {
   nlohmann::ordered_json json;
@@ -69,7 +68,7 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// The value of a row. The end of `key` (_us, _ms) says in which unit; an instant becomes an age.
+/// The end of `key` (_us, _ms) is the unit; an instant is converted to its age in ms.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;
@@ -90,7 +89,6 @@ nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) 
   }
 }
 
-/// Adds the rows of a table to an object.
 template <config::HasFields T>
 void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   VisitFields(&its, [&](auto row) {
@@ -100,8 +98,8 @@ void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   });
 }
 
-/// {"retries":"retries","missed":"missed periods",…}: the rows of a table that have a label, as
-/// they are listed.
+/// {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order in which
+/// they are shown.
 template <config::HasFields T>
 nlohmann::ordered_json LabelsJson() {
   struct Labelled {

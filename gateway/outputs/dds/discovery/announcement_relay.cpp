@@ -18,7 +18,7 @@
 namespace baudgate::dds {
 namespace {
 
-// A datagram may be lost, so the first ones are passed on all.
+// The first announcements of a participant are forwarded at once, because a datagram may be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 
@@ -34,7 +34,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
   if (datagram.size() > limits_.datagram) return {{}, "an announcement that is too long"};
   auto announcement = ReadAnnouncement(datagram, sender);
   if (!announcement) return {{}, announcement.error()};
-  // Anybody can say so for another: the end of the lease will tell.
+  // A goodbye is ignored, because anybody can send it for another participant. A participant is
+  // removed at the end of its lease.
   if (announcement->leaves) return {};
   ForgetSilent(now);
   Known* one = Find(announcement->participant);
@@ -45,7 +46,7 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
     one = &known_.back();
     IntroduceOthersTo(*one, now);
   } else {
-    // A machine with two networks announces itself from both: the first one stays.
+    // A machine with two networks announces itself from both; only the first address is used.
     if (one->announcement.at.address != sender.address) return {};
     one->heard = now;
     if (!std::ranges::equal(one->announcement.said(), announcement->said())) one->rounds = 0;
@@ -98,7 +99,7 @@ void AnnouncementRelay::IntroduceToOthers(Known& one, Instant now) {
   for (const Known& other : known_) Introduce(one, other, now);
 }
 
-/// What does not fit into the rates is not sent: the next round comes.
+/// Announcements beyond the rates are not sent; the next round repeats them.
 void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant now) {
   if (&whom == &to || whom.announcement.domain != to.announcement.domain) return;
   const Role role = whom.announcement.role;
@@ -109,7 +110,8 @@ void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant no
   introductions_.push_back({at, whom.announcement.datagram});
 }
 
-/// When all places are taken, the one that was used longest ago makes room.
+/// Returns the entry of the address. If the table is full, the entry that was unused longest is
+/// replaced.
 AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(addresses_, address, &Address::address);
   if (at == addresses_.end()) {
@@ -125,7 +127,7 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // Whole datagrams only: what a moment is short of the next one counts for it later.
+  // `filled` moves by the time of whole datagrams, so that fractions are not lost.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {
@@ -140,7 +142,7 @@ bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
 namespace {
 
 constexpr int kMostAtOnce = 256;
-// Room for the announcements of 512 participants at one moment.
+// Enough for the announcements of 512 participants at once.
 constexpr int kSocketBuffer = 4 << 20;
 
 sockaddr_in AddressOf(const UdpAddress& at) {
@@ -166,7 +168,7 @@ Result<RelaySocket> RelaySocket::Open(const config::HostPort& at) {
   if (!place) return CanNotOpen(at, EINVAL);
   RelaySocket opened(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (opened.descriptor_ < 0) return CanNotOpen(at, errno);
-  // As much of it as the kernel grants.
+  // The kernel may grant less.
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_SNDBUF, &kSocketBuffer, sizeof kSocketBuffer);
   const sockaddr_in address = AddressOf(*place);
@@ -205,7 +207,7 @@ void RelaySocket::Take(AnnouncementRelay& relay) {
 
 void RelaySocket::Send(const Introduction& introduction) const {
   const sockaddr_in to = AddressOf(introduction.to);
-  // What cannot be sent now is sent again with the next round.
+  // A datagram that cannot be sent now is repeated in the next round.
   [[maybe_unused]] const auto sent =
       ::sendto(descriptor_, introduction.datagram.data(), introduction.datagram.size(),
                MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), sizeof to);

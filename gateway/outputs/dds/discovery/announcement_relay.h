@@ -1,11 +1,11 @@
-// The discovery server's decisions: participants that announce themselves to it are introduced to
-// each other, and speak with each other from then on. Pure: datagrams and time in, datagrams out;
-// memory is bounded. RelaySocket has the socket.
+// `AnnouncementRelay` is the logic of the discovery server: it forwards the announcement of each
+// participant to the other participants, which then talk to each other directly. No I/O: datagrams
+// and the time are arguments. The memory is bounded. RelaySocket contains the socket.
 //
-//   A announces itself to the server     → nobody is there yet
-//   B announces itself to the server     → B gets A's announcement, A gets B's
-//   the server is killed                 → A and B go on, as they announce themselves to each other
-//   the server is there again            → it knows A and B once both have announced themselves
+//   A announces itself to the server   → nothing is sent, as the server has no other participant
+//   B announces itself to the server   → the server sends A's announcement to B, and B's to A
+//   the server is killed               → A and B go on, as they announce themselves to each other
+//   the server is restarted            → it has A and B in its table after both announced again
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace baudgate::dds {
 
-/// So many datagrams at once, and so many a second after that.
+/// At most `burst` datagrams at once, then `each_second`.
 struct RelayRate {
   std::int64_t burst = 0;
   std::int64_t each_second = 0;
@@ -28,42 +28,43 @@ struct RelayRate {
 
 struct RelayLimits {
   std::size_t participants = 512;
-  std::size_t of_address = 128;  ///< as of ParticipantLimits
-  /// As long as an announcement may be. Fast DDS needs 500 bytes, with DDS Security 1,000.
+  std::size_t of_address = 128;  ///< see ParticipantLimits
+  /// In bytes. Fast DDS sends 500, with DDS Security 1,000.
   std::size_t datagram = 4096;
-  /// A participant that is silent for longer is forgotten, whatever lease it announced.
+  /// A participant that is silent for longer is removed, whatever its lease.
   Duration longest_lease = 60s;
-  /// How often all hear of one of them again; with more than 50 participants 200 ms for each.
+  /// A participant's announcement is sent again to all others once in this time, or in
+  /// `repeat_each` times the number of participants if that is longer.
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};
-  RelayRate rounds_of_participant = {4, 1};  ///< that all others hear of it
+  RelayRate rounds_of_participant = {4, 1};  ///< in a round all others get its announcement
   RelayRate to_address = {16384, 1024};
   RelayRate to_all = {32768, 8192};
 };
 
-/// One datagram to be sent.
 struct Introduction {
   UdpAddress to;
   View datagram;
 };
 
 struct Relayed {
-  /// Valid until the next datagram comes.
+  /// Valid until the next call of On.
   std::span<const Introduction> introductions;
-  std::string refused;  ///< why, in words; empty: nothing was wrong
+  std::string refused;  ///< why; empty: the datagram was accepted
 };
 
 class AnnouncementRelay {
  public:
   explicit AnnouncementRelay(const RelayLimits& limits = {});
 
+  /// Takes one datagram, and returns what to send because of it.
   Relayed On(View datagram, UdpAddress sender, Instant now);
 
   std::size_t participants() const { return known_.size(); }
 
  private:
-  /// What is left of a rate.
+  /// What is left of a RelayRate.
   struct Purse {
     std::int64_t left = 0;
     Instant filled{};
@@ -72,7 +73,7 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    int rounds = 0;  ///< that all others have heard of it, as it is now
+    int rounds = 0;  ///< since the announcement changed, at most kFirstRounds
     Instant last_round{};
     Purse purse;
   };
@@ -85,10 +86,9 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Why there is no place; empty: there is one, and it is taken.
+  /// Returns why the participant was refused; empty: it was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
-  /// To itself.
   void IntroduceOthersTo(const Known& newcomer, Instant now);
   void IntroduceToOthers(Known& one, Instant now);
   void Introduce(const Known& whom, const Known& to, Instant now);
@@ -101,18 +101,19 @@ class AnnouncementRelay {
   Purse sent_;
 };
 
-// The discovery server's socket: datagrams go to AnnouncementRelay, and what it answers goes out.
+// The discovery server's UDP socket: passes datagrams to AnnouncementRelay, and sends what it
+// returns.
 class RelaySocket {
  public:
-  /// `at` is IPv4. The error names the address, and what is wrong with it.
+  /// `at` is an IPv4 address. The error contains the address and the reason.
   static Result<RelaySocket> Open(const config::HostPort& at);
   ~RelaySocket();
   RelaySocket(RelaySocket&& other) noexcept;
   RelaySocket& operator=(RelaySocket&&) = delete;
 
-  /// Has something to read when a datagram has come.
+  /// To be polled for received datagrams.
   int descriptor() const { return descriptor_; }
-  /// Takes what has come, a bounded number of datagrams. What is refused goes to the log, folded.
+  /// Reads at most 256 datagrams. Refused ones are logged, with repetitions folded.
   void Take(AnnouncementRelay& relay);
 
  private:

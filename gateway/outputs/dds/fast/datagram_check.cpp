@@ -13,9 +13,9 @@ constexpr std::uint8_t kSecPostfix = 0x32;
 constexpr std::uint8_t kMessagePrefix = 0x33;
 constexpr std::uint8_t kMessagePostfix = 0x34;
 
-constexpr std::size_t kCryptoHeader = 20;  // kind, key id, session id (4 each), suffix (8)
+constexpr std::size_t kCryptoHeader = 20;  // kind, key id, session id (4 bytes each), suffix (8)
 constexpr std::size_t kMac = 16;
-constexpr std::size_t kReceiverMac = 20;  // key id (4), MAC
+constexpr std::size_t kReceiverMac = 20;  // key id (4 bytes), MAC
 constexpr std::uint32_t kMostReceivers = 256;
 
 constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;  // two identities, three GUIDs
@@ -26,7 +26,7 @@ constexpr Duration kInterval = Duration(1s) / 128;
 constexpr std::size_t kBurstOfAddress = kBurst / 2;
 constexpr Duration kIntervalOfAddress = kInterval * 2;
 
-/// Walks through CDR; `fits` turns false where something would leave the payload.
+/// Walks through CDR. fits() is false when something would end behind the payload.
 class SecuredWalk {
  public:
   SecuredWalk(const RtpsFields& fields, std::size_t at) : fields_(fields), at_(at) {}
@@ -44,7 +44,7 @@ class SecuredWalk {
     fits_ = fits_ && length <= fields_.size() - at_;
     if (fits_) at_ += length;
   }
-  /// Names with texts, or with bytes.
+  /// Skips a sequence of properties: pairs of a name and a text, or of a name and bytes.
   void Properties() {
     for (std::uint32_t left = Number(); fits_ && left > 0; --left) {
       Counted();
@@ -63,15 +63,15 @@ bool HasRoom(Instant& full_at, Duration interval, std::size_t burst, Instant now
   return after - now <= interval * static_cast<std::int64_t>(burst);
 }
 
-/// Whether the fields of a secured submessage fit into it. `id` is one of kFirstSecured…
+/// `id` is one of kFirstSecured…
 bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
-  // Numbers of these are big-endian, whatever the submessage says.
+  // Big-endian, regardless of the endianness flag.
   switch (id) {
     case kSecPrefix:
     case kMessagePrefix:
       return body.size() >= kCryptoHeader;
     case kSecBody: {
-      // 30 00 08 00 FF FF FF FF …: 4294967295 encrypted bytes
+      // Refuses e.g. 30 00 08 00 FF FF FF FF …: 4294967295 encrypted bytes
       const auto length = body.Entity(0);
       return length && *length <= body.size() - 4;
     }
@@ -85,8 +85,8 @@ bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
   }
 }
 
-/// ParticipantGenericMessage: ids, a class and a sequence of tokens. `payload` begins behind the
-/// encapsulation.
+/// True if `payload` is a well-formed ParticipantGenericMessage: ids, a class and a sequence of
+/// tokens. `payload` begins after the encapsulation.
 bool IsGenericMessage(View payload, bool little) {
   const RtpsFields fields(payload, little);
   if (payload.size() < kMessageIds) return false;
@@ -124,7 +124,7 @@ bool SecuredOrder::Next(std::uint8_t id, bool first) {
       if (step_ == Step::outside) return message_;
       [[fallthrough]];
     default:
-      // 31 … 30 … 30 …: one submessage between prefix and postfix
+      // Refuses 31 … 30 … 30 …: only one submessage may stand between prefix and postfix
       if (step_ == Step::body) return false;
       if (step_ == Step::prefix) step_ = Step::body;
       return true;
@@ -159,7 +159,7 @@ bool HandshakeBudget::Take(std::uint32_t address, Instant now) {
 
 namespace {
 
-// What a reader or writer says of itself without its type: Fast DDS needs some 500 bytes.
+// Of a reader or writer without its type, in bytes; Fast DDS needs about 500.
 constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
 constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
@@ -172,8 +172,7 @@ bool IsDiscovery(std::uint32_t entity) {
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
 }
 
-/// Size of a set of sequence numbers at `at`: base (8), count (4), a bit for each; 0: it cannot
-/// be.
+/// The size of the set at `at`: base (8), count (4), a bit for each; 0: not possible.
 std::size_t SetSize(const RtpsFields& body, std::size_t at) {
   const auto base = body.SequenceNumber(at);
   const auto count = body.U32(at + 8);
@@ -191,7 +190,8 @@ Edit ShortLease(std::size_t at, bool little, Duration lease) {
   return edit;
 }
 
-// ParticipantMessageData: whose (12), kind (4), a counted few bytes (RTPS 2.3, 9.6.3.1).
+// True if `payload` is a ParticipantMessageData: GUID prefix (12), kind (4), a counted few bytes
+// (RTPS 2.3, 9.6.3.1).
 bool IsLivelinessMessage(View payload, bool little) {
   const RtpsFields fields(payload.subspan(kEncapsulation), little);
   const auto count = fields.U32(16);
@@ -203,12 +203,12 @@ bool IsLivelinessMessage(View payload, bool little) {
 struct DatagramCheck::Submessage {
   std::uint8_t id = 0;
   std::uint8_t flags = 0;
-  std::size_t at = 0;  ///< of the body in the datagram
+  std::size_t at = 0;  ///< offset of the body in the datagram
   RtpsFields body;
-  bool is_last = false;  ///< its length says: to the end
+  bool is_last = false;  ///< the length field is 0: to the end of the datagram
 };
 
-/// What holds from one submessage to the next.
+/// The state that is passed from one submessage to the next.
 struct DatagramCheck::Walk {
   Sender sender{};
   Instant now{};
@@ -242,12 +242,12 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
     const std::uint8_t flags = datagram[at + 1];
     const RtpsFields header(datagram.subspan(at, 4), (flags & kLittleEndian) != 0);
     std::size_t length = *header.U16(2);
-    // 15 05 FF FF …: 65535 bytes in a datagram of 28
+    // Refuses e.g. 15 05 FF FF …: 65535 bytes in a datagram of 28
     if (length > datagram.size() - at - 4) return refused(Refusal::length);
     const bool is_last = length == 0 && id != kPad && id != kInfoTimestamp;
     if (is_last) length = datagram.size() - at - 4;
     if (id >= kFirstVendor && !walk.order.open()) {
-      // 80 01 38 00 …: statistics with a number below the one before end Fast DDS 2.9
+      // Cuts off e.g. 80 01 38 00 …: statistics with a lower number than before end Fast DDS 2.9
       if (!vendors_only) walk.verdict.length = at;
       vendors_only = true;
     } else {
@@ -263,7 +263,7 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
       const Refusal reason = CheckSubmessage(submessage, walk);
       if (reason != Refusal::none) return refused(reason);
     }
-    // Fast DDS goes on at a multiple of four.
+    // Fast DDS continues at a multiple of four bytes.
     at += 4 + ((length + 3) & ~std::size_t{3});
     if (is_last) break;
   }
@@ -271,8 +271,7 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
   return walk.verdict;
 }
 
-/// Whether this may stand in a datagram without protection: what a participant and its handshake
-/// need before there are keys.
+/// An unprotected submessage is allowed where a participant and its handshake have no keys yet.
 bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
   if (security_ != Secured::demanded || walk.order.inside()) return true;
   if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
@@ -292,7 +291,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   switch (submessage.id) {
     case kData:
       return CheckData(submessage, walk);
-    case kDataFragment:  // 16 03 24 00 …: inline QoS and no payload (CVE-2023-50716)
+    case kDataFragment:  // refuses e.g. 16 03 24 00 …: inline QoS and no payload (CVE-2023-50716)
     case kHeartbeatFragment:
     case kNackFragment:
       return Refusal::fragment;
@@ -301,10 +300,10 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
     case kGap:
       return CheckGap(submessage, walk);
     case kAckNack: {
-      // 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
+      // Refuses e.g. 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
-      // It expects number 2 or later, so it has received our first announcement of a writer.
+      // The peer expects number 2 or later, so it has received our first announcement of a writer.
       if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
         participants_.Confirmed(walk.source);
       }
@@ -326,7 +325,8 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   }
 }
 
-// extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS, payload
+// Layout: extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS,
+// payload
 Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto to_qos = body.U16(2);
@@ -339,7 +339,8 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   const bool key = (submessage.flags & kKey) != 0;
   if (payload && key) return Refusal::data;
   std::size_t at = 4 + std::size_t{*to_qos};
-  // 15 05 … FF FF: inline QoS begins 65535 bytes further; below 16 it would lie on the numbers
+  // Refuses e.g. 15 05 … FF FF: inline QoS begins 65535 bytes later; below 16 it would overlap the
+  // numbers
   if (*to_qos < 16 || at > body.size()) return Refusal::data;
   Parameters qos;
   if ((submessage.flags & kInlineQos) != 0) {
@@ -348,11 +349,12 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
     if (reason != Refusal::none) return reason;
     at += qos.size;
   }
-  // 15 07 … and nothing behind the inline QoS: the payload's size would be computed below zero
+  // Refuses 15 07 … with nothing after the inline QoS: the library would compute a negative size of
+  // the payload
   if ((payload || key) && body.size() - at < kEncapsulation) return Refusal::data;
   if (!Advance(walk, *writer, *number, 0)) return Refusal::window;
   if (payload || key) return CheckPayload(submessage, at, *reader, *writer, qos.status, walk);
-  // A participant that leaves is named by the hash of its key alone.
+  // A participant that leaves sends only the hash of its key.
   if (*writer == kParticipantWriter && qos.status != 0 && qos.participant) {
     participants_.Left(*qos.participant);
     endpoints_.ParticipantLeft(*qos.participant);
@@ -374,9 +376,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
     return CheckHandshake(payload, kind, walk);
   }
-  // The library asks which reader is meant, not which writer it came from.
+  // Also checks the reader, because the library dispatches by the reader and not by the writer.
   if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
-  // Key-only data of 16 bytes and fewer are a bare GUID.
   const bool key = (submessage.flags & kKey) != 0;
   if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;
   Parameters announced;
@@ -385,7 +386,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
                                          security_ != Secured::off, announced);
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
-  // What is signed would not be what was signed any more.
+  // A signed announcement is not changed, because its signature would become wrong.
   if (!walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
     return Refusal::parameters;
   }
@@ -396,7 +397,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   return Admit(announced, list_at, little, gone, walk);
 }
 
-/// False: there are more than can be hidden.
+/// Adds the parameters to hide to the verdict. False: there are more than can be hidden.
 bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) const {
   const auto hide = [&](std::span<const std::size_t> places) {
     if (places.size() > verdict.hidden.size() - verdict.hidden_count) return false;
@@ -435,7 +436,8 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
     endpoints_.ParticipantLeft(*announced.participant);
     return Refusal::none;
   }
-  // Without a lease it is 100 s (RTPS 2.3, table 9.14), and 02 00 08 00 FF FF FF 7F … is for ever.
+  // An announcement without a lease has 100 s (RTPS 2.3, table 9.14); 02 00 08 00 FF FF FF 7F … has
+  // an infinite one.
   const ParticipantLimits& limits = participants_.limits();
   const Duration lease =
       announced.lease_at ? Duration(announced.lease_seconds * 1s) + 1s : limits.longest_lease;
@@ -467,19 +469,20 @@ std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sende
                                                       : sender.address;
 }
 
-// reader (4), writer (4), first (8), last (8), count (4)
+// Layout: reader (4), writer (4), first (8), last (8), count (4)
 Refusal DatagramCheck::CheckHeartbeat(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto first = body.SequenceNumber(8);
   const auto last = body.SequenceNumber(16);
   if (body.size() < 28) return Refusal::length;
-  // 07 01 … 00 00 00 80 00 00 00 00: last is -2^63; last == first - 1 says "nothing" (8.3.7.5.3)
+  // Refuses e.g. 07 01 … 00 00 00 80 00 00 00 00: last is -2^63. last == first - 1 means "no
+  // samples" (8.3.7.5.3)
   if (*first < 1 || *last < *first - 1) return Refusal::numbers;
-  // 07 01 … 00 01 00 00 00 00 00 00: first is 2^40; counting there takes hours
+  // Refuses e.g. 07 01 … 00 01 00 00 00 00 00 00: first is 2^40, and counting to it takes hours
   return Advance(walk, *body.Entity(4), *last, 0) ? Refusal::none : Refusal::window;
 }
 
-// reader (4), writer (4), start (8), set
+// Layout: reader (4), writer (4), start (8), set
 Refusal DatagramCheck::CheckGap(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto start = body.SequenceNumber(8);

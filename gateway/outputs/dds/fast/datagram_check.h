@@ -1,14 +1,13 @@
-// Looks at each datagram before the DDS library does: Fast DDS 2.9 has faults that a sender
-// can use with one datagram, if it reaches the port. Bytes come from
-// gateway/outputs/dds/fast/participant.cpp. Pure: no socket, no clock, no Fast DDS; memory is
+// `DatagramCheck` checks each datagram before the DDS library gets it, because a single datagram of
+// any sender can trigger faults of Fast DDS 2.9. No socket, no clock, no Fast DDS; the memory is
 // fixed. Source: DDSI-RTPS 2.3, chapters 8.3, 9.4.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //
-// A right peer is never refused: what the standard tells receivers to skip passes when its length
-// fits (8.3.4.1).
+// A correct peer is never refused: content that the standard tells receivers to skip passes if its
+// length fits (8.3.4.1).
 //
-// DatagramGate lets datagrams in, and counts them.
+// DatagramGate calls the check for the receiving threads, and counts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,29 +27,29 @@
 
 namespace baudgate::dds {
 
-// What DDS Security puts into datagrams, as far as it can be looked at without keys: the order and
-// lengths of its submessages, and the messages of the handshake, which are in clear text. Pure.
+// SecuredOrder and HandshakeBudget check what can be checked of DDS Security without keys: the
+// order and lengths of its submessages, and the messages of the handshake, which are not encrypted.
 // Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
 //
 //   52 54 50 53 … | 33 SRTPS_PREFIX | 30 SEC_BODY, encrypted | 34 SRTPS_POSTFIX
 //   52 54 50 53 … | 31 SEC_PREFIX | 30 SEC_BODY, or a submessage that is signed | 32 SEC_POSTFIX
 
 enum class Secured : std::uint8_t {
-  off,       ///< nothing of DDS Security is let in
-  allowed,   ///< let in when it is well formed
-  demanded,  ///< and in clear text only announcements and handshakes
+  off,       ///< every submessage of DDS Security is refused
+  allowed,   ///< accepted if well formed
+  demanded,  ///< as `allowed`; unprotected are only announcements and handshakes
 };
 
-/// Follows the submessages of one datagram.
+/// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// False: `id` cannot stand here. `first`: it is the first of the datagram.
+  /// Takes the next submessage; `first`: of the datagram. False if `id` is not allowed here.
   bool Next(std::uint8_t id, bool first);
-  /// What was begun has been ended.
+  /// Every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
-  /// The next submessage is under a signature, unless it ends what is.
+  /// The next submessage is protected, unless it is the postfix.
   bool open() const { return message_ || step_ == Step::prefix; }
-  /// The submessage that Next was told of last is.
+  /// The last submessage given to Next was protected.
   bool inside() const { return inside_; }
 
  private:
@@ -58,12 +57,12 @@ class SecuredOrder {
 
   Step step_ = Step::outside;
   bool message_ = false;  ///< between SRTPS_PREFIX and SRTPS_POSTFIX
-  bool ended_ = false;    ///< behind SRTPS_POSTFIX
+  bool ended_ = false;    ///< after SRTPS_POSTFIX
   bool inside_ = false;
 };
 
-/// Each message of a handshake may cost the library a signature: 512 at once and 128 a second after
-/// that, half as many from one address.
+/// Limits handshake messages, because each may cost the check of a signature: 512 at once, then 128
+/// a second; half as many for one address.
 class HandshakeBudget {
  public:
   HandshakeBudget();
@@ -80,7 +79,7 @@ class HandshakeBudget {
 
 using Sender = UdpAddress;
 
-/// Eight bytes to be overwritten before the datagram is passed on.
+/// Eight bytes to overwrite before the datagram is passed on.
 struct Edit {
   std::size_t at = 0;
   std::array<std::uint8_t, 8> bytes{};
@@ -88,18 +87,18 @@ struct Edit {
 
 struct Verdict {
   Refusal reason = Refusal::none;
-  /// How many bytes to pass on: a vendor's submessages at the end are left off. Fast DDS 2.9 ends
-  /// each of its datagrams with one (0x80, statistics), and one that was made up ends the process.
+  /// The number of bytes to pass on. A vendor's submessages at the end are cut off: Fast DDS 2.9
+  /// sends one (0x80, statistics) in each datagram, and a forged one ends the process.
   std::size_t length = 0;
-  /// Leases longer than `longest_lease`, shortened: the library keeps a silent participant as long
-  /// as it announces, and sends to it all the time.
+  /// Edits that shorten leases beyond `longest_lease`, because the library stores a silent
+  /// participant for its lease, and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
-  /// Two bytes each to be overwritten with 0, which makes padding of a parameter: descriptions of
-  /// types, which the library takes apart and keeps although nobody needs them, and
-  /// multicast groups for samples: where two subscribers name the same one, as Cyclone DDS does,
-  /// Fast DDS 2.9 ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to
-  /// each subscriber separately.
+  /// Positions of two bytes each to overwrite with 0, which turns a parameter into padding. Hidden
+  /// are descriptions of types, which the library parses and stores without need, and multicast
+  /// groups for samples: if two subscribers name the same group, as Cyclone DDS does, Fast DDS 2.9
+  /// ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to each
+  /// subscriber separately.
   std::array<std::uint16_t, 256> hidden{};
   std::size_t hidden_count = 0;
 
@@ -108,7 +107,7 @@ struct Verdict {
 
 struct CheckOptions {
   Secured security = Secured::off;
-  /// Discovery servers. What one of them passes on counts for the address that it announces, not
+  /// Discovery servers. What a server forwards is counted for the address in the announcement, not
   /// for the server's.
   std::vector<UdpAddress> servers{};
   ParticipantLimits participants{};
@@ -122,7 +121,6 @@ class DatagramCheck {
 
   Verdict Check(View datagram, Sender sender, Instant now);
 
-  /// Participants that the library may know.
   const ParticipantTable& participants() const { return participants_; }
 
  private:
@@ -154,16 +152,16 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// Lets datagrams in or not, counts and tells: DatagramCheck for the several threads on which the
-// DDS library receives. Used by gateway/outputs/dds/fast/participant.cpp.
+// A DatagramCheck for the receiving threads of the DDS library; counts datagrams and logs refusals.
 class DatagramGate {
  public:
-  /// A line for people, once in 10 s at most: what was refused, from whom, how often before.
+  /// A log line, at most once in 10 s: what was refused, from which address, how many before.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// The bytes that may be passed on, some of them changed in place; none: it is refused.
+  /// Returns what to pass on, with some bytes changed in place; empty: refused. Any thread may call
+  /// it.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

@@ -46,7 +46,7 @@ struct Policy {
   bool (*is_asked)(const fast::ReaderQos& qos);
 };
 
-/// DDS 1.4, 2.2.3: what a reader may ask for depends on what the writer offers.
+/// The requests that make a reader incompatible with the gateway's writers (DDS 1.4, 2.2.3).
 constexpr Policy kPolicies[] = {
     {"DEADLINE",
      [](const fast::ReaderQos& qos) { return qos.m_deadline.period != c_TimeInfinite; }},
@@ -90,7 +90,7 @@ std::string HostOf(const Reader& reader) {
   return at.empty() ? "an unknown address" : wire::IPLocator::ip_to_string(at[0]);
 }
 
-/// Empty: it can get samples.
+/// Returns a sentence about what the reader asks for; empty: it can get samples.
 std::string Unmet(const Reader& reader) {
   std::string asked;
   for (const Policy& policy : kPolicies) {

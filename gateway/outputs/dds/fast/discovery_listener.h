@@ -1,6 +1,6 @@
-// The listener of the gateway's participant: hears of the readers and writers of others.
-// VolatileWriters keeps which writers keep nothing for later readers, and UnmetReaders which
-// readers ask for more than is offered.
+// `DiscoveryListener` gets the readers and writers of other participants from Fast DDS.
+// VolatileWriters contains the writers that are volatile, and UnmetReaders the readers that ask for
+// more than is offered.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,17 +19,17 @@
 
 namespace baudgate::dds {
 
-// Which writers keep nothing for readers to come. Only their requests are carried out: a writer
-// that keeps what it wrote must not send it to a volatile reader that is new, but Cyclone DDS 0.10
-// does, because Fast DDS 2.9 asks for all that a heartbeat names.
+// Volatile writers store nothing for later readers. Only their write requests are carried out: a
+// writer that stores samples must not send them to a new volatile reader, but Cyclone DDS 0.10
+// does, because Fast DDS 2.9 asks for all numbers that a heartbeat contains.
 class VolatileWriters {
  public:
-  /// Those of this topic.
+  /// Writers of other topics are ignored.
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
 
-  /// False, too, where nothing is known of it. From any thread.
+  /// False also for an unknown writer. Any thread may call it.
   bool Has(const Handle& writer) const;
-  /// A writer was found, has changed or has left. From any thread.
+  /// A writer was found, has changed or has left. Any thread may call it.
   void OnWriter(const eprosima::fastrtps::rtps::WriterDiscoveryInfo& info);
 
  private:
@@ -40,13 +40,13 @@ class VolatileWriters {
   std::unordered_set<Handle, HandleHash> writers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// Readers of the gateway's topics whose QoS asks for more than its writers offer. DDS gives them
-// nothing and reports nothing. docs/dds.md, "What a reader may ask for", has the table.
+// Readers whose QoS asks for more than the gateway's writers offer: DDS sends them nothing and
+// reports nothing. docs/dds.md, "What a reader may ask for", lists the policies.
 class UnmetReaders {
  public:
-  /// A reader was found, has changed or has left. From any thread.
+  /// A reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// A sentence for each; readers of one address that ask for the same share one.
+  /// One sentence for each reader. Readers at one address that ask for the same share a sentence.
   std::vector<std::string> Sentences() const;
 
  private:
@@ -56,7 +56,7 @@ class UnmetReaders {
   std::map<Handle, std::string> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-/// Outlives its participant.
+/// Must outlive its participant.
 class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   explicit DiscoveryListener(std::string asked_on) : askers(std::move(asked_on)) {}

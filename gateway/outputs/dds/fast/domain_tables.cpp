@@ -8,7 +8,8 @@ namespace {
 
 constexpr std::size_t kSources = 64;
 
-/// A bucket of `burst` that refills by one every `interval`: takes one out if there is one.
+/// True if a bucket of `burst`, which refills by one every `interval`, is not empty. The caller
+/// takes one out by moving `full_at`.
 bool MayTake(Instant full_at, Duration interval, std::size_t burst, Instant now) {
   const Instant after = std::max(full_at, now) + interval;
   return after - now <= interval * static_cast<std::int64_t>(burst);
@@ -23,8 +24,8 @@ ParticipantTable::ParticipantTable(const ParticipantLimits& limits) : limits_(li
 
 void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
-  // A participant that was silent beyond its lease was dropped by the library as well; it must
-  // announce itself again.
+  // The library drops a participant that was silent beyond its lease; it must announce itself
+  // again.
   if (known != nullptr && known->Lives(now)) known->heard = now;
 }
 
@@ -60,7 +61,7 @@ void ParticipantTable::Describe(const GuidPrefix& prefix, UdpAddress at, bool ow
   Participant* const known = Find(prefix);
   if (known == nullptr) return;
   known->subscribes = subscribes;
-  if (known->own && !own) return;  // it announces itself on several networks
+  if (known->own && !own) return;  // the participant announces itself on several networks
   known->at = at;
   known->own = own;
 }
@@ -109,7 +110,7 @@ void ParticipantTable::ForgetSilent(Instant now) {
   std::erase_if(participants_, [now](const Participant& p) { return !p.Lives(now); });
 }
 
-/// When all places are taken, the one that is full soonest is the address that matters least.
+/// If the table is full, the entry whose burst is complete first is replaced.
 ParticipantTable::Source& ParticipantTable::SourceOf(std::uint32_t address) {
   const auto at = std::ranges::find(sources_, address, &Source::address);
   if (at != sources_.end()) return *at;
@@ -166,7 +167,7 @@ EndpointTable::Owner* EndpointTable::Find(const GuidPrefix& prefix) {
 
 namespace {
 
-// 512 sets of four: of the writers that share a set, the one that was heard longest ago gives way.
+// 512 sets of four. A new writer replaces the one of its set that was silent longest.
 constexpr std::size_t kSets = 512;
 constexpr std::size_t kWays = 4;
 
@@ -176,7 +177,7 @@ std::size_t SetOf(const Guid& guid) {
   return (hash ^ (hash >> 16)) % kSets;
 }
 
-/// Entities of discovery have 0xC… as their kind (RTPS 2.3, 9.3.1.2).
+/// Discovery writers have 0xC… as their kind (RTPS 2.3, 9.3.1.2).
 bool IsBuiltIn(const Guid& guid) { return (guid.back() & 0xC0) == 0xC0; }
 
 }  // namespace
@@ -197,7 +198,7 @@ bool SequenceWindow::Advance(const Guid& guid, std::int64_t to, std::int64_t ski
   return true;
 }
 
-/// The writer's place, or the one that it may take.
+/// Returns the writer's entry, or the entry that it may replace.
 SequenceWindow::Writer& SequenceWindow::Find(const Guid& guid) {
   const auto set = writers_.begin() + static_cast<std::ptrdiff_t>(SetOf(guid) * kWays);
   const auto end = set + static_cast<std::ptrdiff_t>(kWays);

@@ -1,6 +1,7 @@
-// The participants in the domain, as far as there is room: which announced ones the DDS library
-// gets to know. Pure and of fixed size; gateway/outputs/dds/fast/datagram_check.h asks it.
-// EndpointTable limits readers and writers, and SequenceWindow limits jumps of a writer's numbers.
+// `ParticipantTable` decides which announced participants the DDS library may add to its tables.
+// EndpointTable limits a participant's readers and writers, and SequenceWindow limits jumps in a
+// writer's sequence numbers. No I/O, bounded memory; gateway/outputs/dds/fast/datagram_check.h
+// calls them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,11 +17,11 @@ namespace baudgate::dds {
 
 struct ParticipantLimits {
   std::size_t participants = 256;
-  /// At one IPv4 address: RTPS has ports for 120 participants of a machine (RTPS 2.3, 9.6.1.1).
+  /// At one IPv4 address: RTPS has ports for 120 participants on one machine (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
-  /// A participant that is silent for this time loses its place, whatever lease it announces.
+  /// A participant that is silent for this time loses its place, whatever its lease.
   Duration longest_lease = 60s;
-  /// New participants, after a burst of as many as there is room for.
+  /// Interval between new participants, after a burst of as many as there is room for.
   Duration new_interval = 20ms;
   Duration new_interval_of_address = 125ms;
 };
@@ -29,22 +30,22 @@ class ParticipantTable {
  public:
   explicit ParticipantTable(const ParticipantLimits& limits);
 
-  /// Anything came from it.
+  /// A datagram has come from the participant.
   void Heard(const GuidPrefix& prefix, Instant now);
-  /// It announces itself, or a discovery server does so for it.
+  /// The participant or a discovery server announces it. Returns why it is refused, or `none`.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// Stores the address at which a known participant listens for announcements. `own`: it also
-  /// sends from there. `subscribes`: it may be a subscriber.
+  /// `at`: where a known participant listens for announcements. `own`: it sends from there, too.
+  /// `subscribes`: it may be a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
-  /// A known participant has confirmed an announcement of ours.
+  /// A known participant has acknowledged an announcement of ours.
   void Confirmed(const GuidPrefix& prefix);
   void Left(const GuidPrefix& prefix);
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
-  /// The addresses of subscribers that have confirmed.
+  /// Addresses of subscribers that have acknowledged announcements of ours.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// The addresses of subscribers that have announced themselves for kUnanswered and have confirmed
+  /// Addresses of subscribers that have announced themselves for kUnanswered and have acknowledged
   /// nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
@@ -64,7 +65,7 @@ class ParticipantTable {
 
     bool Lives(Instant now) const { return now - heard <= lease; }
   };
-  /// New participants that an address has announced: the bucket of 128 is full again then.
+  /// The rate of new participants of an address: at full_at a whole burst is allowed again.
   struct Source {
     std::uint32_t address = 0;
     Instant full_at{};
@@ -81,13 +82,11 @@ class ParticipantTable {
   Instant full_at_{};
 };
 
-// How many readers and writers the participants of the domain may announce: the DDS library keeps
-// each, whatever its topic. Pure and of bounded size; gateway/outputs/dds/fast/datagram_check.h
-// asks it.
+// Limits of readers and writers, because the DDS library stores each, whatever its topic.
 struct EndpointLimits {
   std::size_t of_participant = 512;
   std::size_t all = 8192;
-  /// New ones of a participant, after a burst of as many as it may have.
+  /// Interval between new endpoints of a participant, after a burst of `of_participant`.
   Duration new_interval = 10ms;
 };
 
@@ -95,11 +94,10 @@ class EndpointTable {
  public:
   explicit EndpointTable(const EndpointLimits& limits) : limits_(limits) {}
 
-  /// False: there is no room, or they come too fast. One of a participant that is not among
-  /// `participants` passes: the library does not keep it.
+  /// False: no room, or too fast. An endpoint of a participant that is not in `participants`
+  /// passes, because the library does not store it.
   bool Announce(const Guid& endpoint, ParticipantTable& participants, Instant now);
   void Left(const Guid& endpoint);
-  /// With all that it has announced.
   void ParticipantLeft(const GuidPrefix& prefix);
 
   std::size_t size() const;
@@ -108,7 +106,7 @@ class EndpointTable {
   struct Owner {
     GuidPrefix prefix{};
     std::vector<std::uint32_t> entities;
-    Instant full_at{};  ///< the bucket of new ones
+    Instant full_at{};  ///< as Source::full_at
   };
 
   Owner* Find(const GuidPrefix& prefix);
@@ -117,16 +115,14 @@ class EndpointTable {
   std::vector<Owner> owners_;
 };
 
-// How far each writer has counted, as far as it has told: the DDS library counts every number that
-// is skipped one by one, so a jump has a price. Pure and of fixed size;
-// gateway/outputs/dds/fast/datagram_check.h asks it.
+// Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// Numbers that all writers of discovery may skip together at once, and how many each second
-  /// after that. A participant of Cyclone DDS that runs for years has told of its liveliness some
-  /// million times.
+  /// How many numbers all discovery writers together may skip at once, and how many each second
+  /// after that. The liveliness writer of a Cyclone DDS participant counts to about a million in
+  /// years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
-  /// What a writer of samples may begin with when it is first heard of.
+  /// The highest number with which a writer of samples may begin.
   std::int64_t first_of_samples = std::int64_t{1} << 32;
 };
 
@@ -134,8 +130,8 @@ class SequenceWindow {
  public:
   explicit SequenceWindow(const WindowLimits& limits);
 
-  /// The writer tells of numbers up to `to`, at least 0, and of `skipped` ones that no reader gets.
-  /// False: counting to there would take too long.
+  /// The writer has announced numbers up to `to` (0 or more), and that readers never get `skipped`
+  /// of them. False: counting would take too long.
   bool Advance(const Guid& writer, std::int64_t to, std::int64_t skipped, Instant now);
 
  private:

@@ -32,13 +32,12 @@ constexpr std::size_t kSpareInstances = 16;
 
 // Fast DDS 2.9 searches a writer's whole history for the sample that a new one replaces, and walks
 // through it with every heartbeat, under its lock: one writer of 100,000 points needs 350 us for a
-// sample and blocks itself for minutes when it is deleted. Several of this size stay as fast as
-// one.
+// sample, and minutes for its deletion. Several writers of this size are as fast as one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
-// All devices together have no more than this for subscribers that come later: some 60 MB.
+// Stored for late subscribers, of all devices together: about 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
-// As many as gateway/records/events keeps.
+// As many as gateway/records/events stores.
 constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {
@@ -49,7 +48,7 @@ std::size_t WritersFor(std::size_t instances) {
   return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
 }
 
-/// Room in each writer: names are spread by a hash, so some writers get more than their part.
+/// More than an equal share, because a hash distributes the names unevenly.
 std::size_t InstancesEach(std::size_t instances) {
   const std::size_t writers = WritersFor(instances);
   const std::size_t part = (instances + writers - 1) / writers;
@@ -73,8 +72,8 @@ std::size_t Scatter(const AlarmSample& sample) {
   return hash(sample.device) * 31 + hash(sample.name);
 }
 
-// All limits together: Fast DDS takes 10 instances by default, and fewer samples than instances
-// times samples per instance make no writer at all.
+// All limits together: Fast DDS accepts 10 instances by default, and makes no writer if max_samples
+// is less than instances times samples per instance.
 fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
   fast::DataWriterQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
@@ -99,14 +98,14 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
-  /// Call it when the writer is deleted, because the library does not report that as unmatched.
+  /// To be called at the writer's deletion, which the library does not report as unmatched.
   void Clear() { current_ = 0; }
 
  private:
   std::atomic<std::uint32_t> current_ = 0;
 };
 
-/// The writers of one topic; each instance always goes through the same one.
+/// The writers of one topic. Each instance always uses the same writer.
 class TopicWriters {
  public:
   bool Open(fast::DomainParticipant& participant, fast::Publisher& publisher,
@@ -118,7 +117,7 @@ class TopicWriters {
     return topic_ != nullptr && Fill(publisher, instances, depth);
   }
 
-  /// Ends the writers and makes others, unless there is no such topic.
+  /// Replaces the writers; does nothing if the topic was never opened.
   bool Reopen(fast::Publisher& publisher, std::size_t instances, std::size_t depth = 1) {
     if (topic_ == nullptr) return true;
     Clear();
@@ -130,7 +129,7 @@ class TopicWriters {
 
   std::uint32_t readers() const { return readers_.current(); }
 
-  // The library takes no const samples; it only reads them.
+  // write() needs a non-const pointer but only reads the sample.
   template <typename Sample>
   Sent Write(const Sample& sample) {
     if (writers_.empty()) return Sent::refused;
@@ -149,7 +148,8 @@ class TopicWriters {
     return true;
   }
 
-  /// Makes deleting fast: by itself the library gives each sample back under the contended lock.
+  /// Makes the deletion fast: otherwise the library returns each sample separately under a
+  /// contended lock.
   void Clear() {
     for (fast::DataWriter* writer : writers_) {
       std::size_t removed = 0;
@@ -266,7 +266,7 @@ class FastWriter : public SampleWriter {
   }
 
  private:
-  const std::unique_ptr<DiscoveryListener> listener_;  // of the participant
+  const std::unique_ptr<DiscoveryListener> listener_;  // listener of participant_
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_ = nullptr;
   std::atomic<std::uint64_t> session_ = 1;
@@ -274,8 +274,8 @@ class FastWriter : public SampleWriter {
   TopicWriters points_;
   TopicWriters devices_;
   TopicWriters gateways_;
-  TopicWriters events_;  ///< empty: there are none
-  TopicWriters alarms_;  ///< the same
+  TopicWriters events_;  ///< not opened: the gateway has no events
+  TopicWriters alarms_;  ///< not opened: the gateway has no events
   std::optional<WriteTopics> requests_;
 };
 

@@ -1,4 +1,4 @@
-// The SampleWriter on Fast DDS, in a participant of its own.
+// `CreateFastWriter` makes the SampleWriter that uses Fast DDS, with a participant of its own.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,13 +12,12 @@
 
 namespace baudgate::dds {
 
-/// Writers of all topics; participant and writers end with the object. `requests_for`: the name of
-/// the gateway whose write requests are listened for; empty: none are. The error says what in
-/// `dds:` to change.
+/// The object owns the participant and the writers of all topics. `requests_for`: the gateway whose
+/// write requests are received; empty: none. The error says what to change in `dds:`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});
-/// For all points and devices of `store`, as `config.dds` has it.
+/// The same for all points and devices of `store`, with the options of `config.dds`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const bus::PointStore& store);
 

@@ -1,5 +1,5 @@
-// The samples of one topic, on their way from a Fast DDS reader to the subscriber's callbacks. The
-// library's threads only leave word here; the subscriber's own thread takes.
+// `Inbox` passes the samples of one topic from a Fast DDS reader to the subscriber's callbacks. The
+// library's threads only set a mark; the subscriber's thread takes the samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@ namespace baudgate::dds {
 
 inline constexpr std::int32_t kTakenAtOnce = 4000;
 
-/// An instance, or a writer, as the library names it.
+/// The id of an instance or of a writer in Fast DDS.
 using Handle = std::array<std::uint8_t, 16>;
 
 inline Handle HandleOf(const eprosima::fastdds::dds::InstanceHandle_t& from) {
@@ -34,7 +34,7 @@ inline Handle HandleOf(const eprosima::fastdds::dds::InstanceHandle_t& from) {
   return handle;
 }
 
-/// The first 12 bytes of a writer's handle name its participant.
+/// The first 12 bytes are the id of the participant.
 inline WriterId WriterOf(const Handle& handle) {
   WriterId id;
   std::copy_n(handle.begin(), id.publisher.bytes.size(), id.publisher.bytes.begin());
@@ -44,14 +44,14 @@ inline WriterId WriterOf(const Handle& handle) {
 
 struct HandleHash {
   std::size_t operator()(const Handle& handle) const {
-    std::size_t hash = 0;  // the handle is an MD5 already
+    std::size_t hash = 0;  // the handle of an instance is an MD5 already
     std::memcpy(&hash, handle.data(), sizeof hash);
     return hash;
   }
 };
 
-/// The end of an instance comes without its key, and Fast DDS 2.9 cannot look keys up, so they are
-/// kept here.
+/// Stores the last sample of each instance, because the end of an instance is reported without its
+/// key, and Fast DDS 2.9 cannot look up the key.
 template <typename Sample>
 class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
  public:
@@ -82,15 +82,16 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   }
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
                           const eprosima::fastdds::dds::SampleRejectedStatus& status) override {
-    // What there is no room for at the moment is sent again.
+    // A sample without room at the moment is sent again by its writer.
     if (status.last_reason != eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT) return;
     rejected_ += static_cast<std::uint64_t>(status.total_count_change);
     wake_();
   }
 
-  /// Calls back for all that there is; how long the library took to give it out. By one thread.
+  /// Calls back for everything that is there. Returns how long the library was busy. For one thread
+  /// only.
   Duration TakeAll() {
-    // A writer's last samples are there when it leaves: these go first.
+    // Read before the takes, because the last samples of a writer must be delivered before its end.
     std::vector<Match> matches;
     {
       const MutexLock lock(mutex_);
@@ -107,7 +108,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     return busy;
   }
 
-  /// From any thread: takes that gave something, and samples that could not be read.
+  /// Takes that returned samples, and samples that could not be decoded. Any thread may call it.
   std::uint64_t takes() const { return takes_; }
   std::uint64_t refused() const { return refused_; }
 
@@ -124,7 +125,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   std::int32_t TakeLot(Duration& busy) {
     auto* reader = reader_.load();
     if (reader == nullptr) return 0;
-    // Loans: into sequences of our own, Fast DDS 2.9 lost a third to half of 5,000 a second.
+    // Loans: with sequences of our own, Fast DDS 2.9 lost a third to half of 5,000 samples a
+    // second.
     eprosima::fastdds::dds::LoanableSequence<Sample> samples;
     eprosima::fastdds::dds::SampleInfoSeq infos;
     const Instant begun = std::chrono::steady_clock::now();
@@ -141,7 +143,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
 
   void Take(const Sample& sample, const eprosima::fastdds::dds::SampleInfo& info) {
     if (info.valid_data) {
-      // A take of many does not tell what could not be decoded, so that has no name (types.cpp).
+      // A sample that could not be decoded; types.cpp leaves its `gateway` empty.
       if (sample.gateway.empty()) {
         ++refused_;
       } else {
@@ -200,15 +202,16 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   const Callbacks callbacks_;
   Mutex mutex_;
   std::vector<Match> matches_ BAUDGATE_GUARDED_BY(mutex_);
-  std::atomic<eprosima::fastdds::dds::DataReader*> reader_ = nullptr;  ///< once it has something
+  /// Null until samples have come.
+  std::atomic<eprosima::fastdds::dds::DataReader*> reader_ = nullptr;
   std::atomic<std::uint64_t> rejected_ = 0;
   std::atomic<std::uint64_t> takes_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
 
-  // Used by the taking thread.
+  // Used by the thread that calls TakeAll.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
-  std::map<PublisherId, int> writers_;  ///< a large gateway has many
+  std::map<PublisherId, int> writers_;  ///< number of writers; a large gateway has many
 };
 
 }  // namespace baudgate::dds

@@ -91,10 +91,9 @@ int OptionOf(int descriptor, int name) {
   return ::getsockopt(descriptor, SOL_SOCKET, name, &value, &size) == 0 ? value : 0;
 }
 
-/// The kernel says twice what it was asked for.
+/// Halved, because the kernel returns twice the size that was requested.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
-/// All UDP sockets of this process that have a port.
 std::vector<Socket> UdpSockets() {
   std::vector<Socket> found;
   for (int descriptor = 0; descriptor < kMostDescriptors; ++descriptor) {
@@ -114,7 +113,7 @@ in_addr AddressOf(const std::string& text) {
   return address;
 }
 
-/// The kernel tells the sources of a membership only to a member.
+/// The kernel returns the sources of a membership only to a member.
 bool HasJoined(const Socket& socket, const std::string& interface) {
   ip_msfilter filter{};
   filter.imsf_multiaddr = AddressOf(kGroup);
@@ -123,7 +122,7 @@ bool HasJoined(const Socket& socket, const std::string& interface) {
   return ::getsockopt(socket.descriptor, IPPROTO_IP, IP_MSFILTER, &filter, &size) == 0;
 }
 
-/// Those that can be used now.
+/// Addresses of the participant that can be used now.
 std::vector<std::string> UsedInterfaces(const ParticipantOptions& options,
                                         const OwnAddresses& own) {
   std::vector<std::string> used;
@@ -146,7 +145,7 @@ std::pair<int, int> GivenPorts() {
   return {32768, 60999};
 }
 
-/// False: another program has it, and does not share it.
+/// False: another program has the port and does not share it.
 bool CanBind(const std::string& address, std::uint16_t port) {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return false;
@@ -176,7 +175,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
   facts.given_ports = GivenPorts();
   const int port = MulticastPort(options.domain);
   const std::vector<Socket> sockets = UdpSockets();
-  std::vector<Socket> hear;  // what is sent to the group
+  std::vector<Socket> hear;  // sockets that receive what is sent to the group
   for (const Socket& socket : sockets) {
     facts.send_bytes = std::max(facts.send_bytes, BufferOf(socket, SO_SNDBUF));
     if (socket.port < port || socket.port >= port + kPortsOfADomain) continue;
@@ -194,7 +193,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // Where all are used, some may know no groups.
+  // If all interfaces are used, some of them may not support multicast.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

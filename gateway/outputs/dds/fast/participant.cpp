@@ -35,18 +35,18 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
-/// A participant takes the lowest port that is free, so of each peer so many are asked: more
-/// participants of one machine than this do not find each other by peers.
+/// Ports that are asked on each peer. A participant takes the lowest free port of its machine, so
+/// further participants of a machine are not found through `peers`.
 constexpr std::uint32_t kParticipantsOfPeer = 32;
 
-/// Port 0: the domain's ports.
+/// Port 0 means the ports of the domain.
 Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   Locator_t locator;
   IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
   return locator;
 }
 
-/// Where addresses are named, the library does not add the multicast group.
+/// With addresses in this list, the library does not add the multicast group.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
@@ -56,15 +56,15 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-/// Sets the hosts that the participant asks beside the multicast group, or in its place. To Fast
-/// DDS a server is a peer with a port.
+/// Sets the hosts that are asked beside the multicast group, or instead of it. For Fast DDS a
+/// discovery server is a peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
   if (!options.multicast) HearUnicastOnly(options, builtin);
   if (options.peers.empty() && options.discovery_servers.empty() && options.reached.empty()) return;
   auto& asked = builtin.initialPeersList;
-  // Without the group, neighbours would not be heard any more.
+  // Given peers replace the default of the library, so the group must be added.
   if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
   for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
   for (const auto* places : {&options.discovery_servers, &options.reached}) {
@@ -72,8 +72,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
-/// Adds what the library needs, and says what to demand of datagrams. The error names the file that
-/// is wrong: without one of them there is no participant.
+/// Adds the properties that the library needs, and returns what datagrams must fulfil. The error
+/// names the faulty file; the library makes no participant without it.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -100,7 +100,7 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 
 constexpr char kLoopback[] = "127.0.0.1";
 
-/// Which of the addresses that a participant of this machine may use are not ours yet.
+/// The addresses that a participant of this machine may use and that `interfaces` does not contain.
 std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
   const auto lacks = [&](const std::string& address) {
     return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
@@ -138,7 +138,7 @@ using eprosima::fastrtps::rtps::LocatorsIterator;
 using eprosima::fastrtps::rtps::octet;
 using eprosima::fastrtps::rtps::SenderResource;
 
-/// An IPv4 address stands in the last four bytes.
+/// The IPv4 address is in the last four bytes of a locator.
 Sender SenderOf(const Locator_t& remote) {
   Sender sender;
   for (std::size_t i = 12; i < 16; ++i) sender.address = sender.address << 8 | remote.address[i];
@@ -147,7 +147,7 @@ Sender SenderOf(const Locator_t& remote) {
 }
 
 struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
-  /// `below` is complete: its limits are taken over here.
+  /// `below` must have its final limits, because they are copied here.
   CheckedTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
                              std::shared_ptr<DatagramGate> gate_of_all)
       : ChainingTransportDescriptor(std::move(below)), gate(std::move(gate_of_all)) {}
@@ -157,9 +157,8 @@ struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
   std::shared_ptr<DatagramGate> gate;
 };
 
-/// A transport of Fast DDS that hands on only what its gate lets in. What is sent goes through
-/// untouched, one datagram at a time. Decides at which address a participant of this machine is
-/// reached.
+/// A transport of Fast DDS that passes on only what its gate accepts. Datagrams are sent unchanged,
+/// one at a time. It also decides at which address a participant of this machine is reached.
 class CheckedTransport : public rtps::ChainingTransport {
  public:
   explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
@@ -170,7 +169,7 @@ class CheckedTransport : public rtps::ChainingTransport {
   bool send(SenderResource* below, const octet* bytes, std::uint32_t size, LocatorsIterator* to,
             LocatorsIterator* to_end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    // The transport below counts datagrams by address, which two threads at once end in an
+    // The transport below counts datagrams by address; two threads at once would end in an
     // assertion.
     const std::lock_guard lock(sending_);
     return below->send(bytes, size, to, to_end, timeout);
@@ -178,7 +177,7 @@ class CheckedTransport : public rtps::ChainingTransport {
 
   void receive(rtps::TransportReceiverInterface* next, const octet* bytes, std::uint32_t size,
                const Locator_t& local, const Locator_t& remote) override {
-    // The buffer is the receiving thread's own; the library writes into it as well.
+    // The buffer belongs to the receiving thread; the library writes into it as well.
     const std::span datagram(const_cast<octet*>(bytes), size);
     const auto passed =
         descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
@@ -186,14 +185,14 @@ class CheckedTransport : public rtps::ChainingTransport {
     next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
   }
 
-  /// The address at which `announced` is reached. Fast DDS 2.9 itself ignores an address of this
-  /// machine that it does not use, and takes loopback for all others, although there may be no
-  /// listener there. False: it cannot be reached.
+  /// `reached`: where the participant `announced` is reached. Fast DDS 2.9 itself replaces every
+  /// address of this machine that it does not use by loopback, even if nobody listens there. False:
+  /// not reachable.
   bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
     if (!IsLocatorSupported(announced)) return false;
     reached = announced;
     if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
-    // We have no socket at this address of this machine, so we have heard its owner on loopback.
+    // We have no socket at this address of this machine, so its owner was received on loopback.
     IPLocator::setIPv4(reached, "127.0.0.1");
     return is_locator_allowed(reached);
   }
@@ -207,14 +206,13 @@ rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
   return new CheckedTransport(*this);
 }
 
-constexpr int kLastDomain = 232;  // ports of higher domains lie beyond 65535
+constexpr int kLastDomain = 232;  // the ports of higher domains would be above 65535
 constexpr Duration kAnnouncements = 1300ms;
-// Readers, and writers, that are remembered, whatever their topic: 32 for each participant that may
-// be there, all together.
+// The limit of readers, and of writers, for each participant that may be present.
 constexpr std::size_t kEndpointsEach = 32;
 
-// What the library has to say, to standard error: its default is standard output, where it would
-// stand between the JSON lines. Folded, as a hostile packet can make it complain without end.
+// Prints the library's messages to standard error, because the default, standard output, carries
+// JSON lines. Repetitions are folded, because a hostile packet can cause endless messages.
 class FoldedLog : public fast::LogConsumer {
  public:
   void Consume(const fast::Log::Entry& entry) override {
@@ -236,9 +234,9 @@ class FoldedLog : public fast::LogConsumer {
 void PrepareProcessOnce() {
   static std::once_flag once;
   std::call_once(once, [] {
-    // Else a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is obeyed silently.
+    // Without this, a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is applied silently.
     ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
-    // And these would stand above the configuration.
+    // These variables would override the configuration.
     ::unsetenv("FASTRTPS_DEFAULT_PROFILES_FILE");
     ::unsetenv("ROS_DISCOVERY_SERVER");
     fast::Log::ClearConsumers();
@@ -254,7 +252,7 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
-/// Those that this machine has now: with another one in its list the library reaches nobody.
+/// With an address that this machine does not have now, the library reaches nobody.
 Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
   const OwnAddresses own = FindOwnAddresses();
   std::vector<std::string> present;
@@ -303,7 +301,7 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
-  // The library's own limits, should the check ever let more in: our participant is one as well.
+  // The library's own limits, in case the check lets more in. They include our own participant.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
   places.readers.maximum = places.writers.maximum = kEndpointsEach;

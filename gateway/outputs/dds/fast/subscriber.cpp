@@ -23,7 +23,7 @@ TakingThread::TakingThread(std::function<Duration()> round)
   worker_.Start();
 }
 
-/// A wake-up during its rest is served after the rest.
+/// A wake-up during the rest takes effect after the rest.
 void TakingThread::Wake() {
   if (!work_.exchange(true)) worker_.Wake();
 }
@@ -95,7 +95,7 @@ struct DdsSubscriber::Impl {
             OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
-  /// Starts of gateways first: the samples that count from there come after them.
+  /// Starts of gateways first, because the `seq` of the other samples counts from them.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();
@@ -117,7 +117,7 @@ struct DdsSubscriber::Impl {
 
   fast::DomainParticipant* participant;
   fast::Subscriber* subscriber = nullptr;
-  TakingThread taking;  // is first woken by a reader, when all of this is there
+  TakingThread taking;  // safe: the readers wake it, and they are made after all members
   Inbox<PointSample> points;
   Inbox<DeviceSample> devices;
   Inbox<GatewaySample> gateways;

@@ -16,7 +16,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// The longest key: each text as long as its bound, with its length and what fills it up.
+/// In bytes: each text as long as its bound, with its length field and padding.
 template <typename Sample>
 constexpr std::size_t LongestKey() {
   std::size_t bytes = 0;
@@ -92,7 +92,7 @@ const TypeIdentifier& IdentifierOf(const TypeField& field) {
   return *Factory().get_type_identifier("double", false);
 }
 
-/// XTypes 1.2, 7.3.4.5: the first four bytes of the MD5 of the name.
+/// The first four bytes of the MD5 of the name (XTypes 1.2, 7.3.4.5).
 NameHash HashOf(const std::string& name) {
   const MD5 md5(name);
   NameHash hash;
@@ -109,7 +109,7 @@ Member MemberOf(const TypeField& field, MemberId id) {
   return member;
 }
 
-/// "@key": generic readers look for the annotation, not for the flag.
+/// "@key": generic readers look for the annotation and not for the flag IS_KEY.
 AppliedAnnotation KeyAnnotation() {
   AnnotationParameterValue yes;
   yes._d(TK_BOOLEAN);
@@ -155,7 +155,7 @@ TypeObject Complete(const TypeDescription& type) {
   return object;
 }
 
-/// XTypes 1.2, 7.3.4.2: the first 14 bytes of the MD5 of the serialized object.
+/// The first 14 bytes of the MD5 of the serialized object (XTypes 1.2, 7.3.4.2).
 TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   std::vector<char> bytes(TypeObject::getCdrSerializedSize(object) + 4);
   eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
@@ -171,11 +171,9 @@ TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   return identifier;
 }
 
-// Announces the published types in discovery, as XTypes TypeObjects of version 1: what generic
-// tools on Fast DDS 2 decode samples with. Never as TypeInformation: Fast DDS 2.9 writes that in a
-// form for which Cyclone DDS drops the endpoint.
-
-/// Before the type is registered with a participant that is to announce it. Once is enough.
+/// Announces the type as an XTypes TypeObject of version 1, with which generic tools on Fast DDS 2
+/// decode samples; before it is registered with a participant. Never as TypeInformation, which Fast
+/// DDS 2.9 writes in a form for which Cyclone DDS drops the endpoint.
 void DescribeType(const TypeDescription& type) {
   const std::string name = "baudgate::v1::" + std::string(type.name);
   const TypeObject complete = Complete(type);
@@ -186,8 +184,8 @@ void DescribeType(const TypeDescription& type) {
   Factory().add_type_object(name, &minimal_id, &minimal);
 }
 
-// Not what fastddsgen makes: its code cuts long texts silently and ends the process of a subscriber
-// on one sample with an unknown encapsulation.
+// Written by hand, because the code of fastddsgen cuts long texts silently, and ends the process of
+// a subscriber on one sample with an unknown encapsulation.
 template <typename Sample>
 class SampleType : public TopicDataType {
  public:
@@ -211,7 +209,7 @@ class SampleType : public TopicDataType {
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
-    // Fast DDS 2.9 hands it out anyway when many are taken: what has no gateway is no sample.
+    // Fast DDS 2.9 returns the sample anyway in a take of many; Inbox drops one without `gateway`.
     sample = Sample{};
     return false;
   }

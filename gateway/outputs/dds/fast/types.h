@@ -1,6 +1,5 @@
-// Fast DDS type support for the samples: the adapter between Fast DDS payloads and
-// gateway/outputs/dds/published_types.h. HashKey computes key hashes, and DescribeType announces
-// the types.
+// `NewPointType` and its siblings make the Fast DDS type support of the samples: the adapter
+// between Fast DDS payloads and gateway/outputs/dds/published_types.h. HashKey computes key hashes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,18 +13,15 @@
 
 namespace baudgate::dds {
 
-// Durations as Fast DDS counts them.
-
 inline eprosima::fastrtps::Duration_t DdsTime(Duration duration) {
   return {static_cast<std::int32_t>(duration / 1s),
           static_cast<std::uint32_t>((duration % 1s) / 1ns)};
 }
 
-// The key hashes of samples, as every DDS vendor computes them from baudgate.idl.
-
-/// RTPS 9.6.3.8: MD5 of the key fields in big-endian CDR, as the key may be longer than 16 bytes.
+/// The key hash, as every DDS vendor computes it from baudgate.idl (RTPS 9.6.3.8): the MD5 of the
+/// key fields in big-endian CDR, because the key may be longer than 16 bytes.
 using KeyHash = std::array<std::uint8_t, 16>;
-/// For the samples in gateway/outputs/dds/published_types.h.
+/// Instantiated for all samples of gateway/outputs/dds/published_types.h.
 template <typename Sample>
 KeyHash HashKey(const Sample& sample);
 
@@ -37,10 +33,9 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Named baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, AlarmState,
-/// WriteRequest and WriteReply. The caller gives them to a Fast DDS TypeSupport, which owns them.
-/// Samples pass as PointSample*, DeviceSample*, GatewaySample*, EventSample*, AlarmSample*,
-/// RequestSample*, ReplySample*.
+/// For baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, AlarmState,
+/// WriteRequest and WriteReply. The caller gives the result to a Fast DDS TypeSupport, which owns
+/// it. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample …).
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();

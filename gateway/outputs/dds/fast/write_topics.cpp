@@ -18,14 +18,15 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// Names of clients, of all gateways. The library keeps each as long as a writer of it is there.
+// Names of clients, of all gateways. The library stores a name while a writer with it exists.
 constexpr int kNamesOfRequests = 4096;
-// Names in answers of this gateway. The library keeps each for ever.
+// Names in replies of this gateway. The library stores them until the writer is deleted.
 constexpr int kNamesOfReplies = 1024;
-// Samples of a name. Requests are taken as they come: so many wait only if one datagram has many.
+// Samples of a name. Requests are taken at once: several wait only if one datagram contains
+// several.
 constexpr int kSamplesEach = 4;
 
-/// All limits together, as in gateway/outputs/dds/fast/fast_writer.cpp.
+/// Sets all limits together, see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp.
 template <typename Qos>
 Qos Bounded(fast::DurabilityQosPolicyKind durability, int names) {
   Qos qos;
@@ -48,7 +49,7 @@ fast::Topic* MakeTopic(fast::DomainParticipant& participant, fast::TopicDataType
 
 }  // namespace
 
-/// Replies first: whoever finds the reader of requests finds their writer.
+/// Replies first: a client that discovers the reader of requests can also discover their writer.
 bool WriteTopics::Open(fast::DomainParticipant& participant) {
   publisher_ = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
@@ -58,7 +59,7 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
          requests_ != nullptr && OpenWriter() && OpenReader();
 }
 
-/// Transient local: a client's reader of replies may be found after its writer of requests.
+/// Transient local: a client's reader of replies may be discovered after its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
   qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
@@ -84,14 +85,14 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// A writer that is full of names is made again, without what it kept for readers to come.
+/// A writer without room for another name is replaced by one that has no stored replies.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
   return OpenWriter() && TryWrite(reply) ? Sent::yes : Sent::refused;
 }
 
-// The library takes no const samples; it only reads them.
+// write() needs a non-const pointer but only reads the sample.
 bool WriteTopics::TryWrite(const ReplySample& reply) {
   try {
     const auto code = writer_->write(const_cast<ReplySample*>(&reply), fast::HANDLE_NIL);
@@ -101,7 +102,7 @@ bool WriteTopics::TryWrite(const ReplySample& reply) {
   }
 }
 
-/// If a request could not be decoded, its gateway is empty.
+/// A request that could not be decoded has an empty `gateway`.
 void WriteTopics::on_data_available(fast::DataReader* reader) {
   WriteArrival arrival;
   fast::SampleInfo info{};
@@ -117,7 +118,7 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Now now = ReadClocks();
     arrival.received = now.instant;
     arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
-    // Right even if the clock has been set since the reader was made.
+    // Computed with the steady clock, so a changed wall clock makes no difference.
     arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

@@ -1,6 +1,5 @@
-// The two topics of writing on Fast DDS: a reader of requests to one gateway, and the writer of
-// replies. What was asked before the gateway was there is never carried out. Used by
-// gateway/outputs/dds/fast/fast_writer.cpp.
+// `WriteTopics` contains a DDS reader of write requests to one gateway, and the writer of replies.
+// Requests from before the reader was there are marked as early.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,17 +21,17 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   WriteTopics(std::string gateway, const VolatileWriters& writers)
       : gateway_(std::move(gateway)), writers_(writers) {}
 
-  /// False: the library made no reader or no writer. The participant ends before this object.
+  /// False: the library made no reader or no writer. The participant must end before this object.
   bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
 
   /// See SampleWriter.
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
-  /// Requests that were not handed on: the library had no room, or has had none since the last
-  /// Renew.
+  /// Requests that were dropped: the library had no room, or has had none since the last Renew.
   std::uint64_t dropped() const { return dropped_; }
-  /// By one thread, now and then. Where the library had no room it keeps requests back and delivers
-  /// them when it has: so none are believed until there is a new reader, which never gets old ones.
+  /// Replaces the reader if the library had no room: it then holds requests back and delivers them
+  /// later, so requests are dropped until there is a new reader, which never gets old ones. To be
+  /// called now and then, by one thread.
   void Renew();
 
  private:
@@ -50,8 +49,8 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
   eprosima::fastdds::dds::Topic* replies_ = nullptr;
   eprosima::fastdds::dds::Topic* requests_ = nullptr;
-  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< of replies
-  eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< of requests
+  eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< writer of replies
+  eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< reader of requests
   std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was made
   std::atomic<bool> full_ = false;
   std::atomic<std::uint64_t> dropped_ = 0;

@@ -57,7 +57,7 @@ std::string EndOf(int status) {
   return "left with exit code " + std::to_string(WEXITSTATUS(status));
 }
 
-/// posix_spawn and not fork: between fork and exec a process with threads may do next to nothing.
+/// Not fork, because between fork and exec a process with threads may call almost nothing.
 struct SpawnSettings {
   SpawnSettings() {
     posix_spawn_file_actions_init(&actions);
@@ -72,13 +72,13 @@ struct SpawnSettings {
 
   void UseDescriptors(int output, int link) {
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    // The pipe first: it may have the number that the link is to have.
+    // First, because the pipe may have the number kLinkDescriptor, which the last dup2 overwrites.
     posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
     posix_spawn_file_actions_adddup2(&actions, output, STDERR_FILENO);
     posix_spawn_file_actions_adddup2(&actions, link, kLinkDescriptor);
     posix_spawn_file_actions_addclosefrom_np(&actions, kLinkDescriptor + 1);
   }
-  /// What we block and ignore, it takes as every program does.
+  /// The child begins with no signal blocked or ignored, unlike this process.
   void UseSignals() {
     sigset_t none;
     sigset_t all;

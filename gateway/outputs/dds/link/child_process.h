@@ -1,5 +1,5 @@
-// Starts baudgate-dds beside us, with its end of the link as descriptor 3, and sees it end.
-// BoundedLines makes log lines of what the process prints.
+// `ChildProcess` starts baudgate-dds as a child with its end of the link as descriptor 3, and waits
+// for its end. BoundedLines turns the child's output into log lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,15 +16,14 @@
 
 namespace baudgate::dds {
 
-// Text of another process as whole lines that may go into our log: printable, cut, and not more
-// than a log can bear. Bytes come from its standard error.
+// Splits output into printable lines of limited length, at most kMost lines in kPeriod.
 class BoundedLines {
  public:
-  static constexpr std::size_t kLongest = 500;  ///< bytes; the rest of a longer line is left out
-  static constexpr std::size_t kMost = 20;  ///< lines in kPeriod; of the others the number is told
+  static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
+  static constexpr std::size_t kMost = 20;      ///< lines per kPeriod; further lines are counted
   static constexpr Duration kPeriod = 10s;
 
-  /// The lines that are complete now.
+  /// Returns the lines that are complete now.
   std::vector<std::string> Add(std::string_view bytes, Instant now);
 
  private:
@@ -36,27 +35,27 @@ class BoundedLines {
   std::size_t left_out_ = 0;
 };
 
-/// Which descriptor of the child is its end of the link.
+/// In the child.
 inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// Runs `program` with nothing of ours but the link and a pipe as its standard output and error,
-  /// in a process group of its own: Ctrl-C is for us. The calling thread must outlive the child,
-  /// which asks to die with it.
+  /// The child inherits only the link and a pipe for its standard output and error. It is in a
+  /// process group of its own, so Ctrl-C does not reach it. The calling thread must outlive the
+  /// child, because the kernel ends the child together with this thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);
-  ~ChildProcess();  ///< kills what still runs
+  ~ChildProcess();  ///< kills a child that still runs
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&& other) noexcept;
 
   pid_t id() const { return id_; }
-  /// What it writes to standard output and error; non-blocking.
+  /// The child's standard output and error; non-blocking.
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
-  /// Waits for its end; kills it when the time is over. "was ended by signal 6", "left with exit
-  /// code 1".
+  /// Waits until the child has ended, and kills it after `most`. Returns e.g. "was ended by signal
+  /// 6" or "left with exit code 1".
   std::string Reap(Duration most);
 
  private:
@@ -66,8 +65,8 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Where `name` is: beside our own binary, or where programs are installed. The error says where
-/// it was looked for.
+/// Looks in the folder of this process's binary and in that of installed programs. The error
+/// contains both.
 Result<std::string> FindProgram(const std::string& name);
 
 }  // namespace baudgate::dds

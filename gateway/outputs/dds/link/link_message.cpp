@@ -13,18 +13,18 @@ namespace baudgate::dds {
 namespace {
 
 constexpr std::size_t kMostInterfaces = 64;
-constexpr std::size_t kMaxAddress = 45;  // of an IPv6 address as text
+constexpr std::size_t kMaxAddress = 45;  // length of an IPv6 address as text
 constexpr std::size_t kMaxIpv4 = 15;
 constexpr std::size_t kMaxSentence = 1000;
-constexpr std::size_t kMaxRemark = 255;  // whose length is one byte
-constexpr std::size_t kMaxPath = 255;    // whose length is one byte
+constexpr std::size_t kMaxRemark = 255;  // its length is sent as one byte
+constexpr std::size_t kMaxPath = 255;    // its length is sent as one byte
 constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-// Participant, entity, time of arrival and of publication, flags; then the sample.
+// Before the sample: participant, entity, time of arrival, time of publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
-// In the order of the wire.
+// In the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
                                                     &Subscribers::events, &Subscribers::alarms};
 constexpr unsigned kLasting = 1;
@@ -66,7 +66,7 @@ void PutText(Bytes& to, std::string_view text) {
   Append(to, text);
 }
 
-/// At most 255 texts.
+/// `most` must be below 256.
 void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most,
               std::size_t bound) {
   const std::size_t count = std::min(texts.size(), most);
@@ -74,7 +74,8 @@ void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most
   for (std::size_t i = 0; i < count; ++i) PutText(to, texts[i].substr(0, bound));
 }
 
-/// Takes fields off the front; once something was missing, everything is.
+/// Reads fields from the front of a body. After a missing or bad field, all further fields are 0 or
+/// empty, and AllTaken is false.
 class Fields {
  public:
   explicit Fields(View rest) : rest_(rest) {}
@@ -102,13 +103,13 @@ class Fields {
     for (std::string& text : texts) text = Text(bound);
     return texts;
   }
-  /// 0 where it is more than `most`.
+  /// Reads the number of elements; 0 if it is more than `most`.
   std::size_t Count(std::size_t most) {
     const auto count = Number<std::uint8_t>();
     good_ = good_ && count <= most;
     return good_ ? count : 0;
   }
-  /// All was there, and nothing is left.
+  /// True if all fields were good and no bytes are left.
   bool AllTaken() const { return good_ && rest_.empty(); }
 
  private:
@@ -121,7 +122,7 @@ class Fields {
   bool good_ = true;
 };
 
-/// How many there are, then of each address and port.
+/// Writes the number of places, then the address and port of each.
 void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size_t most) {
   const std::size_t count = std::min(places.size(), most);
   to.push_back(static_cast<std::uint8_t>(count));
@@ -131,7 +132,7 @@ void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size
   }
 }
 
-/// Fails as of more than there may be.
+/// Fails if there are more than `most` places.
 std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   std::vector<config::HostPort> places(fields.Count(most));
   for (config::HostPort& at : places) {
@@ -141,7 +142,7 @@ std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   return places;
 }
 
-/// In the order of the wire.
+/// In the order of the message.
 template <typename Security>
 auto FilesOf(Security& security) {
   return std::array{&security.ca,         &security.permissions_ca, &security.identity,
@@ -149,14 +150,14 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// How many files there are, and their paths: 00 for none.
+/// Only the number 0 if security is off.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// False: another number of files than ours.
+/// False if the number of files is another one than kSecurityFiles.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

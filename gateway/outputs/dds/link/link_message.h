@@ -1,10 +1,10 @@
-// The messages between the daemon and the DDS process (baudgate-dds), one in each packet of a
-// SOCK_SEQPACKET socket: pure encoding and checked decoding.
-// gateway/outputs/dds/link/process_link.h and link_server.h carry them.
+// `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
+// baudgate-dds. Each packet of their SOCK_SEQPACKET socket is one message. process_link.h and
+// link_server.h send and receive.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind point, version 7, 92 bytes follow | the sample as in gateway/outputs/dds/published_types.h
+//   kind `point`, version 7, 92 bytes follow | the sample in the wire form of published_types.h
 //
 // All numbers are little-endian.
 #pragma once
@@ -23,71 +23,74 @@ namespace baudgate::dds {
 
 inline constexpr std::uint8_t kLinkVersion = 7;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
-/// No message is longer; a packet that is longer is refused.
+/// In bytes; a longer packet is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
-/// The process takes this long at most to tell the ends of all points.
+/// The most time that baudgate-dds takes to publish the final samples of all points.
 inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
-  // From the daemon.
-  open = 1,     ///< first: what to take part in; later: replace the writers, with other room
+  // from the gateway to baudgate-dds
+  open = 1,     ///< first: what to open; later: replace the writers by ones with another room
   point = 2,    ///< a sample to publish
-  device = 3,   ///< the same
-  gateway = 4,  ///< the same
-  end = 5,      ///< tell the end of all points, wait until subscribers have it, then leave
-  reply = 6,    ///< what became of a write request: publish it
+  device = 3,   ///< a sample to publish
+  gateway = 4,  ///< a sample to publish
+  end = 5,      ///< publish that all points are gone, wait for acknowledgement, then exit
+  reply = 6,    ///< a reply to a write request
   event = 7,    ///< a sample to publish
-  alarm = 8,    ///< the same
-  // From the process.
-  opened = 64,   ///< the answer to open: samples may come
-  failed = 65,   ///< the other answer: a sentence that says what to change
-  counts = 66,   ///< at a change, and once a second as a sign of life
-  request = 67,  ///< somebody asks for a point to be written
-  left = 68,     ///< the answer to end, where subscribers have everything, events included
+  alarm = 8,    ///< a sample to publish
+  // from baudgate-dds to the gateway
+  opened = 64,  ///< answer to `open`: ready for samples
+  failed = 65,  ///< other answer to `open`: what to change, one sentence
+  counts = 66,  ///< LinkCounts: after a change, and once a second to show that the process is alive
+  request = 67,  ///< a write request from a client
+  left = 68,     ///< answer to `end`, if subscribers have acknowledged everything, also events
 };
 
+/// The body of `open`: what baudgate-dds is to open.
 struct LinkOpen {
-  std::string gateway;  ///< its name
+  std::string gateway;  ///< the gateway's name
   ParticipantOptions participant;
   Room room;
-  bool requests = false;  ///< listen for write requests to `gateway`
+  bool requests = false;  ///< true: receive write requests to `gateway`
 };
 
-/// Since the process has opened.
+/// The body of `counts`. It counts from the time at which the process opened DDS.
 struct LinkCounts {
   Subscribers subscribers;
-  std::uint64_t written = 0;         ///< samples
-  std::uint64_t refused = 0;         ///< samples that the library did not take
-  std::uint64_t dropped = 0;         ///< write requests that found no room
-  std::uint64_t events_dropped = 0;  ///< that the library did not take, and that found no room
+  std::uint64_t written = 0;  ///< samples
+  std::uint64_t refused = 0;  ///< samples that the library did not accept
+  std::uint64_t dropped = 0;  ///< write requests without room in the queue
+  /// Events and alarms that the library did not accept, and without room in the queue.
+  std::uint64_t events_dropped = 0;
   DatagramCounters datagrams{};
   Neighbours neighbours{};
 
   bool operator==(const LinkCounts&) const = default;
 };
 
-/// Each gives a whole packet.
+/// Return whole packets.
 Bytes EncodeOpen(const LinkOpen& open);
-Bytes EncodeFailed(const std::string& sentence);  ///< what is longer than 1,000 bytes is cut
+Bytes EncodeFailed(const std::string& sentence);  ///< cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
-Bytes EncodeBare(LinkKind kind);  ///< end, opened, left
-/// Writes a packet into `to`, without allocating; 0 when the sample is beyond its bounds or `to` is
-/// shorter than kMaxLinkMessage.
+Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
+/// Writes a packet into `to`, without allocating. Returns its length; 0 if the sample is longer
+/// than its bounds or `to` is shorter than kMaxLinkMessage.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Empty when the sample is beyond its bounds. The clock of `received` is that of the machine.
+/// Empty if the request is longer than its bounds. `received` is sent as it is, because both
+/// processes use the clock of this machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
   LinkKind kind{};
-  View body;  ///< within the packet
+  View body;  ///< part of the packet
 };
 
-/// The error says in words what is wrong with the packet: too short, another version, an unknown
-/// kind, a length that is not the packet's.
+/// Checks the header. The error continues "sent …": too short, another version, an unknown kind, or
+/// a wrong length.
 Result<LinkMessage> ParseLink(View packet);
 
-/// Bodies. Everything is checked against its bounds, and nothing may follow it.
+/// Check every field of a body against its bound, and refuse extra bytes.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);

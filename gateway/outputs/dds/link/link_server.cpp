@@ -11,17 +11,18 @@ namespace baudgate::dds {
 namespace {
 
 constexpr Duration kSignOfLife = 1s;
-constexpr Duration kAtMostEvery = 100ms;  // counts that change all the time
-// What a subscriber has lost comes again with the heartbeats, 100 ms apart: this is time for four.
+constexpr Duration kAtMostEvery = 100ms;  // minimum interval of counts that change all the time
+// Time for four repetitions: a subscriber asks for lost samples at heartbeats, which are 100 ms
+// apart.
 constexpr Duration kAcknowledgeTime = 400ms;
 constexpr Duration kEventRetry = 1s;
-// Time for the programs of subscribers to take samples. Their DDS library acknowledges a sample
-// before the program takes it, and drops samples that are not taken when the writer leaves.
+// Time for the programs of subscribers to take samples. A DDS library acknowledges a sample before
+// the program takes it, and drops samples that were not taken when the writer leaves.
 constexpr Duration kTakingTime = 150ms;
-constexpr std::size_t kMostEvents = 1000;  // that wait for it
-// Leave publishes slowly while there is time: a burst overflows the socket of a subscriber that
-// waits for the processor, and sending the lost samples again may take longer than Leave waits.
-// 1,000 points take 0.2 s; from 10,000 on the pace is the usual one.
+constexpr std::size_t kMostEvents = 1000;  // that wait for a retry
+// Leave spreads the final samples over this time, because a burst overflows the socket of a
+// subscriber that waits for the processor, and repetitions may take longer than Leave waits. 1,000
+// points take 0.2 s; from 10,000 on the pace is the usual one.
 constexpr Duration kTellingTime = 500ms;
 constexpr Duration kShortestInterval = 50us;
 constexpr Duration kLongestInterval = 200us;
@@ -95,7 +96,7 @@ Status LinkServer::Reopen(const Room& room) {
   return {};
 }
 
-/// Keeps the encoded sample `body`, which Publish has decoded into point_, for Leave.
+/// Stores `body`, which Publish has decoded into point_, for Leave.
 void LinkServer::Remember(View body) {
   const std::string name = point_.device + '\0' + point_.point;
   if (point_.quality == Quality(Quality::bad_not_connected).word()) {
@@ -140,8 +141,8 @@ Status LinkServer::Publish(View body, Sample& sample) {
   return {};
 }
 
-/// Points go again with their heartbeat; an event comes once, and so does what has become of an
-/// alarm.
+/// An event or alarm that the library does not accept is queued for a retry, because no heartbeat
+/// repeats it.
 template <typename Sample>
 Status LinkServer::PublishOnce(View body, std::deque<Sample>& held) {
   Sample sample;
@@ -172,7 +173,7 @@ void LinkServer::RetryEvents(Instant now) {
   events_retry_ = now + kEventRetry;
 }
 
-/// One that the library does not take is asked for again by its client.
+/// A reply that the library does not accept is dropped; the client repeats its request.
 Status LinkServer::Reply(View body) {
   ReplySample reply;
   if (!Decode(body, reply)) return Error{"the daemon sent a damaged reply"};

@@ -1,5 +1,6 @@
-// The DDS process' side of the link: what each message makes it do, and what it answers. Knows
-// neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h joins them.
+// `LinkServer` is the side of baudgate-dds on the link: it carries out the gateway's messages and
+// makes the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
+// connects it to them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,22 +21,22 @@ namespace baudgate::dds {
 class LinkServer {
  public:
   using MakeWriter = std::function<Result<std::unique_ptr<SampleWriter>>(const LinkOpen& open)>;
-  /// `wake`: on any thread, when NextRequest has something.
+  /// `wake` is called, on any thread, when NextRequest has a packet.
   explicit LinkServer(MakeWriter make, std::function<void()> wake = {});
 
-  /// Good: go on. An error: the link must be closed; its sentence says why.
+  /// After an error, which is the reason, the caller must close the link.
   Status Take(View packet);
-  /// The packet that is due to the daemon now, if any: the answer to open, then counts.
+  /// Returns the packet that is due to the gateway, if any: the answer to `open`, or counts.
   std::optional<Bytes> Answer(Instant now);
   Instant NextAnswer() const;
-  /// The packet with the next write request.
+  /// Returns a packet with a write request, if any.
   std::optional<Bytes> NextRequest();
-  /// The daemon said that this is the end: Leave is to be called.
+  /// True after the message `end`: the caller must call Leave.
   bool ended() const { return ended_; }
-  /// Ends publishing after the daemon has ended or is gone. Publishes the latest sample of each
-  /// point once more with quality bad_not_connected, unless it has that quality already, for at
-  /// most kEndTime. Then waits at most 550 ms for subscribers and destroys the writers. Returns
-  /// when to call it again; empty: finished.
+  /// Ends publishing, after the gateway has sent `end` or has closed the link. Publishes the latest
+  /// sample of each point again with quality bad_not_connected, unless it has that quality already,
+  /// for at most kEndTime. Then waits at most 550 ms for subscribers, and destroys the writers.
+  /// Returns when to call it again; empty: finished.
   std::optional<Instant> Leave(Instant now);
 
  private:
@@ -53,22 +54,24 @@ class LinkServer {
   LinkCounts Counts() const;
 
   const MakeWriter make_;
-  RequestIntake requests_;  // outlives the writer, whose threads fill it
+  RequestIntake requests_;  // declared before writer_, whose threads fill it
   std::unique_ptr<SampleWriter> writer_;
-  /// The latest sample of each point, encoded, by device and point. A point whose latest sample has
-  /// the quality bad_not_connected has no entry: Leave need not publish it.
+  /// The latest encoded sample of each point, by device + NUL + point. A point with quality
+  /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
-  std::optional<Pacer> end_pacer_;  // since Leave
+  std::optional<Pacer> end_pacer_;  // empty before Leave
   std::optional<Instant> leave_by_;
-  bool acknowledged_ = false;  ///< subscribers have been waited for
+  bool acknowledged_ = false;  ///< WaitAcknowledged was called
   std::optional<Instant> closes_at_;
-  PointSample point_;  ///< kept to save its memory
+  PointSample point_;  ///< reused memory
   DeviceSample device_;
   GatewaySample gateway_;
-  std::deque<EventSample> events_;  ///< that the library has not taken yet, in their order
-  std::deque<AlarmSample> alarms_;  ///< the same
+  /// Not accepted by the library yet, in their order.
+  std::deque<EventSample> events_;
+  /// Not accepted by the library yet, in their order.
+  std::deque<AlarmSample> alarms_;
   Instant events_retry_{};
-  std::optional<Bytes> answer_;  ///< to open
+  std::optional<Bytes> answer_;  ///< the answer to `open`
   LinkCounts counts_;
   LinkCounts told_;
   Instant told_at_{};

@@ -1,4 +1,4 @@
-// How it stands with the process that speaks DDS: what `baudgate status` shows of it.
+// `LinkState` is the state of the process baudgate-dds, for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,29 +14,31 @@ namespace baudgate::dds {
 
 struct LinkState {
   enum class Phase : std::uint8_t {
-    starting,  ///< it runs, and has not said yet that samples may come
+    starting,  ///< the process runs and has not opened DDS yet
     up,
-    silent,   ///< it runs and has not been heard of for two seconds
-    waiting,  ///< there is none
+    silent,   ///< the process runs and has sent nothing for two seconds
+    waiting,  ///< there is no process
   };
   Phase phase = Phase::waiting;
-  bool opened = false;                  ///< its library is open
-  Instant heard{};                      ///< the last sign of life
-  std::string reason;                   ///< why there is none: "it was ended by signal 6"
-  std::optional<Instant> next_start{};  ///< of `waiting`; empty: it comes when somebody starts it
-  std::uint32_t times_lost = 0;         ///< how often one that was there was lost
+  bool opened = false;  ///< the process has opened DDS
+  Instant heard{};      ///< time of its last message
+  std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
+  /// In `waiting`: when we start the next process; empty: another program starts it.
+  std::optional<Instant> next_start{};
+  std::uint32_t times_lost = 0;  ///< processes that ended after they had opened DDS
   Subscribers subscribers;
-  std::uint64_t written = 0;  ///< samples, by all processes so far
-  std::uint64_t refused = 0;  ///< samples that the library did not take, likewise
-  /// Where `dds: { write: allow }` stands: write requests that were looked at, and those that came
-  /// too fast to be.
+  std::uint64_t written = 0;  ///< samples written by all processes so far
+  std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far
+  /// With `dds: { write: allow }`: write requests that were handled; and those that came too fast
+  /// and were dropped.
   std::optional<std::uint64_t> requests{};
   std::uint64_t requests_dropped = 0;
-  /// Where devices have events: those that were published, and those that could not be.
+  /// If devices have events: events that were published, and those that could not be.
   std::optional<std::uint64_t> events{};
   std::uint64_t events_skipped = 0;
-  DatagramCounters datagrams;        ///< the same; its participants now
-  std::vector<std::string> remarks;  ///< why subscribers can get nothing now, a sentence each
+  DatagramCounters datagrams;  ///< of all processes so far; `participants`: of the present process
+  /// Why subscribers receive nothing at present, one sentence each.
+  std::vector<std::string> remarks;
 };
 
 }  // namespace baudgate::dds

@@ -1,5 +1,5 @@
-// The local socket that carries the link: SOCK_SEQPACKET, so that each packet is one message. Never
-// blocks; what it can hold is bounded by the kernel's buffer (208 KiB, some 200 samples).
+// `SendPacket` and others use the local SOCK_SEQPACKET socket of the link, in which each packet is
+// one message. No function blocks. The kernel's buffer holds 208 KiB, about 200 samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace baudgate::dds {
 
-/// A file descriptor that is closed with its owner.
+/// Owns a file descriptor, and closes it in the destructor.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -41,8 +41,7 @@ class Descriptor {
 enum class PacketSent : std::uint8_t { yes, full, closed };
 PacketSent SendPacket(int socket, View packet);
 
-/// A packet longer than any message shows as one byte more than the longest, which ParseLink
-/// refuses.
+/// One byte longer than the longest message, so that ParseLink refuses a packet that is too long.
 using PacketBuffer = std::array<std::uint8_t, kMaxLinkMessage + 1>;
 enum class PacketGot : std::uint8_t { packet, nothing_yet, closed };
 struct ReceivedPacket {
@@ -51,10 +50,10 @@ struct ReceivedPacket {
 };
 ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
-/// Both ends; all descriptors made here are non-blocking and closed at exec.
+/// Returns both ends. All descriptors made here are non-blocking and closed at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Replaces a socket file without a server. It may be opened by its owner and by members of
-/// `group` (or of our own group, when there is no such group).
+/// Replaces a socket file without a server. The file's owner and the members of `group` may
+/// connect; if there is no such group, those of the process's own group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 
@@ -63,7 +62,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Empty: no peer has come.
+/// Empty: nobody has connected.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds

@@ -95,10 +95,10 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
 
 namespace {
 
-// The process tells the ends of the points, waits 400 ms at most until they are acknowledged,
-// gives subscribers 150 ms to take them, and deletes its participant and writers.
+// The process publishes the final samples, waits 400 ms for acknowledgement, leaves subscribers 150
+// ms to take the samples, and deletes its participant.
 constexpr Duration kGoodbye = kEndTime + 550ms;
-constexpr Duration kRoomPause = 5ms;  // until a full socket is tried again
+constexpr Duration kRoomPause = 5ms;  // before a retry with a full socket
 
 }  // namespace
 
@@ -122,7 +122,8 @@ Sent LinkWriter::SendHeld(std::size_t size) {
     case PacketSent::yes:
       return Sent::yes;
     case PacketSent::full:
-    case PacketSent::closed:  // whoever reads the socket sees that, too, and detaches
+    // The thread that reads the socket notices this as well, and calls Detach.
+    case PacketSent::closed:
       break;
   }
   return Sent::later;
@@ -230,10 +231,11 @@ void LinkWriter::TellSession() const {
 
 namespace {
 
-constexpr Duration kReapTime = 300ms;  // between the end of its link and that of the process
+constexpr Duration kReapTime = 300ms;  // from the end of the link to the end of the process
 constexpr int kMostPacketsAtOnce = 100;
 constexpr std::size_t kMostTold = 100;
-constexpr Duration kOldest = 1h;  // of a request: older is as much too old
+// Limit for the age of a request, far beyond any deadline: a wrong `received` must not overflow.
+constexpr Duration kOldest = 1h;
 
 Instant Clock() { return ReadClocks().instant; }
 
@@ -397,7 +399,6 @@ Status ProcessLink::Understand(View packet, Instant now) {
   }
 }
 
-/// Lines of the process go into our log.
 void ProcessLink::PassOutput(Instant now) {
   std::array<char, 4096> bytes;
   for (;;) {
@@ -415,7 +416,7 @@ void ProcessLink::End(std::string reason, Instant now) {
   writer_->Detach();
   socket_.Close();
   if (child_) {
-    // Only an end by itself is told as such: otherwise the reason is what we ended it for.
+    // The child's exit is the reason only if the child ended without us.
     const bool by_itself = reason == "closed the link";
     const std::string end = child_->Reap(by_itself ? kReapTime : Duration::zero());
     PassOutput(now);
@@ -453,7 +454,8 @@ void ProcessLink::Publish(const LinkState& before) {
     case Phase::silent:
       Tell(log::Level::warning, "the process does not read");
       break;
-    case Phase::waiting:  // without the time until then: repeats are folded
+    // Without the time until the restart, so that the log can fold repeated lines.
+    case Phase::waiting:
       Tell(log::Level::warning,
            "the process " + state.reason + (state.next_start ? "; it is started again" : ""));
       break;

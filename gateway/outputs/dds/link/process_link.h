@@ -1,7 +1,6 @@
-// The daemon's end of the link: a thread that has a process for DDS started (or waits for the one
-// that systemd starts), listens to it, and lets the publisher's samples go to it while it is there.
-// Lines and Modbus never wait for it. LinkKeeper decides when the process is started, and
-// LinkWriter sends the samples.
+// `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds (or waits for
+// the one that systemd starts) and receives its messages. Lines and Modbus never wait for it.
+// LinkKeeper decides when the process is started and given up, and LinkWriter sends samples to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,44 +23,45 @@
 
 namespace baudgate::dds {
 
-// Decides when the process that speaks DDS is started, taken for silent, given up and started
-// again. Pure: what happened and the time come in; ProcessLink acts on it.
+// Decides when baudgate-dds is started, reported as silent, given up and started again. No I/O:
+// what happened and the time are arguments.
 class LinkKeeper {
  public:
   enum class Wish {
     nothing,
-    start,    ///< a process, then say Started
-    give_up,  ///< end the link, then say Ended
+    start,    ///< start a process, then call Started
+    give_up,  ///< end the link, then call Ended
   };
-  /// After this time without a sign of life `status` says so; after the second time the process is
-  /// restarted.
+  /// Since the last message of the process: after kSilent `status` reports it as silent; after
+  /// kGivenUp it is restarted, or after kOpening if it has not opened DDS yet.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
-  /// A process of this age has met every subscriber that is there.
+  /// A process of this age has met all running subscribers.
   static constexpr Duration kYoung = 15s;
 
-  /// `starts`: we start the process (the first time at once, then 0.1, 0.5, 1, 2, 5, 10 s after
-  /// each end, and from the beginning again after a minute of life); otherwise somebody else does.
+  /// `starts`: we start the process, the first time at once, then 0.1, 0.5, 1, 2, 5, 10, 10 … s
+  /// after each end, and from 0.1 s again after a minute of life. Otherwise another program starts
+  /// it.
   explicit LinkKeeper(bool starts) : starts_(starts) {}
 
   Wish Look(Instant now);
-  /// When to look again, if nothing happens.
+  /// Returns when to call Look again if nothing happens.
   Instant NextLook() const;
 
   void Started(Instant now);
-  /// It said that samples may come.
+  /// The process is ready for samples.
   void Opened(Instant now);
-  /// A sign of life.
+  /// The process has sent counts, so it is alive.
   void Counted(const LinkCounts& counts, Instant now);
-  /// `reason` goes on "it …": "it was ended by signal 6".
+  /// `reason` continues "it …", e.g. "was ended by signal 6".
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
-  /// Where the next process asks for subscribers: the addresses that this process has reached, and
-  /// while it is young, those that the process before it had reached.
+  /// Where the next process looks for subscribers: the addresses that the present process has
+  /// matched and, while it is younger than kYoung, those of the process before.
   const std::vector<config::HostPort>& reached() const { return reached_; }
-  /// How long its silence may last now.
+  /// How long the process may be silent now.
   Duration patience() const { return state_.opened ? kGivenUp : kOpening; }
 
  private:
@@ -69,15 +69,14 @@ class LinkKeeper {
   LinkState state_;
   bool first_ = true;
   Instant started_{};
-  std::size_t rung_ = 0;  ///< of the ladder: the next wait
-  LinkCounts before_;     ///< by processes that have ended
+  std::size_t rung_ = 0;  ///< index of the next wait in kLadder
+  LinkCounts before_;     ///< sums of the processes that have ended
   std::vector<config::HostPort> reached_;
 };
 
-// The SampleWriter that sends samples to the process that speaks DDS. It never waits and keeps
-// empty: what does not fit into the socket now is wanted later.
-
-/// The publisher's thread writes; ProcessLink attaches and detaches processes from its own.
+/// `LinkWriter` sends samples to baudgate-dds. It never waits and has no queue: if the socket is
+/// full, Write returns `later`, and the caller sends the latest value later. The publisher's thread
+/// calls Write; the thread of ProcessLink calls Attach and Detach.
 class LinkWriter : public SampleWriter {
  public:
   explicit LinkWriter(LinkOpen open = {}) : open_(std::move(open)) {}
@@ -88,8 +87,8 @@ class LinkWriter : public SampleWriter {
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Tells the process that this is the end, and waits until it has left: longer by what it needs
-  /// for the ends of the points and for its own goodbye.
+  /// Sends `end`, and waits until the process has ended, which takes longer than `most`: the
+  /// process publishes the final samples and leaves.
   bool WaitAcknowledged(Duration most) override;
   Sent Reopen(const Room& room) override;
   Subscribers subscribers() const override;
@@ -97,18 +96,17 @@ class LinkWriter : public SampleWriter {
   void OnSession(const std::function<void()>& changed) override;
   void OnRequest(TakeRequest take) override;
 
-  /// The request to open that the next process gets, with the room of the latest Reopen.
+  /// Returns the message `open` for the next process, with the room of the latest Reopen.
   LinkOpen open() const;
-  /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
-  /// with the same socket means that the process has replaced its writers.
+  /// Sends samples to `socket`, which the caller keeps open until Detach. A second call with the
+  /// same socket: the process has replaced its writers.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(const Subscribers& subscribers);
-  /// The process has left, and subscribers have everything.
+  /// Subscribers have acknowledged everything, and the process leaves.
   void SetLeft();
-  /// From the process.
   void HandOn(WriteArrival arrival) const;
-  /// The end has been told.
+  /// True after WaitAcknowledged was called.
   bool ending() const;
 
  private:
@@ -126,8 +124,7 @@ class LinkWriter : public SampleWriter {
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
   /// The process was asked to replace its writers and has not answered yet. Nothing is sent
-  /// meanwhile, because the order of events would change: the oldest ones are sent again
-  /// afterwards.
+  /// meanwhile, because the new session repeats the oldest events, and their order would change.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
@@ -137,10 +134,10 @@ class LinkWriter : public SampleWriter {
 
 struct ProcessLinkOptions {
   LinkOpen open;
-  std::string program;  ///< empty: baudgate-dds, where FindProgram finds it
-  /// Not empty: no process is started, but awaited at this socket.
+  std::string program;  ///< empty: baudgate-dds, at the path of FindProgram
+  /// Not empty: no process is started; one must connect to this socket.
   std::string socket;
-  /// The group that may connect, and the user that may beside root and our own.
+  /// The group that may open the socket, and the user that is accepted beside root and our own.
   std::string socket_group = "baudgate-dds";
   std::string socket_user = "baudgate-dds";
   std::uint64_t memory = 1ULL << 30;  ///< address space of a process that we start, in bytes
@@ -148,18 +145,18 @@ struct ProcessLinkOptions {
 
 class ProcessLink {
  public:
-  /// Called on the link's thread, at a change.
+  /// Called on the link's thread, when something changes.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// The error says why the socket cannot be had. A program that is missing is a state: the
-  /// gateway runs without.
+  /// The error is the reason why the socket cannot be opened. A missing program is no error: the
+  /// gateway runs without it, and state() shows it.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
-  ~ProcessLink();  ///< as Stop
+  ~ProcessLink();  ///< calls Stop
 
-  /// The writer for a publisher. It may outlive the link; then it has no receiver.
+  /// The writer may outlive the link, and then has no receiver.
   std::shared_ptr<LinkWriter> writer() const { return writer_; }
   LinkState state() const;
-  /// Ends process and thread within half a second. After the publisher's. Idempotent.
+  /// Ends process and thread within half a second; after the publisher's Stop. Idempotent.
   void Stop();
 
  private:
@@ -174,7 +171,7 @@ class ProcessLink {
   Status Understand(View packet, Instant now);
   void PassOutput(Instant now);
   void End(std::string reason, Instant now);
-  /// For packets, output, a peer, the time of the keeper, or Stop.
+  /// Waits for packets, output of the process, a connection, the time of NextLook, or Stop.
   void Wait();
   void Publish(const LinkState& before);
   void Tell(log::Level level, const std::string& line) const {
@@ -190,7 +187,8 @@ class ProcessLink {
   Descriptor socket_;
   std::optional<ChildProcess> child_;
   BoundedLines output_;
-  std::set<std::string> told_;  // remarks; no more than kMostTold, as strangers cause them
+  // Logged remarks; at most kMostTold, because strangers can cause them.
+  std::set<std::string> told_;
   std::unique_ptr<PacketBuffer> buffer_ = std::make_unique<PacketBuffer>();
 
   mutable Mutex mutex_;

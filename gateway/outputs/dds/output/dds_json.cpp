@@ -27,7 +27,7 @@ const char* Name(Phase phase) {
   return "waiting";
 }
 
-/// What is wrong; empty: nothing.
+/// Returns a sentence about the fault; empty: none.
 std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
@@ -46,7 +46,8 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
-/// "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists"; empty: none came.
+/// Returns e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists";
+/// empty: no datagram came.
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();
   if (datagrams.passed == 0 && all == 0) return {};
@@ -77,7 +78,7 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
-/// "took 12 write requests, 3 more came too fast"
+/// "text" is e.g. "took 12 write requests, 3 more came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
@@ -87,7 +88,7 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// "published 30 events, 2 more were gone before they could be"
+/// "text" is e.g. "published 30 events, 2 more were gone before they could be".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

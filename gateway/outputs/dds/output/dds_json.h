@@ -1,4 +1,4 @@
-// How it stands with the DDS output, as JSON and as a sentence: a part of `baudgate status`.
+// `DdsJson` returns the state of the DDS output as JSON and sentences, for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace baudgate::dds {
 
-/// docs/status.md has the fields; `advice` has a sentence for each thing that is wrong.
+/// docs/status.md describes the fields. `advice` contains a sentence for each fault.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
 }  // namespace baudgate::dds

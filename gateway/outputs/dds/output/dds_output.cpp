@@ -12,7 +12,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// systemd starts baudgate-dds, which connects to this path; see packaging/baudgate-dds.service.
+/// The socket to which baudgate-dds connects if systemd starts it (packaging/baudgate-dds.service).
 constexpr char kSocketVariable[] = "BAUDGATE_DDS_SOCKET";
 
 void Log(log::Level level, const std::string& line) { log::Write(level, "dds: " + line); }

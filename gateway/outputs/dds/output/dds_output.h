@@ -1,5 +1,5 @@
-// DDS as an output of the gateway: a publisher, the link to the process that speaks DDS, and for
-// `write: allow` the writes.
+// `DdsOutput` is the DDS output of the gateway: a publisher, the link to the process baudgate-dds,
+// and, with `write: allow`, the service for write requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,35 +26,35 @@ inline constexpr outputs::Metric kDdsSamples{"baudgate_dds_samples_total", "coun
 
 class DdsOutput final : public outputs::Output {
  public:
-  /// All that is referred to outlives the output.
+  /// All references must stay valid for the lifetime of the output.
   struct Links {
     bus::PointStore& store;
-    bus::CommandSink& sink;                      ///< that writes go to
+    bus::CommandSink& sink;                      ///< takes the writes
     bus::RequestBook::Past past;                 ///< see RequestBook
     std::shared_ptr<dds::EventSupply> events{};  ///< null: no events and no alarms
-    bool keeps_events = false;                   ///< else only alarms are published
+    bool keeps_events = false;                   ///< false: only alarms are published
   };
   explicit DdsOutput(Links links) : links_(std::move(links)) {}
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// See OutputRow.
+  /// See OutputRow::consumer.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }
-  /// The error says which name or setting to change. A process that cannot be started is no error
-  /// but a state.
+  /// An error contains the name or setting to change. A baudgate-dds that cannot be started is no
+  /// error: the status shows it.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// No write goes to the sink after this; those under way are answered.
+  /// Afterwards no write goes to the sink. Writes in progress still get their replies.
   void StopRequests() override;
-  /// Tells subscribers that all points are gone; within about two seconds.
+  /// Publishes that all points are gone, which takes up to about two seconds.
   void Stop() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;

@@ -1,5 +1,5 @@
-// Events as DDS publishes them: the feed of gateway/records/events in the words of
-// gateway/outputs/dds.
+// `EventSamples` converts the events and alarms of gateway/records/events into the samples that
+// gateway/outputs/dds publishes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,11 +15,11 @@ namespace baudgate::dds {
 
 class EventSamples final : public dds::EventSupply {
  public:
-  /// The name of DDS in the file that says up to where each output has got the events.
+  /// The name of DDS in the CursorBook, which stores how far each output has come.
   static constexpr char kConsumer[] = "dds";
 
-  /// Without `events` only alarms: the numbers of events would start again at each start.
-  /// `cursors`: keep the place among the events; null: nothing does.
+  /// `events` false: only alarms are supplied, because the numbers of events would restart with
+  /// each start of the gateway. `cursors`: null: the place among the events is not stored.
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed,
                std::shared_ptr<events::CursorBook> cursors, bool events = true)
       : gateway_(std::move(gateway)),

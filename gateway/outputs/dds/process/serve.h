@@ -1,6 +1,6 @@
-// The loop of the DDS process: packets from the daemon's socket to
-// gateway/outputs/dds/link/link_server.h, answers back, and a sign of life to systemd.
-// DenyCalls and LimitMemory confine the process before.
+// `Serve` is the main loop of baudgate-dds: it passes packets between the gateway's socket and
+// gateway/outputs/dds/link/link_server.h, and reports to systemd that the process is alive.
+// DenyCalls and LimitMemory restrict the process before.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,31 +15,32 @@
 
 namespace baudgate::dds {
 
-// What the DDS process gives up at its start, before any other thread and any call of the library:
-// a datagram that takes it over must not get far. Under systemd its unit does the same and more.
+// Restrictions of baudgate-dds at its start, before any other thread and any call of the DDS
+// library: a datagram that takes over the process must not get far. The systemd unit has the same
+// and more.
 
-/// A sanitizer needs the address space and the calls that are taken away here.
+/// A sanitizer needs the address space and the calls that are denied here.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
 
-/// SIGTERM when `parent` dies. False: it is dead already.
+/// The kernel sends SIGTERM when `parent` ends. False: it has ended already.
 bool EndWith(pid_t parent);
 
-/// Address space in bytes; no core files.
+/// Limits the address space to `bytes`, and disables core files.
 Status LimitMemory(std::uint64_t bytes);
 
-/// From now on: no new programs, no tracing of others, no signals to others, no mounts, no local
-/// sockets, no new namespaces, no kernel modules, nor what else exploits like. Such calls fail with
-/// EPERM.
+/// Denies new programs, tracing of other processes, signals to them, mounts, local sockets, new
+/// namespaces, kernel modules and other calls that exploits often use, by seccomp. A denied call
+/// fails with EPERM.
 Status DenyCalls();
 
 enum class ServeEnd {
-  closed,   ///< the daemon is gone
-  ended,    ///< in order
-  stopped,  ///< `stop` became readable
+  closed,   ///< the gateway has closed the link
+  ended,    ///< the gateway has ended the link in order
+  stopped,  ///< the descriptor `stop` became readable
 };
 
 /// Wakes the loop from any thread.
@@ -54,10 +55,10 @@ class WakeUp {
   Descriptor event_;
 };
 
-/// Serves until the link ends. Then subscribers are told the end of all points. The error says what
-/// was wrong with the link; the daemon begins anew, so no end is told. `alive` is called at least
-/// once a second, by the thread that reads the link; an error of it ends the link. `wake` rings
-/// when the server has a request.
+/// Serves until the link ends, then publishes that all points are gone. An error is a fault of the
+/// link; the gateway then restarts the process, so nothing is published. `alive` is called at least
+/// once a second, on the thread that reads the link; its error ends the link. `wake` must ring when
+/// the server has a write request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

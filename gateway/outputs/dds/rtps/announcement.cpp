@@ -41,7 +41,7 @@ struct Submessage {
   bool little() const { return (flags & kLittleEndian) != 0; }
 };
 
-/// The two submessages that are passed on; of several announcements the first one counts.
+/// The submessages that are forwarded; the first announcement, if there are several.
 struct Found {
   Submessage time;
   Submessage data;
@@ -49,7 +49,7 @@ struct Found {
 
 Error Broken(Refusal reason) { return Error{std::string(Words(reason))}; }
 
-/// The submessage at `at`, which it moves behind it.
+/// Returns the submessage at `at`, and moves `at` behind it.
 Result<Submessage> Next(View datagram, std::size_t& at) {
   const auto header = ByteReader(datagram).Slice(at, kSubmessageHeader);
   if (!header) return Broken(Refusal::length);
@@ -64,7 +64,7 @@ Result<Submessage> Next(View datagram, std::size_t& at) {
   return submessage;
 }
 
-/// A library may ask which reader is meant, not which writer it came from.
+/// Also checks the reader, because a DDS library may dispatch by the reader and not by the writer.
 bool IsAnnouncement(const Submessage& submessage) {
   if (submessage.id != kData) return false;
   const RtpsFields body(submessage.body, submessage.little());
@@ -91,14 +91,15 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// What stands in the DATA: parameters, where they begin, and whether the participant leaves.
+/// The content of the DATA: its parameters, their offset, and whether the participant ends.
 struct Content {
   Parameters said;
   std::size_t at = 0;
   bool leaves = false;
 };
 
-// extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS, payload
+// Layout: extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS,
+// payload
 Result<Content> ReadContent(const Submessage& data) {
   const RtpsFields body(data.body, data.little());
   const auto number = body.SequenceNumber(12);
@@ -135,7 +136,8 @@ void Put(Bytes& to, const Submessage& submessage) {
   to.push_back(static_cast<std::uint8_t>(submessage.little() ? size & 0xFF : size >> 8));
   to.push_back(static_cast<std::uint8_t>(submessage.little() ? size >> 8 : size & 0xFF));
   Append(to, submessage.body);
-  to.resize((to.size() + 3) & ~std::size_t{3});  // the next submessage begins at a multiple of four
+  // The next submessage begins at a multiple of four bytes.
+  to.resize((to.size() + 3) & ~std::size_t{3});
 }
 
 Role RoleOf(View user_data) {
@@ -189,9 +191,9 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
 
 namespace {
 
-// More of them make no sense: Fast DDS announces about 40, Cyclone DDS 25.
+// More parameters make no sense: Fast DDS sends about 40, Cyclone DDS 25.
 constexpr std::size_t kMostParameters = 256;
-// Addresses of one participant or endpoint, all kinds together.
+// Limit of the addresses of one participant or endpoint, all kinds together.
 constexpr std::size_t kMostLocators = 64;
 static_assert(kMostLocators <= std::tuple_size_v<decltype(Parameters::groups)>);
 
@@ -226,7 +228,7 @@ constexpr std::uint16_t kLastSecurity = 0x1006;
 
 constexpr std::size_t Padded(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
-/// Walks through strings and sequences; `fits` turns false where one would leave the parameter.
+/// Walks through strings and sequences. fits() is false when one would end behind the parameter.
 class Walk {
  public:
   explicit Walk(const RtpsFields& fields) : fields_(fields) {}
@@ -238,19 +240,19 @@ class Walk {
     at_ += 4;
     return fits_ ? *number : 0;
   }
-  /// A length and as many bytes: a text with its NUL, or octets.
+  /// Skips a length and as many bytes: a text with its NUL, or octets.
   void Counted() {
     const std::size_t length = Number();
     fits_ = fits_ && length <= fields_.size() - at_;
     if (fits_) at_ = Padded(at_ + length);
-    if (at_ > fields_.size()) at_ = fields_.size();  // the last one needs no padding
+    if (at_ > fields_.size()) at_ = fields_.size();  // the last text needs no padding
   }
   void Sequence(int texts_each) {
     for (std::uint32_t left = Number(); fits_ && left > 0; --left) {
       for (int i = 0; i < texts_each; ++i) Counted();
     }
   }
-  /// Whether anything stands behind what was read.
+  /// True if there are bytes after those that were read.
   bool more() const { return fits_ && at_ < fields_.size(); }
 
  private:
@@ -269,7 +271,7 @@ bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
-/// A size that does not depend on its content; 0: it does, or the parameter is not read.
+/// In bytes; 0: the size depends on the content, or the parameter is not read.
 std::size_t LeastSize(std::uint16_t id) {
   if (IsLocator(id)) return 24;
   switch (id) {
@@ -303,13 +305,13 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
       content.Sequence(1);
       return content.fits();
     case kProperties:
-      // 59 00 08 00 FF FF FF FF …: 4294967295 properties in 8 bytes
+      // Checks e.g. 59 00 08 00 FF FF FF FF …: 4294967295 properties in 8 bytes
       content.Sequence(2);
       return content.fits();
     case kIdentityToken:
     case kPermissionsToken:
-      // 01 10 14 00 … 00 00 00 10 00 00 00 10: 268435456 properties in a token took Fast DDS 2.9.1
-      // 1.8 GB within seconds
+      // Checks e.g. 01 10 14 00 … 00 00 00 10 00 00 00 10: a token with 268435456 properties made
+      // Fast DDS 2.9.1 allocate 1.8 GB within seconds
       content.Counted();
       content.Sequence(2);
       if (content.more()) content.Sequence(2);
@@ -323,7 +325,7 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
   }
 }
 
-// kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3, 9.3.2
+// Layout: kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3, 9.3.2
 void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
   constexpr std::uint32_t kUdpV4 = 1;
   constexpr std::uint32_t kLastPort = 65535;
@@ -336,7 +338,7 @@ void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
 
 void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters& found) {
   if (id == kParticipantGuid || id == kKeyHash) {
-    // The data speak for themselves; only a dispose names its participant by the key hash.
+    // The participant's GUID has priority. A dispose contains only the key hash.
     if (id == kParticipantGuid || !found.participant) found.participant = PrefixOf(fields.From(0));
     if (id == kKeyHash && !found.endpoint) found.endpoint = GuidOf(fields.From(0));
   } else if (id == kEndpointGuid) {
@@ -351,7 +353,7 @@ void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters
   } else if (id == kMetatrafficLocator) {
     NoteMetatraffic(fields, found);
   } else if (id == kStatusInfo) {
-    // Always big-endian: its last byte holds the flags.
+    // This parameter is always big-endian: its last byte contains the flags.
     found.status = (*fields.Slice(3, 1))[0];
   }
 }
@@ -372,7 +374,7 @@ Refusal CheckParameters(View list, bool little, bool security, Parameters& found
       return Refusal::none;
     }
     const auto value = fields.Slice(at, *length);
-    // 00 80 FF FF: 65535 bytes, and the datagram ends
+    // Refuses e.g. 00 80 FF FF: a length of 65535 bytes at the end of the datagram
     if (!value || Padded(*length) > fields.size() - at) return Refusal::parameters;
     if (!security && *id >= kIdentityToken && *id <= kLastSecurity) return Refusal::security;
     if (IsLocator(*id) && ++locators > kMostLocators) return Refusal::parameters;

@@ -1,5 +1,5 @@
-// What an RTPS datagram consists of: names of numbers on the wire, and a reader that knows in which
-// order their bytes stand. Source: DDSI-RTPS 2.3, chapters 8.3 and 9.4.
+// The numbers of RTPS (kinds of submessages, flags, entities), and `RtpsFields`, which reads the
+// fields of a submessage in its byte order. Source: DDSI-RTPS 2.3, chapters 8.3 and 9.4.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace baudgate::dds {
 
 using GuidPrefix = std::array<std::uint8_t, 12>;
-/// A participant's prefix and the number of an entity in it.
+/// A participant's GuidPrefix and the id of one of its entities.
 using Guid = std::array<std::uint8_t, 16>;
 
 inline constexpr std::size_t kRtpsHeader = 20;
@@ -60,7 +60,7 @@ inline constexpr std::uint32_t kLivelinessReader = 0x000200C7;
 inline constexpr std::uint32_t kHandshakeWriter = 0x000201C3;  // DDS Security 1.1, 7.4.5
 inline constexpr std::uint32_t kHandshakeReader = 0x000201C4;
 
-/// Numbers of one submessage or one encapsulated list.
+/// Reads numbers from a submessage or an encapsulated list; empty beyond the end.
 class RtpsFields {
  public:
   RtpsFields(View bytes, bool little) : reader_(bytes), bytes_(bytes), little_(little) {}
@@ -73,7 +73,7 @@ class RtpsFields {
   std::optional<std::uint32_t> U32(std::size_t at) const {
     return little_ ? reader_.U32Le(at) : reader_.U32Be(at);
   }
-  /// Always big-endian, whatever the submessage says.
+  /// Entity ids are always big-endian, also in a little-endian submessage.
   std::optional<std::uint32_t> Entity(std::size_t at) const { return reader_.U32Be(at); }
   std::optional<std::int64_t> SequenceNumber(std::size_t at) const {
     const auto high = U32(at);

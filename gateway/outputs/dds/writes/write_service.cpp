@@ -14,7 +14,8 @@
 namespace baudgate::dds {
 namespace {
 
-constexpr double kExactWhole = 9007199254740992;  // 2^53: beyond, a double skips whole numbers
+// 2^53: a larger double is not exact for every whole number.
+constexpr double kExactWhole = 9007199254740992;
 
 bool CountsInWholes(config::Type type) {
   return type != config::Type::float32 && type != config::Type::float64;
@@ -50,7 +51,7 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
-/// Beyond any deadline, and far from the ends of the numbers.
+/// Longer than any deadline, and too short to overflow the addition below.
 constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
@@ -59,7 +60,7 @@ Duration PatienceOf(const RequestSample& request) {
                                   : std::min(wanted, WriteService::kMostPatience);
 }
 
-/// Not after either of its two times; the clock of the machine may stand anywhere.
+/// Returns the earlier of deadline_ms and not_after_ns, with any value of the machine's clock.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Instant deadline = arrival.received + PatienceOf(request);
@@ -74,8 +75,8 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Why it is not carried out now: the library may deliver what was meant for an earlier run.
-/// Whether it does can be told only if the clock of the client is right.
+/// Empty: not too old. The DDS library may deliver requests from before the start of this gateway.
+/// The check needs a correct clock of the client.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
@@ -94,14 +95,14 @@ std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) 
          " ago, and its deadline has passed" + kAdvice;
 }
 
-/// For the record: no number is a text.
+/// For the record; a value that is no finite number becomes text.
 Value Asked(const RequestSample& request) {
   if (!request.text.empty()) return request.text;
   if (!std::isfinite(request.value)) return FormatNumber(request.value);
   return request.value;
 }
 
-/// It selects nothing, so its kind needs no numbers.
+/// The number 0 is enough, because a DDS client makes no selections.
 bus::Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
 
 }  // namespace
@@ -230,8 +231,8 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 
 namespace {
 
-constexpr Duration kReplyPause = 10ms;  // until one that found no room is tried again
-// Replies that wait for room. Beyond it the oldest is gone: its client asks again.
+constexpr Duration kReplyPause = 10ms;  // before a reply that found no room is tried again
+// Beyond this number the oldest reply is dropped, and its client repeats the request.
 constexpr std::size_t kMostReplies = 1024;
 
 }  // namespace
@@ -246,7 +247,7 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// Those of one client, and so all, are bounded by the service's book.
+  /// The RequestBook of the service limits the number of requests in progress, and so of results.
   void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;
@@ -264,9 +265,9 @@ struct DdsWrites::Mail {
 
   RequestIntake requests{[this] { Wake(); }};
   Mutex mutex;
-  Worker* worker BAUDGATE_GUARDED_BY(mutex) = nullptr;  // null: it has stopped
+  Worker* worker BAUDGATE_GUARDED_BY(mutex) = nullptr;  // null: the thread has stopped
   std::vector<End> ended BAUDGATE_GUARDED_BY(mutex);
-  Mutex looking;  // held while a request is looked at
+  Mutex looking;  // locked while a request is handled
   bool taking BAUDGATE_GUARDED_BY(looking) = true;
 };
 

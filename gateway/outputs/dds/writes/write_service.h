@@ -1,7 +1,6 @@
-// Handles write requests that come by DDS: finds their client and point, duplicates
-// are answered, and the rest goes through the door of all writers (gateway/bus/writes/write_gate.h)
-// as client "dds:GUID". No thread of its own: DdsWrites has it. ValueOf gives the value that a
-// request means.
+// `WriteService` handles the write requests that come over DDS: it answers repeated requests, and
+// passes new ones to gateway/bus/writes/write_gate.h with the client name "dds:GUID". No thread of
+// its own: DdsWrites calls it. ValueOf returns the value that a request contains.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,8 +28,7 @@
 
 namespace baudgate::dds {
 
-// The value that a write request means for a point. `text` counts unless it is empty, and always
-// for a text; then `value`:
+// ValueOf uses `text` if it is not empty or if the point is a string, and `value` otherwise:
 //
 //   uint16   value 1               1
 //   uint64   text "12345678901234567890"
@@ -39,16 +37,16 @@ namespace baudgate::dds {
 
 /// The error says in one sentence what would be right.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// Its content has every bit of the value, so two NaNs are equal. It has neither of the two times,
-/// which may differ when a client repeats its request.
+/// The value is part of the identity as hexadecimal text, so that two NaNs are equal. deadline_ms
+/// and not_after_ns are not, because they may differ when a client repeats its request.
 bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
  public:
-  /// How long a request may wait at most; one that does not say waits kWaitForDevice.
+  /// The longest wait of a request. Without deadline_ms it is kWaitForDevice.
   static constexpr Duration kMostPatience = 60s;
 
-  /// A request that has gone to its line.
+  /// A request that was passed to its line.
   struct Ticket {
     std::string client;
     std::uint64_t seq = 0;
@@ -57,14 +55,15 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// All outlive it. `answer` is called on the service's thread; `ended` on any, even when the
-  /// service is gone: what it is told goes to End.
+  /// The references must outlive this object. `answer` is called on the thread of Take and End.
+  /// `ended` may be called on any thread, also after this object's end; the owner passes its
+  /// arguments to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
   void Take(const WriteArrival& arrival, Now now);
   void End(const Ticket& ticket, const WriteResult& result, Instant now);
-  /// Requests to this gateway that were looked at; from any thread.
+  /// Requests to this gateway that were handled. Any thread may call it.
   std::uint64_t taken() const { return taken_; }
 
  private:
@@ -74,11 +73,10 @@ class WriteService {
     std::shared_ptr<const config::Device> config;
   };
   Result<Place> Find(const RequestSample& request);
-  /// A reload may have brought more.
   void LearnDevices();
-  /// That it was denied, where it names a point.
+  /// Records that the request was denied, if it names an existing point.
   void Record(const WriteArrival& arrival, const std::string& reason);
-  /// Empty: it has gone to its line.
+  /// Passes the request to its line. Returns the answer if that fails.
   std::optional<bus::RequestAnswer> Carry(const WriteArrival& arrival, Now now);
   void Reply(const Ticket& ticket, const bus::RequestAnswer& answer);
 
@@ -88,28 +86,28 @@ class WriteService {
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name
-  std::uint32_t known_ = 0;                                 ///< so many of the store's are there
+  std::uint32_t known_ = 0;  ///< number of the store's devices that are in devices_
   bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
-// The thread on which write requests that come by DDS are looked at, and from which they are
-// answered: between a SampleWriter and WriteService. Lines never wait for it.
+// The thread that handles the write requests of a SampleWriter and sends the replies. Lines never
+// wait for it.
 class DdsWrites {
  public:
-  /// Requests that `writer` has, from now on, until StopTaking. `config`, `store` and `sink`
-  /// outlive it; so does what `past` looks at, see WriteService.
+  /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and what `past`
+  /// refers to must outlive this object.
   DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
             bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
-  ~DdsWrites();  ///< as both
+  ~DdsWrites();  ///< calls StopTaking and Stop
 
-  /// Nothing goes to the sink after this. Idempotent.
+  /// Afterwards no request goes to the sink. Idempotent.
   void StopTaking();
-  /// Sends the answers that are there and ends the thread; later ones are gone. Idempotent.
+  /// Sends the replies that are ready, and ends the thread; later results are dropped. Idempotent.
   void Stop();
 
   std::uint64_t taken() const { return service_.taken(); }
-  /// Requests that came too fast to be looked at.
+  /// Requests that came too fast.
   std::uint64_t dropped() const;
 
  private:
@@ -119,8 +117,8 @@ class DdsWrites {
   void SendReplies();
 
   const std::shared_ptr<SampleWriter> writer_;
-  const std::shared_ptr<Mail> mail_;  // the lines have it, too
-  std::deque<ReplySample> replies_;   // of the thread
+  const std::shared_ptr<Mail> mail_;  // shared with the callbacks of the lines
+  std::deque<ReplySample> replies_;   // used by the thread only
   WriteService service_;
   Worker worker_;
 };
