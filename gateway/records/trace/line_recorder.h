@@ -3,6 +3,7 @@
 // file. It is fed as a Tap (gateway/bus/exchange/line.h) and by gateway/lines/line_reporter.cpp,
 // and read by gateway/outputs/control. Sans-I/O: time is an argument. `Recordings` writes the
 // files.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

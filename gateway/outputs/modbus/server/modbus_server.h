@@ -2,6 +2,7 @@
 // the lines. All functions: on the thread that runs the io_context, or while none does, unless
 // their comment allows other threads. Counters may be read on any thread. `Renewal` contains what a
 // reload leaves unchanged of listeners and routes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>

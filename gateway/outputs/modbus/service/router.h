@@ -2,6 +2,7 @@
 // remote servers, counts each in the traffic book, and records each that may write. Shared by all
 // clients. On the server's thread. `RouteTargets` are the lines and servers to which routes lead,
 // and `RoutedReport` is the result of a routed request.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <asio/io_context.hpp>

@@ -1,6 +1,7 @@
 // `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: one entry per
 // client, serial master and route. Written on the server's thread, read from any
 // (gateway/outputs/control).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

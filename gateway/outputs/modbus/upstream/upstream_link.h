@@ -2,6 +2,7 @@
 // that wait for the server are in `UpstreamQueue`, those on the wire in requests_on_wire.h.
 // `Reconnect` decides when a connection may be made, `UnitPauses` which units are not asked for a
 // while, and `UpstreamConnection` is one TCP connection.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
