@@ -24,7 +24,7 @@ constexpr Duration kLongSilence = 30s;
 /// A unit that no client has addressed for so long is forgotten.
 constexpr Duration kForgotten = 1h;
 
-/// The reason of an alarm; empty if the name of the alarm says the same.
+/// The reason of an alarm; empty if the alarm's name contains the same.
 std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
@@ -60,7 +60,7 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// A request that was not sent says nothing about the slave. If the line is down, the line has its
+/// A request that was not sent shows nothing about the slave. If the line is down, the line has its
 /// own alarm.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
@@ -102,7 +102,7 @@ void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::strin
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
 
-/// Ends the alarms of units that no client addresses any more, because nobody knows whether they
+/// Ends the alarms of units that no client addresses any more, because it is unknown whether they
 /// would answer.
 void AlarmService::Forget(Now now) {
   for (auto one = unanswered_.begin(); one != unanswered_.end();) {

@@ -1,7 +1,7 @@
 // `EventPath` carries events from the lines to the file, reports back what is stored, and has
 // devices read for the records that their events announce. The gateway's own events and alarms
-// enter here as well. `EventsPlace` says where events.db is, `KindOf` how news is recorded, and
-// `AlarmService` raises the gateway's own alarms.
+// enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
+// recorded, and `AlarmService` raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,7 +33,6 @@
 
 namespace baudgate::records {
 
-// The place of events.db, for the parts that write to it.
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
@@ -175,9 +174,7 @@ class EventPath final : public bus::EventSink {
   void OnDrained(std::uint32_t device, Instant asked) override {
     records_.OnDrained(device, asked);
   }
-  /// To be called when a client's routed request has ended.
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
-  /// See AlarmService::Look.
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
   /// The events that are on the disk, for outputs, which may keep the feed longer than this object
@@ -194,7 +191,7 @@ class EventPath final : public bus::EventSink {
     const std::weak_ptr<const config::Line> line;
     const std::size_t place;  // index in its line
     Mutex mutex{};
-    // null: no point of the device is watched
+    // Null: no point of the device is watched.
     std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};
   };
   /// A device and its line, as the line began. Null: the line has ended.
@@ -216,7 +213,7 @@ class EventPath final : public bus::EventSink {
   const bool in_memory_;
   const Kept kept_;
   SteadyVector<DeviceEntry> entries_;  // by device
-  // the numbers of the devices in the configuration
+  // The numbers of the devices in the configuration.
   std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);

@@ -42,7 +42,6 @@ class FileTroubles {
  private:
   struct Held {
     std::vector<std::string> All() const;
-    /// Returns the trouble that was set before.
     std::string Set(const std::string& file, const std::string& trouble);
 
     mutable Mutex mutex;
@@ -77,7 +76,7 @@ class WritePath {
   const Unsettled unsettled_;
   Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  // devices that were reported before Start
+  // Devices that were reported before Start.
   std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);
   audit::AuditLog log_;
   audit::AuditedWrites audited_;
@@ -101,10 +100,8 @@ class Records {
   void OpenAlarms(const config::Config& config, const Links& links);
   /// Opens only the state folder, for parts that need nothing else.
   Status OpenFolder(const config::Config& config);
-  /// True after Open.
   bool open() const { return writes_ != nullptr; }
 
-  /// Applies a reload; see EventPath.
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// Begins a new run of the history; its readers must be given the new source. The old run ends in
@@ -120,7 +117,6 @@ class Records {
     const MutexLock lock(mutex_);
     return events_.get();
   }
-  /// True if events are stored on the disk.
   bool keeps_events() const { return keeps_events_; }
   /// Null: no history is stored.
   std::shared_ptr<const history::HistorySource> history() const {

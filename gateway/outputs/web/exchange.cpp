@@ -74,8 +74,8 @@ void Exchange::Complete() {
   std::shared_ptr<Stream> ends;
   const MutexLock lock(mutex_);
   completed_ = true;
-  // destroyed after the lock is released, because another thread may end the stream at the same
-  // time
+  // Destroyed after the lock is released, because another thread may end the stream at the same
+  // time.
   ends = std::move(stream_);
 }
 

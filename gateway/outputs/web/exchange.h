@@ -61,7 +61,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   bool completed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-/// Returns the request that libmicrohttpd has received, without its content.
+/// The request without its content.
 Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
 
 int SocketOf(MHD_Connection* connection);
@@ -72,7 +72,6 @@ std::string PeerOf(MHD_Connection* connection);
 /// would end the text for the library.
 std::size_t Unescape(void*, MHD_Connection*, char* text);
 
-/// The bytes of all answers that are being sent.
 using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;
 
 /// Sends an answer, with the headers that every answer has. `last`: the connection closes after it.

@@ -184,7 +184,7 @@ void HttpServer::Impl::Stop() {
     stopping_ = true;
     open = exchanges_;
   }
-  // libmicrohttpd cannot stop while a connection is suspended
+  // No connection may stay suspended, else libmicrohttpd cannot stop.
   for (const auto& [raw, exchange] : open) exchange->End();
   MHD_stop_daemon(daemon_);
   if (listening >= 0) ::close(listening);

@@ -24,14 +24,15 @@ namespace baudgate::web {
 // needs its place.
 struct Limits {
   std::size_t connections = 256;  ///< answered at the same time; beyond, 503
-  /// answered for one client address; 127.0.0.1, where proxies run, may use all
+  /// Connections of one client address that are answered at the same time; 127.0.0.1, where proxies
+  /// run, may use all.
   std::size_t of_address = 64;
-  /// open at the same time; beyond, a connection without a request is closed
+  /// Connections that are open at the same time; beyond, one without a request is closed.
   std::size_t at_all = 320;
   Duration request = 10s;  ///< for a whole request to arrive
   Duration idle = 5s;      ///< without a byte while bytes are to be sent or received
   Duration answer = 1min;  ///< for an answer to be taken by the client; streams have no limit
-  /// bytes of all answers that are being sent; beyond, 503
+  /// Bytes of all answers that are being sent; beyond, 503.
   std::size_t answers = 64 * 1024 * 1024;
   std::size_t body = 4096;      ///< bytes of a request's content
   std::size_t header = 8192;    ///< bytes of memory per connection, which limits the header
@@ -98,7 +99,6 @@ class HttpServer {
   void Stop();
   /// To be called about once a second: closes connections that are too slow.
   void EndOverdue(Instant now);
-  /// The number of open connections.
   std::size_t connections() const;
 
   class Impl;

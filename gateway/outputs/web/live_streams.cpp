@@ -137,7 +137,7 @@ bool LivePoints::Tick(Now now) {
     return false;
   }
   feed_->Drain(Instant{}, changes_);
-  // so that each device is read once
+  // Sorted by device, so that each device is read once.
   std::ranges::stable_sort(changes_.points, {}, &bus::PointRef::device);
   std::string common;
   const AlarmCounts alarms = CountAlarms();

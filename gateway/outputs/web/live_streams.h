@@ -35,9 +35,7 @@ class Frames {
   void Push(std::string text);
   /// Sets the current state, which includes all frames so far.
   void SetSnapshot(std::string text);
-  /// Adds the last frame.
   void End(std::string farewell);
-  /// True if a viewer waits for a snapshot.
   bool wants_snapshot() const;
 
   struct Next {
@@ -53,7 +51,7 @@ class Frames {
   std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of frames_.front()
   Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
-  /// number of the frame that follows the snapshot
+  /// The number of the frame that follows the snapshot.
   std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool wanted_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
@@ -67,7 +65,7 @@ class LivePoints {
  public:
   static constexpr Duration kTick = 200ms;
   static constexpr Duration kBeat = 1s;
-  /// one for all points, and one for each device that is viewed
+  /// Channels: one for all points, and one for each device that is viewed.
   static constexpr std::size_t kMostKinds = 32;
 
   /// Both must outlive this object. `events` null: there are no alarms.

@@ -92,7 +92,7 @@ double ResidentBytes() {
 }  // namespace
 
 std::size_t SeriesOf(const config::Config& config) {
-  // version, clients, log, two for alarms, three for the process
+  // Series of the gateway: version, clients, log, two for alarms, three for the process.
   std::size_t series = 8;
   if (config.dds.enabled) ++series;
   for (const config::Line& line : config.lines) {

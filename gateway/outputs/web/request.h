@@ -54,7 +54,7 @@ struct Response {
   std::string type{};  ///< empty: there is no content
   std::vector<std::pair<std::string, std::string>> headers{};
   std::string_view body{};
-  /// keeps the bytes of `body` alive; null: they are constant
+  /// Keeps the bytes of `body` alive; null: they are constant.
   std::shared_ptr<const void> owner{};
   std::shared_ptr<Stream> stream{};  ///< in place of a body
 };

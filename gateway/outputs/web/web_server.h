@@ -22,7 +22,6 @@ namespace baudgate::web {
 // The files of the page (gateway/outputs/web/page) and the chart library are built into the
 // program, compressed by gzip.
 
-/// A file as the build has packed it.
 struct PackedFile {
   std::string_view path;  ///< "/index.html"
   const char* begin;      ///< gzip
@@ -58,7 +57,6 @@ class WebServer final : public HttpHandler {
   /// socket, the server moves there. After an error it still serves the old port.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
-  /// Applies only the history.
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,
                     const std::shared_ptr<const history::HistorySource>& history);
   /// Ends all streams and closes the port. Further calls do nothing.

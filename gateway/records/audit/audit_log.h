@@ -58,7 +58,6 @@ class AuditBook {
 
   /// All records up to this ticket were written to the file.
   Ticket newest_written() const { return newest_written_; }
-  /// The number of records that are not in the file yet.
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
 

@@ -59,9 +59,9 @@ struct WriteRecord {
   std::string reason;           ///< one sentence; empty when ok
   Duration took{};              ///< from the request to the end
   std::uint64_t count = 1;      ///< number of repeats, the first write included
-  /// for repeats the first; empty: the request had no number
+  /// For repeats the first request's; empty: the request had no number.
   std::optional<bus::RequestId> request{};
-  /// number among the records that have ended; empty: not ended
+  /// The record's number among those that have ended; empty: the write has not ended.
   std::optional<std::int64_t> settled;
 };
 
@@ -117,9 +117,9 @@ class WriteLog {
 // its end completes the record. Writes do not overtake each other; commands that only read go to
 // the line at once.
 //
-//   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → w.End(ok) → End(record, ok)
-//                                  → not kept, require      → w.End(denied)
-//                                  → not kept, best_effort  → inner.Submit(w)
+//   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
+//                                  → not written, require      → w.End(denied)
+//                                  → not written, best_effort  → inner.Submit(w)
 //
 class AuditedWrites final : public bus::CommandSink {
  public:

@@ -37,7 +37,6 @@ std::uint32_t Little(const std::uint8_t* at) {
          at[0];
 }
 
-/// Reads up to `bytes.size()` bytes; returns how many were read.
 std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   return static_cast<std::size_t>(in.gcount());
@@ -168,7 +167,7 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
 std::optional<std::string> LogDamage(const fs::path& file) {
   std::ifstream in(file.string() + "-wal", std::ios::binary);
   Bytes head(kLogHead);
-  // there is no log, or it was never used
+  // There is no log, or it was never used.
   if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;
   const std::uint32_t magic = Big(head.data());
   const std::uint32_t page = Big(&head[8]);
@@ -213,7 +212,7 @@ struct LogIndex {
   // Sizes in the log itself.
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
-  // the last bit is the byte order of the checksums
+  // The last bit is the byte order of the checksums.
   static constexpr std::uint32_t kMagic = 0x377F0683;
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}

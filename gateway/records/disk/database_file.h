@@ -53,8 +53,8 @@ class OpenFile {
     whole,
     stale,  ///< the log was lost, but its contents are in the file: open it again
     lost,   ///< a part of the log is lost; the file contains what came before: open it again
-    /// the file was removed or replaced: open it again; the file that has its name now is not
-    /// touched
+    /// The file was removed or replaced: open it again. The file that has its name now is not
+    /// touched.
     gone,
     damaged,  ///< the file is damaged: put it aside
   };
@@ -101,7 +101,7 @@ struct DatabaseKind {
 };
 
 struct OpenedDatabase {
-  /// null: `error` contains the reason, and nothing was changed
+  /// Null: `error` contains the reason, and nothing was changed.
   std::unique_ptr<Database> database;
   std::string error{};
   /// One line for the log: a damaged file was put aside and a new one was begun; empty: that did

@@ -1,6 +1,6 @@
 // The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
-// wrong and since when, `FileWatch` says when to check a file, and `DiskCalls` makes calls that a
-// disk may delay without end.
+// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
+// that a disk may delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -69,7 +69,6 @@ class DiskCondition {
   bool holds_up() const { return is_stalled() || is_failing(); }
   const std::string& trouble() const { return trouble_; }
 
-  /// The names of damaged files that still exist.
   void SetPutAside(std::vector<std::string> files) { put_aside_ = std::move(files); }
   const std::vector<std::string>& put_aside() const { return put_aside_; }
 
@@ -88,7 +87,7 @@ class DiskCondition {
   std::vector<std::string> put_aside_;
 };
 
-// `FileWatch` says when the file of a log must be checked although nothing is written to it, and
+// `FileWatch` decides when the file of a log must be checked although nothing is written to it, and
 // when its disk does not answer in time. No thread, no lock, no clock: the owner calls Tick once a
 // second.
 class FileWatch {
@@ -144,7 +143,6 @@ class FileWatch {
 //
 class DiskCalls {
  public:
-  /// `name`: of the thread.
   DiskCalls(std::string name, Duration patience);
 
   /// Returns the result of `call`; empty: it has not come within the patience. The call still runs

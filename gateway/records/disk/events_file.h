@@ -46,7 +46,6 @@ inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
 
-/// Opens events.db as OpenDatabase does.
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs = {},
                         const std::string& damage = {});
 
@@ -70,7 +69,7 @@ class EventsConnection {
     std::optional<std::string> lost{};
     bool new_file = false;  ///< the file lacks rows that were written before
   };
-  /// Opens the file. The connection must not be open.
+  /// The connection must not be open.
   Opened Open();
   /// Returns the error of the last statement. A damaged file is closed; the next Open puts it
   /// aside.

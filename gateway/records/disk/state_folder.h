@@ -35,7 +35,6 @@ std::string NewerStateIn(const std::filesystem::path& folder);
 /// by manual telegrams.
 bool CanWrite(const config::Config& config);
 
-/// True if events are stored: the configuration or one of its devices asks for it.
 bool KeepsEvents(const config::Config& config);
 
 /// The first part of this configuration that needs the state folder: "events"; empty: none.
@@ -53,7 +52,6 @@ struct StatePlaces {
   std::string xdg_state_home;   ///< $XDG_STATE_HOME
   std::string home;             ///< $HOME
 
-  /// Reads the places of this process.
   static StatePlaces Here(const std::string& configured);
 };
 

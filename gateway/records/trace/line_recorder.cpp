@@ -358,7 +358,7 @@ void Recordings::DropOldest(const std::string& line) const {
     if (rest.size() > 17 && IsStamp(rest.substr(1, 16)) && rest[17] == '-') names.push_back(name);
   }
   if (names.size() <= kFilesPerLine) return;
-  // sorted by time, because the stamp follows the line's name
+  // Sorted by time, because the stamp follows the line's name.
   std::sort(names.begin(), names.end());
   names.resize(names.size() - kFilesPerLine);
   for (const std::string& name : names) fs::remove(folder_ / name, error);

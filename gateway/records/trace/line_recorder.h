@@ -121,7 +121,7 @@ class LineRecorder final : public bus::Tap {
   std::array<Exchange, kExchanges> ring_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // position in the ring
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;   // number of exchanges in the ring
-  // the device whose exchange is under way
+  // The device whose exchange is under way.
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets
   std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);        // end of the last exchange
@@ -156,7 +156,6 @@ class Recordings {
   void Save(Recording recording);
 
  private:
-  /// A file as it will be in the folder.
   struct File {
     std::string line;
     std::string name;
@@ -169,7 +168,7 @@ class Recordings {
   const std::filesystem::path folder_;
   const std::string version_;
   const std::function<void(const std::string&)> trouble_;
-  // the latest file that could not be written; for the writing thread only
+  // The latest file that could not be written; for the writing thread only.
   std::optional<File> failed_;
   WorkQueue<Recording> waiting_{kMostWaiting};
   Worker worker_;

@@ -31,7 +31,7 @@ struct TraceRecord {
   WallTime at{};
   std::string device;  ///< the device's name; empty: none
   std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
-  /// the bytes as characters, with dots for those that cannot be shown; or the note
+  /// The bytes as characters, with dots for those that cannot be shown; or the note.
   std::string text;
   Outcome outcome = Outcome::none;  ///< for end
   Duration round_trip{};            ///< for end
@@ -68,7 +68,6 @@ class TraceQueue {
 //   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
 //   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off
 
-/// The description of one device for `decode`.
 struct TracedDevice {
   std::string name{};
   std::string protocol{};

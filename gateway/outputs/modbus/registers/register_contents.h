@@ -19,8 +19,8 @@
 
 namespace baudgate::modbus {
 
-// Limits a number to the largest value of T. Numbers in status and event blocks are limited so;
-// those of 32 bits have the word order ABCD (Put32).
+// Limits a number to the largest value of T, for the fields of status and event blocks. Fields of
+// 32 bits have the word order ABCD (Put32).
 template <typename T>
 T Saturated(std::uint64_t number) {
   constexpr std::uint64_t kMost = std::numeric_limits<T>::max();

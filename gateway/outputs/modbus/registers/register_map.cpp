@@ -31,7 +31,6 @@ class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
 
-  /// Returns the span that contains `address`, or null.
   const Span* Find(std::uint32_t address) {
     if (next_ < spans_.size() && spans_[next_].start == address) return &spans_[next_++];
     const auto after = std::upper_bound(spans_.begin(), spans_.end(), address, StartsBelow);
@@ -74,7 +73,6 @@ UnitMap MapOf(const config::Device& device, std::uint32_t index) {
   return unit;
 }
 
-/// Divides one request, address by address.
 class Planner {
  public:
   Planner(const UnitMap& unit, config::Table table, std::uint16_t start, std::uint16_t count,
@@ -246,7 +244,7 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// The bits of a value of any type but string.
+/// Encodes any type but string.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -274,7 +272,6 @@ bool SwapsWords(config::WordOrder order) {
   return order == config::WordOrder::cdab || order == config::WordOrder::dcba;
 }
 
-/// Swaps the two bytes of each 16-bit word.
 std::uint64_t BytesSwapped(std::uint64_t bits) {
   constexpr std::uint64_t kLow = 0x00FF00FF00FF00FF;
   return ((bits >> 8) & kLow) | ((bits & kLow) << 8);

@@ -27,9 +27,10 @@ namespace baudgate::modbus {
 // receives. The reply to a write of one register equals its request, so an echo that is taken for a
 // request would be carried out and answered again without end. Sans-I/O; used by `MasterSession`.
 
-/// Mode `strip`: removes received bytes that repeat the last reply, at any time, if they come
-/// first. Mode `off`: removes no bytes. In both modes the first whole frame after a reply is its
-/// echo if it equals the reply and ended in time, so an echo behind noise is found as well.
+/// Mode `strip`: if the first bytes that come after a reply repeat the reply, they are removed,
+/// however late they come. Mode `off`: no bytes are removed. In both modes the first whole frame
+/// after a reply is its echo if it equals the reply and ended in time, so an echo behind noise is
+/// found as well.
 class ReplyEcho {
  public:
   /// The echo must have ended within this time after the time that the reply takes on the line.

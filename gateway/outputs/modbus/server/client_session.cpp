@@ -238,9 +238,9 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// Only the last of several complete frames is answered: they need not have been sent together,
-/// because a network that stalled joins a request that the client has given up with the next. A
-/// broadcast is answered by nobody, so it is handled even if another frame follows.
+/// After a stall the network may deliver a request that the client has given up together with the
+/// next request, so only the last of several complete frames is answered. A broadcast gets no
+/// reply, so it is handled even if another frame follows.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();

@@ -54,7 +54,6 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   /// Makes the epoll set. An error: the system has no resources for it.
   Status Open();
-  /// Serves clients from now on, until Close.
   void Start() { Wait(); }
   void Close();
 
@@ -180,7 +179,6 @@ class ClientSession final : public ClientPoll::Client,
   void Receive(const Now& now);
   /// Reads bytes from the socket; false when there are none.
   bool Fill(Instant now);
-  /// Answers complete frames, at most a few.
   void Turn(const Now& now);
   /// RTU and ASCII: drops the replies to all earlier requests. False if this frame is given up as
   /// well, because a further request is here.

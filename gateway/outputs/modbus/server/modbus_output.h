@@ -49,7 +49,6 @@ class ModbusOutput final : public outputs::Output {
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// Closes ports and clients, and stops the thread.
   void StopRequests() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;

@@ -51,7 +51,8 @@ struct ListenerOrigin {
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
-/// The listeners and routes that a reload keeps. ModbusOutput fills it, ModbusServer applies it.
+/// The listeners and routes that a reload leaves running. ModbusOutput fills it, ModbusServer
+/// applies it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;
@@ -94,7 +95,6 @@ class ModbusServer {
   /// Closes the serial ports that Apply returned; may be called on any thread. A driver may take
   /// long.
   static void ClosePorts(const Ended& ended);
-  /// Opens the new serial ports.
   void Finish(Ended ended);
   /// The entries without a port, which are tried each second: "listener 0.0.0.0:502: address
   /// already in use; …".

@@ -116,7 +116,6 @@ class ServerShared {
   Status Ready() { return units_.responder().ready(); }
   OwnUnits& units() { return units_; }
   Router& router() { return router_; }
-  /// The protocols of the framings that are loaded.
   const Frames& frames() const { return frames_; }
 
   LiveCounters& counters() { return counters_; }
@@ -224,7 +223,6 @@ class PendingRequests {
   /// Requests of one client that may wait for lines and servers; further ones are answered "busy".
   static constexpr std::size_t kMost = 32;
 
-  /// Returns a number that was not used before.
   std::uint64_t NextNumber() { return next_number_++; }
   void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
   /// Removes and returns the request; empty: it was answered before.
@@ -233,9 +231,7 @@ class PendingRequests {
   void AbandonAll();
 
   std::size_t size() const { return requests_.size(); }
-  /// The soonest Limit of all requests; empty: there are none.
   std::optional<Instant> Deadline() const;
-  /// The numbers of the requests whose Limit has passed.
   std::vector<std::uint64_t> Overdue(Instant now) const;
 
  private:
@@ -276,7 +272,7 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   const std::shared_ptr<ClientReplies> replies_;
   const Duration write_deadline_;
   PendingRequests pending_;
-  /// flag of the writes since the last Abandon, which sets it; null: no writes
+  /// The flag of the writes since the last Abandon, which sets it; null: there were no writes.
   std::shared_ptr<std::atomic<bool>> abandoned_;
 };
 
@@ -303,7 +299,6 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   /// sent.
   void Abandon();
   std::size_t outstanding() const { return pending_.size(); }
-  /// The number of broadcasts that have not ended.
   std::size_t broadcasts() const { return broadcasts_; }
 
  private:
@@ -343,7 +338,6 @@ class ClientRequests {
   /// reply. Those that are not on the wire yet are not sent: routed requests by
   /// RouteTarget::Abandon, writes by WriteCommand::abandoned.
   void Abandon();
-  /// Counts that the client uses another framing.
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
   /// To be called when the client has left. Calls Abandon, and forgets the client's selections and
   /// its first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called

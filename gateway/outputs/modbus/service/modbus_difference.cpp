@@ -27,7 +27,6 @@ std::string NameOf(const Route& route) {
 class Places {
  public:
   explicit Places(std::size_t count) : free_(count, true) {}
-  /// Returns the first free index for which `fits` is true.
   template <typename Fits>
   std::optional<std::size_t> Take(Fits fits) {
     for (std::size_t place = 0; place < free_.size(); ++place) {

@@ -33,7 +33,7 @@ struct ListenerChange {
   Action action = Action::same;
   std::string what;                ///< the changed settings, "write, allow"
   std::optional<std::size_t> was;  ///< its index in the running list
-  /// clients that will be disconnected, if they were counted
+  /// The number of clients that will be disconnected, if they were counted.
   std::optional<std::size_t> clients = {};
 };
 
@@ -41,7 +41,7 @@ struct RouteChange {
   std::string route;  ///< "33-40 to drive"
   Action action = Action::same;
   std::string what;  ///< the changed settings, "remap"
-  /// its index in the running list; empty: the route is new or restarted
+  /// Its index in the running list; empty: the route is new or restarted.
   std::optional<std::size_t> was;
 };
 
@@ -50,7 +50,7 @@ struct ModbusDifference {
   std::vector<ListenerChange> listeners;
   std::vector<RouteChange> routes;
   bool route_order = false;  ///< unchanged routes have another order
-  /// Ports that can be opened only after another is closed, so a reload cannot do it:
+  /// Listeners that need a restart, because their ports can be opened only after another is closed:
   /// "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
   std::vector<std::string> restart;
 };

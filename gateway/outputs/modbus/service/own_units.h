@@ -109,7 +109,6 @@ class OwnUnits {
            std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
            const AckRegister& acks);
 
-  /// Applies the configuration of a reload.
   void Apply(const config::Config& config);
 
   /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
@@ -119,9 +118,9 @@ class OwnUnits {
   /// event that it is shown.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// Begins a write. The register decides what it is: values of points, the selection of a point,
-  /// the acknowledgement of alarms, or the first event to show. Unless an exception is returned,
-  /// `done` is called once, on any thread.
+  /// Begins a write. Its first register decides what is written: values of points, the selection of
+  /// a point, the acknowledgement of alarms, or the first event to show. Unless an exception is
+  /// returned, `done` is called once, on any thread.
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
   /// Records a write that another part has denied with the end `refused`; does nothing for reads.
@@ -132,7 +131,6 @@ class OwnUnits {
   Responder& responder() { return responder_; }
 
  private:
-  /// Makes an image for each unit of a device.
   void MakeImages();
   /// Answers from the unit's image if that contains the whole request and is fresh or may be
   /// renewed; else empty.
@@ -149,7 +147,7 @@ class OwnUnits {
   RegisterMap map_;
   EventWindow events_;
   const std::function<GatewayBlock()> block_;
-  /// by unit; null if the unit is no device
+  /// By unit; null if the unit is no device.
   std::array<std::unique_ptr<RegisterImage>, 256> images_;
   Responder responder_;
   std::vector<Piece> pieces_;  ///< of the current request; a member, so that its memory is reused

@@ -39,7 +39,6 @@ class RouteList {
 
   /// Returns a route by its number; also routes that were removed.
   const config::Route& at(std::size_t number) const { return routes_[number]; }
-  /// How many numbers were given out.
   std::size_t size() const { return routes_.size(); }
   /// The numbers of the routes in the running file, in its order.
   std::span<const std::size_t> numbers() const { return numbers_; }

@@ -55,7 +55,7 @@ class RouteTargets {
   /// thread.
   void Relink(std::span<bus::RouteTarget* const> lines);
 
-  /// The target of this route; null: the route leads nowhere now.
+  /// Null: the route leads nowhere now.
   bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
   /// Calls RouteTarget::Submit and remembers the target, for Abandon.
   bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
@@ -113,7 +113,6 @@ class Router {
   Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
          audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
-  /// Makes the remote servers.
   void Open(asio::io_context& io) { targets_.Open(io, book_); }
   void Close() { targets_.Close(); }
   /// Applies the configuration of a reload. `routes`: see Origins.
@@ -121,11 +120,9 @@ class Router {
              const Origins& routes);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
-  /// By the route's number.
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   /// Null: the route leads nowhere now.
   bus::RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
-  /// Every line that a route leads to, once.
   std::span<const RouteTargets::Line> lines() const { return targets_.lines(); }
 
   /// Passes a request on. False: the target or the client has too many requests, and `request.done`

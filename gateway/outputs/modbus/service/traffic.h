@@ -39,7 +39,7 @@ struct MasterStatus {
   WallTime since{};           ///< the time of the last change of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
   std::uint64_t damaged = 0;  ///< received runs of bytes that were no frame
-  /// the framing in which the damage was a whole request; reset by a good request
+  /// The framing in which the damage was a whole request; reset by a good request.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;
   std::uint64_t echoes = 0;  ///< own replies that were received and ignored, although `echo` is off
@@ -58,7 +58,7 @@ struct RouteCounters {
   std::uint64_t busy = 0;        ///< the queue was full; 0x06
   std::uint64_t dropped = 0;     ///< the client had left
   std::uint64_t broadcasts = 0;  ///< sent to all slaves, never answered
-  /// of ok and refused: answered by the exchange of an identical request
+  /// Counts those of ok and refused that the exchange of an identical request answered.
   std::uint64_t shared = 0;
   Duration longest_wait{};  ///< in the queue
   Duration total_wait{};    ///< of ok and refused

@@ -129,9 +129,7 @@ class TrafficBook {
 
   /// Adds a serial port that waits for a master; returns its number in the book.
   std::size_t AddMaster(const config::Listener& listener, WallTime since);
-  /// Removes the port from the book.
   void RemoveMaster(std::size_t master);
-  /// Replaces the list of closed listeners.
   void ShowClosed(std::vector<ClosedListener> closed);
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
@@ -170,7 +168,7 @@ class TrafficBook {
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);  // by listener
   std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);             // by number
-  // the numbers of the running file's routes
+  // The numbers of the running file's routes.
   std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };

@@ -46,7 +46,6 @@ class RequestsOnWire {
     bus::RouteQueue::Batch requests;
 
     std::uint8_t function() const { return pdu[0]; }
-    /// True for functions that only read, on any server.
     bool only_reads() const { return IsRead(function()); }
     /// True if the request was on the wire before when a connection ended, and may have caused
     /// that.
@@ -87,14 +86,13 @@ class RequestsOnWire {
   /// Removes the request that a reply with this id answers.
   Replied TakeReplied(std::uint16_t id, std::uint8_t unit);
 
-  /// Removes requests whose deadline has passed. A returned `Sent` contains the expired requests
-  /// only; those that share the exchange and have a later deadline stay.
+  /// Removes requests whose deadline has passed, and returns them. Requests with a later deadline
+  /// that share the same exchange stay.
   std::vector<Sent> TakeExpired(Instant now);
   bool IsSilent() const { return silent_ >= kSilentDeadlines; }
   /// True if an incomplete frame with this id (empty: the id has not come yet) can only be the
   /// reply to an expired request.
   bool IsOfExpired(std::optional<std::uint16_t> id) const;
-  /// The next deadline of all requests.
   std::optional<Instant> Deadline() const;
 
   /// Returns the request that may have made the server close the connection; null: none. A server
@@ -102,8 +100,8 @@ class RequestsOnWire {
   /// are sent one at a time, so the latest of them is the suspect.
   const Sent* Suspect() const;
   /// Removes the reads that may be sent again and returns them, latest first. A write is never sent
-  /// again, because nobody can tell whether the server has carried it out. A read is sent again
-  /// once, and once more each time that another request was the `reason`.
+  /// again, because the server may have carried it out. A read is sent again once, and once more
+  /// each time that another request was the `reason`.
   std::vector<bus::RouteQueue::Batch> TakeReads(const Sent* reason);
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
   /// Answers the requests of a client that has left. The exchange stays on the wire, so that its
@@ -111,7 +109,7 @@ class RequestsOnWire {
   void Abandon(std::uint64_t client);
 
  private:
-  /// A request whose deadline has passed on the wire, so that its reply may still come.
+  /// A request that expired on the wire: its reply may still come.
   struct Expired {
     std::uint16_t id = 0;
     std::uint8_t unit = 0;

@@ -217,7 +217,7 @@ void Upstream::Abandon(std::uint64_t client) { link_->Abandon(client); }
 
 namespace {
 
-constexpr std::size_t kShownOfReply = 16;  // bytes, in a log line
+constexpr std::size_t kShownOfReply = 16;  // bytes of a reply that an error message shows
 
 }  // namespace
 

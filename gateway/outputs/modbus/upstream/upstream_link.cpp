@@ -113,8 +113,8 @@ void UpstreamConnection::Close() {
   owner_ = nullptr;
   look_up_ = {};
   asio::error_code ignored;
-  // Closes with a reset, so that neither kernel delivers requests later that a client was told are
-  // lost.
+  // Closes with a reset, so that neither kernel delivers a request later that was reported to a
+  // client as lost.
   socket_.set_option(asio::socket_base::linger(true, 0), ignored);
   socket_.close(ignored);
 }

@@ -221,7 +221,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
-  // upstream.cpp: queue, deadlines and connection
+  // In upstream.cpp: queue, deadlines and connection.
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
@@ -236,7 +236,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
-  // upstream.cpp: requests that are sent, and their replies
+  // In upstream.cpp: requests that are sent, and their replies.
   void Pump(Instant now);
   bus::RouteQueue::Batch Choose(Instant now);
   void Send(bus::RouteQueue::Batch batch, Instant now);

@@ -111,7 +111,6 @@ inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 /// reply.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
-/// The size in bytes of the whole frame that answers a checked request.
 std::size_t ReplySize(const ModbusRequest& request);
 
 /// The whole frame, nine bytes, that answers `frame` with an exception.
@@ -148,10 +147,8 @@ class ClientFraming {
 
   virtual ~ClientFraming() = default;
 
-  /// The free space for the next bytes from the socket. Not empty after Take or Peek returned
-  /// need_more. Invalidates the last frame.
+  /// As MbapAssembler::Space.
   virtual std::span<std::uint8_t> Space() = 0;
-  /// Adds `count` bytes that were written to Space(); at most Space().size().
   virtual void Commit(std::size_t count) = 0;
   /// To be called when the client has been silent for a while: the rest of an incomplete frame will
   /// not come.
@@ -165,7 +162,6 @@ class ClientFraming {
   /// True if bytes after the last request are, or may become, the next request. A reply without a
   /// transaction number would then be mistaken for the reply to that request.
   virtual bool HoldsMore() = 0;
-  /// The reason why Peek or Take returns malformed; empty when they do not.
   virtual std::string_view Defect() const = 0;
 
   /// Appends a reply, given in its Modbus TCP form, to `out` in the client's framing.
