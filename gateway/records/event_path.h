@@ -90,8 +90,8 @@ struct RoutedEnd {
 };
 
 // `AlarmService` raises the gateway's own alarms: it takes facts about lines, routes and disks on
-// any thread, and reports the begin and the end of alarms in order.
-// gateway/records/events/own_alarms.h decides what is an alarm, and when.
+// any thread, and reports in order which alarms begin and end. gateway/records/events/own_alarms.h
+// decides what is an alarm, and when.
 class AlarmService {
  public:
   using Tell = std::function<void(events::EventRecord record)>;
@@ -164,8 +164,8 @@ class EventPath final : public bus::EventSink {
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }
-  /// Records the end of the gateway and passes it to the outputs; to be called when the lines have
-  /// ended.
+  /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event; to
+  /// be called when the lines have ended.
   void End();
 
   void OnReported(bus::ReportedEvents reported) override;

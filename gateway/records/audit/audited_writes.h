@@ -37,7 +37,7 @@ enum class Kind : std::uint8_t {
   point,   ///< to a point: recorded before it is sent
   route,   ///< passed on unchanged: recorded after its exchange
   denied,  ///< refused by the gateway
-  loan,    ///< loan of a port over the network: its begin and its end
+  loan,    ///< loan of a port over the network: its beginning and its end
 };
 inline constexpr std::size_t kKinds = 4;
 
@@ -175,8 +175,8 @@ class AuditedWrites final : public bus::CommandSink {
   Worker worker_;
 };
 
-// The two records of a loan of a port to a network client: its begin and its end. The records do
-// not contain the bytes that the client sent.
+// The two records of a loan of a port to a network client: its beginning and its end. The records
+// do not contain the bytes that the client sent.
 struct Loan {
   std::string line;
   std::string client;  ///< "10.0.0.7:40112"

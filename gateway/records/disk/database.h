@@ -98,7 +98,6 @@ class Statement {
   /// Binds microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
-  /// Binds nothing if there is no value.
   template <typename Some>
   void Bind(int place, const std::optional<Some>& value) {
     if (value) Bind(place, *value);

@@ -119,8 +119,8 @@ class LineRecorder final : public bus::Tap {
 
   mutable Mutex mutex_;
   std::array<Exchange, kExchanges> ring_ BAUDGATE_GUARDED_BY(mutex_);
-  std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;  // position in the ring
-  std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;   // number of exchanges in the ring
+  std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   // The device whose exchange is under way.
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets

@@ -32,7 +32,6 @@ using config::kValuesEnd;
 /// The register that acknowledges alarms (u32), behind the event block. It cannot be read.
 inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
 
-/// The addresses of one point.
 struct Span {
   std::uint16_t start = 0;
   std::uint16_t count = 0;

@@ -139,13 +139,11 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Open() { port_.Start(); }
   /// Ends the session: nothing is received or answered any more. The port stays open.
   void Leave();
-  /// Closes the port, which may take long in its driver. After Leave it may be called on any
-  /// thread, but the listener must be destroyed on the server's thread.
+  /// Closes the port; the driver may take long. After Leave it may be called on any thread, but the
+  /// listener must be destroyed on the server's thread.
   void ClosePort() { port_.Stop(); }
-  /// Calls Leave and ClosePort.
   void Stop();
 
-  /// E.g. "a Modbus master on /dev/ttyS1".
   std::string Summary() const { return "a Modbus master on " + listener_.path; }
 
  private:

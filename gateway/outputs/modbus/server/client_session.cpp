@@ -15,7 +15,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-/// After so many served clients the rest of the io_context has its turn.
+/// The number of clients that are served in a row before other work of the io_context has its turn.
 constexpr std::size_t kServedInARow = 256;
 
 }  // namespace

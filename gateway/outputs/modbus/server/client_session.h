@@ -78,7 +78,7 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   asio::posix::stream_descriptor set_;
   std::array<epoll_event, 128> events_{};
   std::span<epoll_event> unserved_;  ///< the rest of the current batch
-  std::size_t count_ = 0;            ///< number of clients
+  std::size_t count_ = 0;
   Client* only_ = nullptr;  ///< the client, if there is only one and it waits for input; else null
 };
 

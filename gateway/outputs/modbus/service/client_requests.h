@@ -172,7 +172,6 @@ class ClientReplies {
   void Answer(View frame, Instant now);
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
-  /// Counts an exception that a slave has answered.
   void CountException();
   /// False if the client waits for no reply to `request`, as after a broadcast on a serial framing.
   bool IsAwaited(View request) const;
@@ -334,8 +333,8 @@ class ClientRequests {
   /// Answers requests whose deadline has passed without an answer. A reply may close the client,
   /// but must not destroy this object.
   void Sweep(const Now& now);
-  /// To be called when the client waits for none of its requests any more. Drops them without a
-  /// reply. Those that are not on the wire yet are not sent: routed requests by
+  /// To be called when the client waits for none of its requests any more. Drops the requests
+  /// without a reply. Those that are not on the wire yet are not sent: routed requests by
   /// RouteTarget::Abandon, writes by WriteCommand::abandoned.
   void Abandon();
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }

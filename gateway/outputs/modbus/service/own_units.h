@@ -94,7 +94,6 @@ ExceptionCode ExceptionOf(const WriteResult& result);
 /// The exception for a write that was not begun.
 ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 
-/// A client that waits for the end of its write.
 struct Asker {
   bus::Writer writer{};
   Instant deadline{};                                  ///< no request of the write is sent later

@@ -86,7 +86,6 @@ class RouteTargets {
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;
 };
 
-/// One request for a route, and its client.
 struct RoutedAsk {
   std::size_t route = 0;  ///< the route's number, or TrafficBook::kBroadcasts
   std::uint8_t unit = 0;  ///< the unit that the client has addressed

@@ -61,7 +61,6 @@ class FunctionCounters {
       counters_{};
 };
 
-// `LiveCounters` counts what the clients of a Modbus server do.
 struct LiveCounters {
   std::atomic<std::uint64_t> clients = 0;
   std::atomic<std::uint64_t> accepted = 0;

@@ -175,8 +175,8 @@ void Upstream::Link::OnConnected() {
   Work();
 }
 
-/// A server that closes after a complete reply has not read what was sent meanwhile, so the reads
-/// are sent again.
+/// If the connection ends between two frames, the server has read none of the later requests, so
+/// the reads among them are sent again.
 void Upstream::Link::OnBroken(const std::string& reason) {
   const Instant now = clock_();
   if (connection_->connected() && !connection_->in_frame()) {

@@ -36,7 +36,6 @@ inline constexpr std::size_t kMbapHeader = 7;
 inline constexpr std::size_t kMbapPrefix = 6;
 inline constexpr std::size_t kMaxAdu = 260;
 
-/// Returns a whole frame: the header, which contains the unit, and the PDU.
 Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu);
 
 class MbapAssembler {
@@ -113,7 +112,6 @@ ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
 std::size_t ReplySize(const ModbusRequest& request);
 
-/// The whole frame, nine bytes, that answers `frame` with an exception.
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
 // The protocols of the frames that masters of the gateway may send. Null: the module is not loaded.
