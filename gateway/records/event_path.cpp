@@ -19,17 +19,17 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 
-/// Two requests without a reply that are so far apart are as good as many.
+/// Two requests without a reply with so much time between them count as silence.
 constexpr Duration kLongSilence = 30s;
-/// A unit that no client has asked for during this time.
+/// A unit that no client has addressed for so long is forgotten.
 constexpr Duration kForgotten = 1h;
 
-/// What the name of the alarm says already is no reason.
+/// The reason of an alarm; empty if the alarm's name contains the same.
 std::string WhyOf(const std::string& reason) {
   return reason == Name(Outcome::no_reply) ? std::string() : reason;
 }
 
-/// A gateway at the other end of the route reports that the slave does not answer.
+/// True if a gateway at the other end of the route answers that the slave does not reply.
 bool IsNoTarget(const bus::RoutedReply& reply) {
   return reply.outcome == Outcome::refused && reply.pdu.size() == 2 &&
          (reply.pdu[1] == modbus::kNoPath || reply.pdu[1] == modbus::kNoTarget);
@@ -60,8 +60,8 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// How a slave would have answered a request that was not sent is not known. Where the line is
-/// down its own alarm says so.
+/// A request that was not sent shows nothing about the slave. If the line is down, the line has its
+/// own alarm.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Subject unit{route.line, events::UnitName(end.unit)};
@@ -90,8 +90,8 @@ void AlarmService::OnAnswered(const OwnAlarms::Subject& unit, Now now) {
   TellAll(alarms_.End(Trouble::unit_silent, unit, now));
 }
 
-/// One lost reply is no silence: it takes as many as a device of the gateway's own, or two that are
-/// far apart. The delay of the alarm counts from the first.
+/// A single lost reply is no silence: the alarm needs as many as a device of the gateway, or two
+/// with kLongSilence between them. The delay of the alarm counts from the first.
 void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::string& why, Now now) {
   Unanswered& its = unanswered_.try_emplace(unit, Unanswered{.first = now}).first->second;
   ++its.requests;
@@ -102,7 +102,8 @@ void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::strin
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
 
-/// Units that no client asks for any more: whether they would answer is not known.
+/// Ends the alarms of units that no client addresses any more, because it is unknown whether they
+/// would answer.
 void AlarmService::Forget(Now now) {
   for (auto one = unanswered_.begin(); one != unanswered_.end();) {
     if (now.instant - one->second.last < kForgotten) {
@@ -136,7 +137,7 @@ void AlarmService::Renew(std::shared_ptr<const config::Config> config,
 
 namespace {
 
-/// A disk that hangs does not keep outputs from ending in time.
+/// Outputs end in time even if a disk hangs.
 constexpr Duration kEndTime = 300ms;
 
 events::SourceNames SourcesOf(const config::Config& config) {
@@ -160,8 +161,9 @@ void TellState(const events::Alarm& alarm, events::AlarmState state, log::Level 
                             alarm.text, alarm.by.empty() ? "" : " (" + alarm.by + ")"));
 }
 
-/// Each change of an alarm is one message, with fields that other programs select by. An alarm that
-/// is raised and over at once has two changes. Only the message "active" is a warning or an error.
+/// Logs each change of an alarm as one message, with fields by which other programs select it. An
+/// alarm that is raised and over at once has two changes. Only the message "active" is a warning or
+/// an error.
 void TellJournal(const events::Alarm& alarm, bool raised) {
   using events::AlarmState;
   const bool high = alarm.priority == config::AlarmPriority::high;
@@ -292,7 +294,7 @@ void EventPath::Start() {
 }
 
 void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
-  if (!queue().opened()) return;  // Start sees to it then
+  if (!queue().opened()) return;  // Start calls this again when the file is open
   const std::size_t end = std::min(first_device + devices, entries_.size());
   for (std::uint32_t device = first_device; device < end; ++device) {
     const Named its = Find(device);
@@ -303,7 +305,7 @@ void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
 void EventPath::End() { queue().End(kEndTime); }
 
 void EventPath::OnReported(bus::ReportedEvents reported) {
-  if (in_memory_) return;  // nobody has asked for them
+  if (in_memory_) return;  // devices are not asked for events then
   const Named its = Find(reported.device);
   if (!its.line) return;
   auto records = events::RecordsOf(reported.batch, its.line->name, *its.device,

@@ -1,7 +1,7 @@
-// The way of an event from its line to the file, and the way back, by which its device may be asked
-// for more. The gateway's own events enter here, too, and its own alarms. Made and ended by
-// Records. EventsPlace says where events.db is, NewsKind how news is recorded, and AlarmService
-// raises the gateway's own alarms.
+// `EventPath` carries events from the lines to the file, reports back what is stored, and has
+// devices read for the records that their events announce. The gateway's own events and alarms
+// enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
+// recorded, and `AlarmService` raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,25 +33,23 @@
 
 namespace baudgate::records {
 
-// Where events.db is, for the parts that write to it.
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for it
   std::string why_no_file{};
-  bool in_memory = false;             ///< only the gateway's own alarms, until it ends
+  bool in_memory = false;  ///< nothing but the gateway's own alarms, which end with the gateway
   std::set<std::string> consumers{};  ///< see CursorBook
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 
-// How news of lines and devices is recorded: the one table from what a line tells to the code of
-// the event and the trouble of the alarm. The words of an event are in
-// gateway/records/events/own_records.cpp, the name of an alarm in
+// How a line's news is recorded: the code of the event and the trouble of the alarm. The texts of
+// events are in gateway/records/events/own_records.cpp, the names of alarms in
 // gateway/records/events/own_alarms.cpp.
 struct NewsKind {
   events::OwnCode code;
-  std::optional<events::Trouble> trouble{};  ///< empty: it is no alarm
+  std::optional<events::Trouble> trouble{};  ///< empty: the news is no alarm
 };
 
-/// The compiler refuses news without a row.
+/// The only table from News to NewsKind. The compiler refuses a News::What without a case.
 constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;
@@ -78,33 +76,33 @@ constexpr NewsKind KindOf(bus::News::What what) {
   return {OwnCode::no_answer, Trouble::no_answer};
 }
 
-/// The end of a client's request that was passed on to a slave.
+/// The end of a client's request that was routed to a slave.
 struct RoutedEnd {
   enum class Slave : std::uint8_t {
-    answered,  ///< with an exception as well
+    answered,  ///< also with an exception
     silent,
-    unknown,  ///< it was not asked, or nobody waited for its reply
+    unknown,  ///< the slave was not asked, or nothing waited for its reply
   };
   const config::Route& route;
-  std::uint8_t unit = 0;  ///< as the client asked for it
+  std::uint8_t unit = 0;  ///< the unit that the client has addressed
   Slave slave = Slave::unknown;
   const bus::RoutedReply& reply;
 };
 
-// The alarms that the gateway raises itself: takes facts about lines, routes and disks from any
-// thread, and reports in order what raises and ends alarms. gateway/records/events/own_alarms.h
+// `AlarmService` raises the gateway's own alarms: it takes facts about lines, routes and disks on
+// any thread, and reports in order which alarms begin and end. gateway/records/events/own_alarms.h
 // decides what is an alarm, and when.
 class AlarmService {
  public:
   using Tell = std::function<void(events::EventRecord record)>;
-  /// `tell` returns at once, and does not call this.
+  /// `tell` must return at once, and must not call this object.
   AlarmService(std::shared_ptr<const config::Config> config, Tell tell)
       : tell_(std::move(tell)), alarms_(std::move(config)) {}
 
-  /// `device`: its name; empty: the news is of the line.
+  /// `device`: its name; empty: the news is about the line.
   void OnNews(const std::string& line, const std::string& device, const bus::News& news, Now at);
   void OnRouted(const RoutedEnd& end, Now now);
-  /// The configuration does not use this device.
+  /// To be called for a device that is disabled in the configuration.
   void OnUnused(const std::string& line, const std::string& device, Now now);
 
   struct DiskState {
@@ -112,14 +110,15 @@ class AlarmService {
     Disk disk = Disk::opening;
     std::string why{};
   };
-  /// From time to time: the state of the disks; raises what has lasted long enough.
+  /// To be called periodically with the state of the disks; raises alarms whose cause has lasted
+  /// long enough.
   void Look(std::span<const DiskState> disks, Now now);
 
-  /// See OwnAlarms.
+  /// Applies a reload; see OwnAlarms.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
-  /// Requests of clients to one unit that got no reply, in a row.
+  /// The requests of clients to one unit that got no reply, in a row.
   struct Unanswered {
     int requests = 0;
     Now first{};
@@ -140,29 +139,33 @@ class AlarmService {
 
 class EventPath final : public bus::EventSink {
  public:
-  /// `said` of the device's last events that are on the disk (see Conversation::OnEventsKept):
-  /// `reported`: by OnReported; else from before the start. On the writing thread, or from Start.
+  /// Called with `said` of the device's last events that are on the disk (see
+  /// Conversation::OnEventsKept). `reported`: true for events of OnReported, false for events from
+  /// before the start. On the writing thread, or within Start.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
-  /// All references outlive it. `commands`: for reads of the records that events owe.
+  /// All references must outlive this object. `commands` receives the reads of records that events
+  /// announce.
   EventPath(const config::Config& config, const bus::PointStore& store, const EventsPlace& place,
             bus::CommandSink& commands, Kept kept);
 
-  /// From now on lines are told what is kept from before, as soon as the file is open.
+  /// From now on lines are told which events are on the disk from before, as soon as the file is
+  /// open.
   void Start();
-  /// A reload: `config` has the lines of the store; `begun` are the last of them. Before these
-  /// start; then Begun.
+  /// The first step of a reload, before new lines start; Begun is the second. `config` contains the
+  /// lines of the store; `begun` are the new lines, which are the last ones.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// The lines of these devices have started: they are told what is kept from before, and asked for
-  /// the records that their events owe.
+  /// The second step of a reload, when the lines of these devices have started: tells them which
+  /// events are on the disk from before, and has the records read that their events announce.
   void Begun(std::uint32_t first_device, std::size_t devices);
-  /// A configuration was applied, or taken back.
+  /// Records that a configuration was applied, or taken back.
   void OnReload(bool taken_back, const std::string& text);
-  /// The gateway has corrected the clock of a device, or could not.
+  /// Records that the gateway has corrected the clock of a device, or could not.
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
-  /// The lines are about to start.
+  /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }
-  /// The lines have ended; from now on outputs are told that the gateway ends.
+  /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event; to
+  /// be called when the lines have ended.
   void End();
 
   void OnReported(bus::ReportedEvents reported) override;
@@ -171,12 +174,11 @@ class EventPath final : public bus::EventSink {
   void OnDrained(std::uint32_t device, Instant asked) override {
     records_.OnDrained(device, asked);
   }
-  /// A request of a client to a route has ended.
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
-  /// See AlarmService.
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
-  /// What is on the disk, for outputs, which may keep it longer than this lives.
+  /// The events that are on the disk, for outputs, which may keep the feed longer than this object
+  /// exists.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
@@ -184,14 +186,15 @@ class EventPath final : public bus::EventSink {
   struct DeviceEntry {
     DeviceEntry(std::weak_ptr<const config::Line> its_line, std::size_t its_place)
         : line(std::move(its_line)), place(its_place) {}
-    /// As the line began; there while the line may tell of the device. An abandoned line may do so
-    /// after a reload, under the numbers that it had.
+    /// The line as it began; valid while the line may report about the device. A line that was
+    /// removed may report after a reload, under its old numbers.
     const std::weak_ptr<const config::Line> line;
-    const std::size_t place;  // in its line
+    const std::size_t place;  // index in its line
     Mutex mutex{};
-    std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};  // null: of no point
+    // Null: no point of the device is watched.
+    std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};
   };
-  /// A device of the line, as it began. Null: the line has ended.
+  /// A device and its line, as the line began. Null: the line has ended.
   struct Named {
     std::shared_ptr<const config::Line> line;
     const config::Device* device = nullptr;
@@ -209,14 +212,15 @@ class EventPath final : public bus::EventSink {
   const bool tells_own_;
   const bool in_memory_;
   const Kept kept_;
-  SteadyVector<DeviceEntry> entries_;                    // by device
-  std::map<events::SourceName, std::uint32_t> present_;  // places of devices that are configured
+  SteadyVector<DeviceEntry> entries_;  // by device
+  // The numbers of the devices in the configuration.
+  std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);
   const std::shared_ptr<events::EventFeed> feed_;
   const std::shared_ptr<events::CursorBook> cursors_;
   events::RecordService records_;
-  events::EventLog log_;  // its thread tells the service
+  events::EventLog log_;  // its thread calls records_
   AlarmService alarms_;
 };
 

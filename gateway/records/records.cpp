@@ -25,7 +25,7 @@ std::string FileTroubles::Held::Set(const std::string& file, const std::string& 
   return std::exchange(troubles[file], trouble);
 }
 
-/// The log hears of the first trouble and of its end.
+/// Logs the first trouble of the file and its end.
 std::function<void(const std::string& trouble)> FileTroubles::Reporter(const std::string& file) {
   return [held = held_, file](const std::string& trouble) {
     const std::string was = held->Set(file, trouble);
@@ -83,7 +83,7 @@ void WritePath::Start() {
 
 namespace {
 
-/// For a disk that does not answer; lines and listeners wait as long at a start.
+/// The longest wait for a disk that does not answer; at a start, lines and listeners wait with it.
 constexpr Duration kFolderPatience = 2s;
 
 std::function<Status()> ReadyOf(std::shared_ptr<StateFolder> folder) {
@@ -147,7 +147,8 @@ Status Records::OpenFolder(const config::Config& config) {
   return Error{failure->text};
 }
 
-/// In a folder of their own, if the configuration gives one.
+/// Chooses the place of events.db: its own folder if the configuration names one, else the state
+/// folder.
 Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   constexpr const char* kEventsFile = "events.db";
   std::shared_ptr<StateFolder> folder = state_;
@@ -163,7 +164,8 @@ Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   return {};
 }
 
-/// In a folder of its own, if the configuration gives one.
+/// Chooses the folder of the history: its own if the configuration names one, else the state
+/// folder.
 Status Records::PlaceHistory(const config::Config& config) {
   const auto path = HistoryFolderOf(config);
   history_folder_ = state_;
@@ -229,8 +231,8 @@ void Records::RenewHistory(const std::shared_ptr<const config::Config>& config,
   StartHistory(config, store);
 }
 
-// In these two `ends` is destroyed after the lock is given back: its end may wait for the disk, and
-// readers must not wait for that.
+// In EndHistory and EndEvents `ends` is destroyed after the lock is released: its destructor may
+// wait for the disk, and readers of mutex_ must not wait for that.
 
 void Records::EndHistory() {
   if (history_ends_.valid()) history_ends_.wait();

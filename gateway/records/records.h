@@ -1,7 +1,7 @@
-// What the gateway keeps on the disk, as far as its configuration wants it: the state folder, the
-// memory of conversations, the audit of writes, events, values. Made before the lines, ended after
-// them. FileTroubles names files that cannot be written, and WritePath is the way of a recorded
-// write.
+// `Records` contains what the gateway stores on the disk, as far as its configuration asks for it:
+// the state folder, the memory of conversations, the audit of writes, events, and the history of
+// values. It is made before the lines and ends after them. `FileTroubles` lists files that cannot
+// be written, and `WritePath` carries recorded writes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,20 +30,18 @@
 
 namespace baudgate::records {
 
-// Small files that cannot be written, for the log and the status, as long as it lasts.
-
-/// From any thread.
+/// Lists small files that cannot be written, for the log and the status, as long as the trouble
+/// lasts. May be used on any thread.
 class FileTroubles {
  public:
-  /// For the writer of `file`: call it with what is wrong now, or with an empty text when the file
-  /// can be written again. It may outlive this object.
+  /// Returns the function by which the writer of `file` reports the current trouble; an empty text
+  /// means that the file can be written again. The function may outlive this object.
   std::function<void(const std::string& trouble)> Reporter(const std::string& file);
   std::vector<std::string> all() const { return held_->All(); }
 
  private:
   struct Held {
     std::vector<std::string> All() const;
-    /// Returns the trouble that was set before.
     std::string Set(const std::string& file, const std::string& trouble);
 
     mutable Mutex mutex;
@@ -52,23 +50,24 @@ class FileTroubles {
   const std::shared_ptr<Held> held_ = std::make_shared<Held>();
 };
 
-// The way of a recorded write from an output to its line: the audit log and the sink in front of
-// the lines. Made and ended by Records.
+// `WritePath` carries a recorded write from an output to its line: it contains the audit log and
+// the sink in front of the lines.
 class WritePath {
  public:
-  /// Called once, from any thread: see AuditLog::Options.
+  /// Called once, on any thread: see AuditLog::Options.
   using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
-  /// All but `place` outlive it.
+  /// All references but `place` must outlive this object.
   WritePath(const config::Config& config, const bus::PointStore& store, bus::CommandSink& lines,
             const EventsPlace& place, Unsettled unsettled);
 
-  /// What outputs submit to.
+  /// The sink to which outputs submit their writes.
   bus::CommandSink& entrance() { return audited_; }
   audit::AuditLog& log() { return log_; }
 
-  /// The lines are there: `unsettled` is called from now on.
+  /// To be called when the lines exist: `unsettled` is called from now on.
   void Start();
-  /// Nothing is submitted any more: waiting writes are handed to the lines, or denied.
+  /// To be called when nothing submits writes any more: waiting writes go to the lines, or are
+  /// denied.
   void Stop() { audited_.Stop(); }
 
  private:
@@ -77,7 +76,8 @@ class WritePath {
   const Unsettled unsettled_;
   Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);  // before Start
+  // Devices that were reported before Start.
+  std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);
   audit::AuditLog log_;
   audit::AuditedWrites audited_;
 };
@@ -92,48 +92,49 @@ class Records {
     FileTroubles& troubles;
     std::set<std::string> consumers{};  ///< of events; see CursorBook
   };
-  /// The error: another gateway has the folder. `config` outlives this.
+  /// Opens everything that the configuration asks for. The error: another gateway uses the folder.
+  /// `config` must outlive this object.
   Status Open(const config::Config& config, const Links& links);
-  /// Nothing is kept on the disk: only the gateway's own alarms, in memory.
+  /// In place of Open, if nothing is to be on the disk: provides the gateway's own alarms, in
+  /// memory.
   void OpenAlarms(const config::Config& config, const Links& links);
-  /// Opens only the folder, for parts that need nothing else.
+  /// Opens only the state folder, for parts that need nothing else.
   Status OpenFolder(const config::Config& config);
-  /// Something is kept.
   bool open() const { return writes_ != nullptr; }
 
-  /// A reload; see EventPath.
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// Begins a new run of the history; its readers must be given the new one. The old one ends as
-  /// soon as the disk allows: nothing waits for a disk that does not answer.
+  /// Begins a new run of the history; its readers must be given the new source. The old run ends in
+  /// the background, so that a disk that does not answer delays the reload by two seconds at most.
   void RenewHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
 
-  /// The sink of recorded writes; null: none are recorded.
+  /// The sink of recorded writes; null: writes are not recorded.
   bus::CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
-  /// Null: it was not opened.
+  /// Null: events were not opened.
   EventPath* events() const {
     const MutexLock lock(mutex_);
     return events_.get();
   }
-  /// Events are kept on the disk.
   bool keeps_events() const { return keeps_events_; }
-  /// Null: none is kept.
+  /// Null: no history is stored.
   std::shared_ptr<const history::HistorySource> history() const {
     const MutexLock lock(mutex_);
     return history_.log ? history_.log->view() : nullptr;
   }
-  /// Null: nothing is kept, or it could not be had at the start.
+  /// Null: there is no state folder, or it could not be opened at the start.
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
-  /// From time to time, on any thread, until EndEvents: lasting troubles raise alarms.
+  /// To be called periodically, on any thread, until EndEvents: checks the disks and raises alarms
+  /// for lasting troubles.
   void Look(Now now);
 
-  /// Before the lines end, so that their devices do not look lost.
+  /// Ends the history. To be called before the lines end, so that it does not record their devices
+  /// as lost.
   void EndHistory();
-  /// Saves what is left; the loops of the lines still run.
+  /// Saves what is left and ends the event path. The event loops of the lines must still run.
   void EndEvents();
 
  private:
@@ -144,21 +145,21 @@ class Records {
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for it
-  std::string why_no_state_;            // at the start; empty: it could be had
+  std::string why_no_state_;            // reason at the start; empty: the folder was opened
   std::unique_ptr<DeviceMemory> memory_;
-  std::shared_ptr<StateFolder> databases_;       // null: they lie in `state_`
+  std::shared_ptr<StateFolder> databases_;       // null: the databases are in `state_`
   std::shared_ptr<StateFolder> history_folder_;  // null: there is no place for it
   mutable Mutex mutex_;
   struct RunningHistory {
     std::shared_ptr<const config::Config> config;
-    std::unique_ptr<history::HistoryLog> log{};  // null: none is kept
+    std::unique_ptr<history::HistoryLog> log{};  // null: no history is stored
   };
   RunningHistory history_ BAUDGATE_GUARDED_BY(mutex_);
-  std::shared_future<void> history_ends_;  // the one before; of the reloader's thread
+  std::shared_future<void> history_ends_;  // end of the run before; for the reloader's thread only
   std::unique_ptr<WritePath> writes_;
   std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);
   bool keeps_events_ = false;
-  std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);  // they were looked at
+  std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);  // when the disks were last checked
 };
 
 }  // namespace baudgate::records

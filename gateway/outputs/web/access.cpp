@@ -24,7 +24,7 @@ constexpr std::size_t kShortestToken = 16;
 
 class OpenFile {
  public:
-  /// Does not wait for the writer of a pipe.
+  /// O_NONBLOCK: opening a pipe does not wait for its writer.
   explicit OpenFile(const std::string& file)
       : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
   ~OpenFile() {
@@ -74,7 +74,7 @@ Result<std::string> ReadToken(const std::string& file) {
 
 namespace {
 
-/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: that is no host.
+/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: `host` is no host name or address.
 std::string NameOf(std::string_view host) {
   std::string_view name = host.substr(0, host.find(':'));
   std::string_view port = host.substr(name.size());
@@ -90,8 +90,8 @@ std::string NameOf(std::string_view host) {
   return std::string(name);
 }
 
-/// An address cannot be rebound as a name can: the one that was connected to is good, with any
-/// port, as it may be forwarded.
+/// True if the Host header names this gateway. DNS rebinding needs a name, so the IP address that
+/// the client has connected to is accepted, with any port, because ports may be forwarded.
 bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
   const std::string name = NameOf(host);
   if (name.empty()) return false;
@@ -104,7 +104,8 @@ bool IsOurs(const config::Web& web, const Request& request, const std::string& h
   return name == "localhost" && IsLoopbackPeer(request.peer);
 }
 
-/// The page itself may be opened by a link from anywhere: it has no data.
+/// True for the navigation to the page itself, which any link may open, because the page contains
+/// no data.
 bool OpensAPage(const Request& request) {
   return request.method == "GET" && request.Header("sec-fetch-mode") == "navigate" &&
          request.Header("sec-fetch-dest") == "document" && !request.path.starts_with("/api/") &&
@@ -118,7 +119,7 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
   return false;
 }
 
-/// A proxy that may say so has got the request by TLS.
+/// True if a trusted proxy reports that it received the request by TLS.
 bool CameByTls(const config::Web& web, const Request& request) {
   const bool proxy =
       IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
@@ -181,7 +182,7 @@ std::string NewSession() {
   return text;
 }
 
-/// In a time that says nothing of where they differ.
+/// Compares two secrets in a time that does not depend on the place of a difference.
 bool SameSecret(std::string_view a, std::string_view b) {
   unsigned different = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -192,7 +193,7 @@ bool SameSecret(std::string_view a, std::string_view b) {
   return different == 0;
 }
 
-/// "Bearer abc": nothing where it is anything else.
+/// The token of an Authorization header "Bearer abc"; empty for any other header.
 std::optional<std::string> BearerOf(const Request& request) {
   const auto header = request.Header("authorization");
   if (!header || header->size() < 7 || Lower(header->substr(0, 7)) != "bearer ") {
@@ -297,7 +298,7 @@ bool IsPost(std::string_view path) {
   return path == kLogin || path == kLogout || path == Access::kAcknowledge;
 }
 
-/// "a%20b+c" of a form.
+/// Decodes a form value such as "a%20b+c".
 std::string Unescaped(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -375,7 +376,7 @@ std::optional<Response> Access::Refuse(const Request& request, Instant now) {
   return NeedsLogin(request, now);
 }
 
-/// The files of the page have no data, and are there for the login.
+/// The files of the page contain no data and are needed for the login, so they are open to all.
 std::optional<Response> Access::NeedsLogin(const Request& request, Instant now) {
   const bool open =
       !request.path.starts_with("/api/") && request.path != "/metrics" && request.path != kLogout;
@@ -417,7 +418,7 @@ Response Access::Session(const Request& request, Instant now) {
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // others need not know it
+  json["version"] = in ? version_ : "";  // clients without login need no version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());

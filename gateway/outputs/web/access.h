@@ -1,6 +1,6 @@
-// Who may come in: by address, method and login; and the login itself, its session and its end.
-// Any thread. ReadToken reads the token, IsAllowed judges the address, and Logins keeps the
-// sessions.
+// `Access` decides which requests are let in, by address, method and login, and handles login,
+// session and logout. May be called on any thread. `ReadToken` reads the token, `IsAllowed` checks
+// the address, and `Logins` contains the sessions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,55 +22,57 @@
 
 namespace baudgate::web {
 
-// The file with the token that clients must show by HTTP.
-
-/// Its first line. The error says what to do: it cannot be read, others may read it too (it needs
-/// mode 0600), the token is too short, …
+/// Returns the first line of the file: the token that HTTP clients must send. The error contains
+/// the remedy: the file cannot be read, others may read it too (it needs mode 0600), the token is
+/// too short, …
 Result<std::string> ReadToken(const std::string& file);
 
-// Which requests are let in before any login: by the client's address, and by the Origin and Host
-// that a browser sends. A browser inside the network must not be led by a page from outside
-// (DNS rebinding), nor by another port of the same machine. Pure.
+// Refusal decides before any login, by the client's address and by the Origin and Host headers of a
+// browser. It protects a browser inside the network from being used by a page from outside (DNS
+// rebinding), or by a page on another port of this machine. Pure.
 
-/// Why not; empty: it may.
+/// Returns the answer that refuses the request; empty: the request is let in.
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
 
 bool IsLoopbackPeer(const std::string& peer);
-/// With an empty list everybody.
+/// True if web.allow contains the address, or is empty.
 bool IsAllowed(const config::Web& web, const std::string& peer);
 
-/// Alarms may be acknowledged: in the configuration, and on a way that cannot be listened to. That
-/// is this machine, or TLS up to a proxy that is named in `allow` or stands here.
+/// True if this request may acknowledge alarms: web.acknowledge is on, and the connection cannot be
+/// listened to. Such connections are local ones, and TLS up to a proxy that is listed in `allow` or
+/// runs on this machine.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
-// Which clients have shown the token: browsers by the random number in their cookie, programs by
-// the token itself with each request. A client that shows a wrong one too often must wait. Any
-// thread; time is an argument.
+// `Logins` remembers which clients have sent the token: browsers by the random number in their
+// cookie, programs by the token in each request. An address with too many wrong tokens must wait.
+// May be called on any thread; time is an argument.
 class Logins {
  public:
   static constexpr Duration kSession = 12h;
   static constexpr Duration kWindow = 1min;
-  static constexpr std::size_t kMostFailures = 5;  ///< of one address in a window
+  static constexpr std::size_t kMostFailures = 5;  ///< of one address in kWindow
   static constexpr std::size_t kMostSessions = 256;
   static constexpr std::size_t kMostAddresses = 1024;
 
-  /// `port`: cookies are the same for all ports of a machine, so their names differ.
+  /// `port` is a part of the cookie's name, because browsers send the cookies of a machine to all
+  /// its ports.
   explicit Logins(std::uint16_t port) : cookie_("baudgate-" + std::to_string(port)) {}
 
-  /// Another token ends all sessions; empty: none is needed.
+  /// Sets the token; another token ends all sessions. Empty: no login is needed.
   void SetToken(std::optional<std::string> token);
   bool NeedsToken() const;
 
   enum class Verdict : std::uint8_t { yes, no, wait };
-  /// By cookie or bearer. A request without either is "no", and no failure.
+  /// Checks the cookie or the bearer token. A request without either gets "no" and counts as no
+  /// failure.
   Verdict Check(const Request& request, Instant now);
   struct Opened {
     Verdict verdict = Verdict::no;
     std::string cookie{};  ///< the value of Set-Cookie
   };
-  /// `secure`: the browser sends it by TLS only.
+  /// Opens a session if `token` is right. `secure`: the browser may send the cookie by TLS only.
   Opened Open(const Request& request, std::string_view token, bool secure, Instant now);
-  /// The value of Set-Cookie that ends it.
+  /// Ends the session of the request. Returns the value of Set-Cookie that removes the cookie.
   std::string Close(const Request& request);
 
  private:
@@ -83,7 +85,7 @@ class Logins {
   const std::string cookie_;
   mutable Mutex mutex_;
   std::optional<std::string> token_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, Instant> sessions_ BAUDGATE_GUARDED_BY(mutex_);  ///< until when
+  std::map<std::string, Instant> sessions_ BAUDGATE_GUARDED_BY(mutex_);  ///< session and its end
   std::map<std::string, std::deque<Instant>> failures_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
@@ -91,17 +93,18 @@ class Access {
  public:
   static constexpr std::string_view kAcknowledge = "/api/v1/alarms/ack";
 
-  /// `events` outlives it; null: none are kept. `version`: of the gateway.
+  /// `events` must outlive this object; null: no events are recorded. `version`: of the gateway.
   Access(std::uint16_t port, std::string version, const events::EventSource* events)
       : version_(std::move(version)), events_(events), logins_(port) {}
 
-  /// `token` empty: no login.
+  /// An empty `token`: no login is needed.
   void Set(const config::Config& config, std::optional<std::string> token);
   void SetHistory(bool kept);
 
-  /// Why the request is not let in; empty: it is.
+  /// Returns the answer that refuses the request; empty: the request is let in.
   std::optional<Response> Refuse(const Request& request, Instant now);
-  /// Login, its session and its end; empty: the request is for something else.
+  /// Answers requests for login, logout, session and a refused acknowledgement; empty: the request
+  /// is for another part.
   std::optional<Response> Answer(const Request& request, Instant now);
 
  private:

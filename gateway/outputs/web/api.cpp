@@ -33,7 +33,7 @@ Response JsonResponse(const Json& json) {
   return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/// What the control socket would say, with the status that belongs to it.
+/// Turns an answer of the control socket into an HTTP answer, with the status for its error.
 Response ResponseOf(std::string answer) {
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);
@@ -74,7 +74,7 @@ Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";
   response.stream = std::move(stream);
-  response.headers.emplace_back("X-Accel-Buffering", "no");  // nginx would keep the first 4 KB
+  response.headers.emplace_back("X-Accel-Buffering", "no");  // nginx would withhold the first 4 KB
   return response;
 }
 
@@ -288,7 +288,7 @@ Json RowsJson(const history::Chart& chart) {
 
 }  // namespace
 
-/// A table that is read page by page, as fast as it is taken.
+/// A CSV table that is read page by page, as fast as the client takes it.
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
@@ -314,7 +314,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
   }
 
  private:
-  /// On the thread of the past. A page that fails ends it: what has come is good.
+  /// Runs on the past thread. A page that fails ends the table; the pages before it are valid.
   void ReadPage() {
     const auto api = api_.lock();
     const Json page =
@@ -339,7 +339,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
 
   const std::weak_ptr<PastApi*> api_;
   asio::io_context& io_;
-  Json ask_;  // of the next page; on the thread of the past
+  Json ask_;  // for the next page; on the past thread
   Mutex mutex_;
   std::string text_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t sent_ BAUDGATE_GUARDED_BY(mutex_) = 0;
@@ -395,7 +395,7 @@ Response PastApi::History(const Request& request, Now now) {
   if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
     return Problem(400, "'since_ms' is before 'until_ms', by twenty years at most");
   }
-  // Why a point has nothing, the control socket says.
+  // The control socket's answer explains why a point has no history.
   const auto gateway = handler_.gateway();
   if (!gateway->info.history)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));

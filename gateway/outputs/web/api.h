@@ -1,6 +1,6 @@
-// A request by HTTP as one of the control socket, and its answer the way back: what both can tell
-// is made in one place (gateway/outputs/control). LiveApi answers from memory, and PastApi from the
-// disk.
+// Translates an HTTP request to a request of the control socket and its answer back, so that both
+// interfaces share one implementation (gateway/outputs/control). `LiveApi` answers from memory, and
+// `PastApi` from the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,24 +18,24 @@
 
 namespace baudgate::web {
 
-/// A member of the request that is taken from the address, where it is there.
+/// A query parameter of the URL that becomes a member of the control request.
 struct Part {
   const char* query;
   bool number = false;
-  const char* member = nullptr;  ///< null: as in the address
+  const char* member = nullptr;  ///< name of the member; null: the same as in the URL
 };
 
-/// The error names a number that is none, or a member that there is not.
+/// Makes the control request. The error names a value that is no number, or an unknown parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
-/// Nothing can be written through it.
+/// Refuses all writes, because HTTP cannot write points.
 class NoWrites final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-// What is answered out of memory: states, values, alarms, streams, metrics. One thread.
+// `LiveApi` answers from memory: states, values, alarms, streams, metrics. For one thread.
 class LiveApi {
  public:
   static constexpr std::size_t kMostTraces = 8;
@@ -44,24 +44,25 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// The YAML in force, without its secrets; empty: not known.
+    /// The YAML of the running configuration, without its secrets; empty: not available.
     std::function<Result<std::string>()> configuration{};
-    diagnosis::ProtocolFinder
-        protocol{};  ///< of what goes over a line; empty: only bytes are shown
+    /// Decodes the bytes of a trace; empty: only bytes are shown.
+    diagnosis::ProtocolFinder protocol{};
   };
-  /// All of it outlives this; everything is called on the thread of `io`.
+  /// All references must outlive this object; all functions are called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);
 
-  /// False: this is none of its requests.
+  /// False: the request is not for this part.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// `by`: the person that acknowledges.
+  /// Acknowledges the alarms that the request names, with "web:" and the client's address as the
+  /// person. `answered` may be called later.
   void Acknowledge(const Request& request, const Answered& answered);
-  /// A reload: `config` and `history` are those by now. Streams of points end, and traces.
+  /// To be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Each LivePoints::kTick while there is a viewer; false: there is none.
+  /// To be called each LivePoints::kTick while there is a viewer; false: there is none.
   bool Tick(Now now);
-  /// Sends the heartbeat of traces; called each second.
+  /// Sends the heartbeat of traces; to be called each second.
   void Beat();
   void EndStreams();
 
@@ -96,18 +97,20 @@ class LiveApi {
   std::vector<std::weak_ptr<LiveTrace>> traces_;
 };
 
-// What is answered from the disk: events and history. On a thread of its own, so that a disk that
-// is slow does not hold up viewers of the present.
+// `PastApi` answers from the disk: events and history. It has a thread of its own, so that a slow
+// disk does not delay viewers of current data.
 class PastApi {
  public:
-  /// All of it outlives this; but for Apply everything is called on the thread of `io`.
+  /// All references must outlive this object; all functions but Apply are called on the thread of
+  /// `io`.
   PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
           status::GatewayInfo info, asio::io_context& io);
 
-  /// False: this is none of its requests.
+  /// False: the request is not for this part.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// A reload, from any thread. A page that is being read goes on with what it has.
+  /// To be called at a reload; on any thread. A page that is being read is completed with the old
+  /// history.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history) {
     handler_.Apply(std::move(config), std::move(history));
@@ -119,7 +122,7 @@ class PastApi {
   Response Events(const Request& request, Now now);
   Response History(const Request& request, Now now);
   Response HistoryCsv(const Request& request, Now now);
-  /// One page of the control socket's `history`.
+  /// Returns one page of the control socket's `history`.
   std::string Page(const status::Json& ask, Now now);
 
   asio::io_context& io_;

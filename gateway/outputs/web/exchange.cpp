@@ -74,12 +74,14 @@ void Exchange::Complete() {
   std::shared_ptr<Stream> ends;
   const MutexLock lock(mutex_);
   completed_ = true;
-  ends = std::move(stream_);  // it may be ended by another thread at the same time
+  // Destroyed after the lock is released, because another thread may end the stream at the same
+  // time.
+  ends = std::move(stream_);
 }
 
 namespace {
 
-/// "10.0.0.7", also of an IPv4 address in its IPv6 form.
+/// "10.0.0.7", also for an IPv4 address in its mapped IPv6 form.
 std::string AddressText(const sockaddr* address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
   if (address != nullptr && address->sa_family == AF_INET) {
@@ -106,7 +108,7 @@ std::string LocalAddress(int socket) {
 MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& headers = *static_cast<std::map<std::string, std::string>*>(to);
   const auto [found, is_new] = headers.emplace(Lower(key), value == nullptr ? "" : value);
-  // Two of a kind that may stand once only: neither is believed.
+  // Repeated headers are joined, so that neither value is accepted where only one is allowed.
   if (!is_new) found->second += std::string(", ") + (value == nullptr ? "" : value);
   return MHD_YES;
 }
@@ -174,7 +176,7 @@ ssize_t ReadStream(void* kept, std::uint64_t, char* into, std::size_t most) {
 }
 void FreeStream(void* kept) { delete static_cast<Kept*>(kept); }
 
-/// Owns the bytes of an answer until they have been sent.
+/// Keeps the bytes of an answer alive, and counts them, until they have been sent.
 struct Owner {
   Owner(const Response& response, BytesUnderWay bytes)
       : held(response.owner), size(response.body.size()), all(std::move(bytes)) {
@@ -213,7 +215,8 @@ MHD_Response* Make(const Response& response, const Kept& exchange,
   return made;
 }
 
-/// On every answer. Nothing of another machine is loaded, and nothing of ours goes into a frame.
+/// Headers of every answer: the page may load nothing from other machines, and no other page may
+/// show it in a frame.
 constexpr std::array<std::pair<const char*, const char*>, 6> kHeaders = {{
     {"Content-Security-Policy",
      "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'; "

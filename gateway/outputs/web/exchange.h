@@ -1,6 +1,7 @@
-// One request and its answer on a connection of libmicrohttpd. Its thread asks; the answer, or the
-// next bytes of a stream, may come from any other, and the connection is suspended until then. Only
-// what was suspended is resumed. RequestOf reads the request, and Send sends the answer.
+// `Exchange` is one HTTP request and its answer on a connection of libmicrohttpd. The server's
+// thread asks for the answer, or for the next bytes of a stream; any thread may supply them. The
+// connection is suspended until then, and only suspended connections are resumed. `RequestOf` reads
+// the request, and `Send` sends the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,25 +26,26 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Exchange(MHD_Connection* connection, Request its_request)
       : request(std::move(its_request)), connection_(connection) {}
 
-  // Used by the server's thread.
+  // For the server's thread only.
 
   Request request;
   std::uint64_t connection_id = 0;
-  bool asked = false;  ///< the handler has it
-  /// Empty: the connection is suspended until Answer or End.
+  bool asked = false;  ///< true once the handler has received the request
+  /// Returns the answer. Empty: the connection is suspended until Answer or End is called.
   std::optional<Response> TakeOrSuspend();
+  /// Makes the exchange read its answer from `stream`, and receive the stream's wake calls.
   void Attach(std::shared_ptr<Stream> stream);
-  /// As Stream::Read; at 0 the connection is suspended.
+  /// Reads from the stream as Stream::Read does; if that returns 0, the connection is suspended.
   std::ptrdiff_t Read(std::span<char> into);
-  /// The connection is done with it, or gone.
+  /// To be called when the answer is sent or the connection is gone.
   void Complete();
 
-  // Used by any thread.
+  // For any thread.
 
   void Answer(Response response);
-  /// A stream has something.
+  /// To be called when the stream has bytes again.
   void Wake();
-  /// The server stops: nothing is suspended after this.
+  /// To be called when the server stops: the connection is not suspended after this.
   void End();
 
  private:
@@ -59,24 +61,20 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   bool completed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// A request as libmicrohttpd has it, as a plain value.
-
-/// Without its content.
+/// The request without its content.
 Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
 
 int SocketOf(MHD_Connection* connection);
 /// "10.0.0.7"; empty: not known.
 std::string PeerOf(MHD_Connection* connection);
 
-/// "%41" is A. A zero stays as it is written: for the library a text ends there.
+/// Decodes escapes in place ("%41" is A) and returns the new length. "%00" stays, because a zero
+/// would end the text for the library.
 std::size_t Unescape(void*, MHD_Connection*, char* text);
 
-// An answer as libmicrohttpd sends it: with the headers that every answer has.
-
-/// The bytes of all answers that are under way.
 using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;
 
-/// `last`: the connection ends behind it.
+/// Sends an answer, with the headers that every answer has. `last`: the connection closes after it.
 MHD_Result Send(MHD_Connection* connection, const Response& response,
                 const std::shared_ptr<Exchange>& exchange, const BytesUnderWay& bytes, bool last);
 

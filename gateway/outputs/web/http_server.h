@@ -1,8 +1,8 @@
-// HTTP on one port: libmicrohttpd with one thread and epoll. What is asked goes to a handler, which
-// may answer later and from any thread; the connection waits without cost meanwhile. A client
-// that reads slowly or not at all does not hold up others: the kernel keeps little for each
-// connection, and a client that takes nothing for five seconds is dropped. No lock is held while
-// something is sent. Connections decides which connections may stay.
+// `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests go to a
+// handler, which may answer later and on any thread; the connection is suspended meanwhile. A slow
+// reader cannot delay others: the kernel's buffer for each connection is small, and a client that
+// takes no byte for five seconds is dropped. No lock is held while bytes are sent. `Connections`
+// decides which connections may stay.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,21 +20,25 @@
 
 namespace baudgate::web {
 
-// Which connections of the web server may stay. A place is for a client that asks something:
-// one that only holds a connection open gives way to the next. Pure; time is an argument.
+// The limits of the web server's connections. A connection without a request is closed if a new one
+// needs its place.
 struct Limits {
-  std::size_t connections = 256;  ///< that are answered; beyond, 503
-  std::size_t of_address = 64;    ///< of them; 127.0.0.1, where proxies are, has them all
-  std::size_t at_all = 320;       ///< beyond, those without a request end
-  Duration request = 10s;         ///< for a request to come whole
-  Duration idle = 5s;             ///< without a byte, while something is to be sent or received
-  Duration answer = 1min;         ///< for an answer to be taken, streams apart
-  std::size_t answers = 64 * 1024 * 1024;  ///< bytes of all that are under way; beyond, 503
-  std::size_t body = 4096;                 ///< of a request
-  std::size_t header = 8192;               ///< memory of a connection
-  int send_buffer = 32 * 1024;             ///< of the kernel, for each connection
+  std::size_t connections = 256;  ///< answered at the same time; beyond, 503
+  /// Connections of one client address that are answered at the same time; 127.0.0.1, where proxies
+  /// run, may use all.
+  std::size_t of_address = 64;
+  /// Connections that are open at the same time; beyond, one without a request is closed.
+  std::size_t at_all = 320;
+  Duration request = 10s;  ///< for a whole request to arrive
+  Duration idle = 5s;      ///< without a byte while bytes are to be sent or received
+  Duration answer = 1min;  ///< for an answer to be taken by the client; streams have no limit
+  /// Bytes of all answers that are being sent; beyond, 503.
+  std::size_t answers = 64 * 1024 * 1024;
+  std::size_t body = 4096;      ///< bytes of a request's content
+  std::size_t header = 8192;    ///< bytes of memory per connection, which limits the header
+  int send_buffer = 32 * 1024;  ///< bytes of the kernel's send buffer per connection
 
-  /// With as many connections as so many file descriptors allow.
+  /// Returns limits with as many connections as `descriptors` file descriptors allow.
   static Limits Of(std::size_t descriptors);
 };
 
@@ -44,16 +48,18 @@ class Connections {
 
   explicit Connections(const Limits& limits) : limits_(limits) {}
 
-  /// A new one; and which other has to end for it, if any.
+  /// Adds a connection. If at_all is reached, returns the connection without a request to close in
+  /// its place.
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// Its request begins to be answered. False: too many are, or of this address; answer 503.
+  /// To be called when a request has arrived. False: too many requests are being answered, or too
+  /// many of this address; answer 503.
   bool Begin(Id id, Instant now);
-  /// The answer has no end of its own.
+  /// Marks the answer as a stream, which has no time limit.
   void Stream(Id id);
-  /// Its answer has ended; the next request may take its time again.
+  /// To be called when the answer has ended: the time for the next request begins.
   void End(Id id, Instant now);
-  /// Connections that send their request or take their answer too slowly.
+  /// The connections that send their request or take their answer too slowly.
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }
@@ -61,7 +67,7 @@ class Connections {
  private:
   struct Connection {
     std::string peer;
-    Instant since{};  ///< of the state
+    Instant since{};  ///< when the current state began
     enum class State : std::uint8_t { waits, answered, streams } state = State::waits;
 
     bool busy() const { return state != State::waits; }
@@ -74,24 +80,25 @@ class Connections {
 class HttpHandler {
  public:
   virtual ~HttpHandler() = default;
-  /// On the server's thread, once the header is there, before any content. An answer: it ends so.
+  /// Called on the server's thread when the header has arrived, before any content. Returns an
+  /// answer to refuse the request.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
-  /// The same thread, with the content. Must not wait; `answered` may be called within.
+  /// Called on the server's thread when the content has arrived. Must not wait; `answered` may be
+  /// called from within.
   virtual void Handle(const Request& request, Answered answered) = 0;
 };
 
 class HttpServer {
  public:
-  /// `handler` outlives it.
+  /// `handler` must outlive the server.
   static Result<std::unique_ptr<HttpServer>> Start(transports::ListenSocket socket,
                                                    HttpHandler& handler, const Limits& limits = {});
-  ~HttpServer();  ///< Stop
+  ~HttpServer();  ///< calls Stop
 
-  /// Ends all answers and closes the port. What is answered later is dropped. Idempotent.
+  /// Ends all answers and closes the port. Later answers are dropped. Further calls do nothing.
   void Stop();
-  /// To be called about once a second: ends those whose request does not come.
+  /// To be called about once a second: closes connections that are too slow.
   void EndOverdue(Instant now);
-  /// Open connections.
   std::size_t connections() const;
 
   class Impl;

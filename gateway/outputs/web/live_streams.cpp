@@ -106,7 +106,7 @@ class LivePoints::Viewer final : public Stream {
  private:
   const std::shared_ptr<Frames> frames_;
   std::uint64_t position_ = 0;
-  Frames::Text text_;  // null: the next one is not there yet
+  Frames::Text text_;  // null: there is no next frame yet
   std::size_t sent_ = 0;
   Mutex mutex_;
   std::function<void()> wake_ BAUDGATE_GUARDED_BY(mutex_);
@@ -137,7 +137,8 @@ bool LivePoints::Tick(Now now) {
     return false;
   }
   feed_->Drain(Instant{}, changes_);
-  std::ranges::stable_sort(changes_.points, {}, &bus::PointRef::device);  // each is read once
+  // Sorted by device, so that each device is read once.
+  std::ranges::stable_sort(changes_.points, {}, &bus::PointRef::device);
   std::string common;
   const AlarmCounts alarms = CountAlarms();
   if (std::exchange(alarms_, alarms) != alarms) common += AlarmsEvent();
@@ -194,7 +195,7 @@ std::string LivePoints::Snapshot(Device only, Now now) {
          Event("beat", fmt::format("{{\"time_ms\":{}}}", InMilliseconds(now.wall)));
 }
 
-/// Empty: nothing has.
+/// The frame of changed points; empty: nothing has changed.
 std::string LivePoints::Changed(Device only, Now now) {
   const PointNumbers numbers(store_);
   std::string rows;
@@ -207,7 +208,7 @@ std::string LivePoints::Changed(Device only, Now now) {
       store_.Read(ref.device, [&](const bus::DeviceRecord& held) { record = held; });
       read = ref.device;
     }
-    if (record.points.empty()) continue;  // the device is forgotten
+    if (record.points.empty()) continue;  // the device was removed from the store
     AppendRow(record, ref.point, numbers.Of(ref.device, ref.point), now.instant, rows);
   }
   if (rows.empty()) return {};
@@ -222,7 +223,7 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// The newest that is not acknowledged, else the newest.
+/// Sends the counts and the newest unacknowledged alarm; if there is none, the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;
@@ -248,7 +249,7 @@ std::ptrdiff_t LiveTrace::Read(std::span<char> into) {
     const std::vector<records::TraceRecord> records = queue_->Take();
     for (const records::TraceRecord& record : records) Append(frames_.Take(ToText(record)));
     if (beat_.exchange(false)) {
-      // A beat is longer than what belongs together is apart.
+      // Bytes of one frame are never a whole beat apart, so a frame that still waits is complete.
       if (records.empty() && frames_.waits()) Append(frames_.Flush());
       text_ += "event: beat\ndata: {}\n\n";
     }

@@ -1,7 +1,7 @@
-// What is sent to all viewers of the same points: frames, made once and shared. Each viewer keeps
-// the number of the frame that it sends next. One that falls so far behind that its frame is gone
-// starts again with a snapshot; no viewer has a queue of its own. LivePoints streams points, and
-// LiveTrace the bytes of a line.
+// `Frames` contains what is sent to all viewers of the same points: frames that are made once and
+// shared. Each viewer has the number of its next frame. A viewer that falls so far behind that its
+// frame is gone starts again with a snapshot; viewers have no queues. `LivePoints` streams points,
+// and `LiveTrace` the bytes of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,20 +31,18 @@ class Frames {
   static constexpr std::size_t kMostFrames = 25;
   static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
 
-  /// For all viewers that have the frame before.
+  /// Adds a frame for all viewers that have sent the frames before it.
   void Push(std::string text);
-  /// How all stands now, with all frames until now.
+  /// Sets the current state, which includes all frames so far.
   void SetSnapshot(std::string text);
-  /// Nothing follows this.
   void End(std::string farewell);
-  /// A viewer waits for a snapshot.
   bool wants_snapshot() const;
 
   struct Next {
-    Text text{};  ///< null: nothing yet
+    Text text{};  ///< null: no frame yet
     bool ended = false;
   };
-  /// `position`: 0 at first; the viewer's alone.
+  /// Returns the viewer's next frame. `position` belongs to the viewer and begins with 0.
   Next Take(std::uint64_t& position);
 
  private:
@@ -53,31 +51,34 @@ class Frames {
   std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of frames_.front()
   Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
-  std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;  ///< the frame that follows it
+  /// The number of the frame that follows the snapshot.
+  std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool wanted_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// Streams of points (server-sent events): at first how all stands, then what changes, five times a
-// second at most, and a beat each second. A frame is made once for all viewers of the same points,
-// and none without a viewer. One thread, except the streams that it gives out.
+// `LivePoints` streams points as server-sent events: first a snapshot, then changes, five times a
+// second at most, and a heartbeat each second. A frame is made once for all viewers of the same
+// points, and none is made without a viewer. For one thread; the streams that it returns may be
+// read on another.
 class LivePoints {
  public:
   static constexpr Duration kTick = 200ms;
   static constexpr Duration kBeat = 1s;
-  static constexpr std::size_t kMostKinds = 32;  ///< all points, or those of one device
+  /// Channels: one for all points, and one for each device that is viewed.
+  static constexpr std::size_t kMostKinds = 32;
 
-  /// `events`: null: there are no alarms. Both outlive it.
+  /// Both must outlive this object. `events` null: there are no alarms.
   LivePoints(bus::PointStore& store, const events::EventSource* events)
       : store_(store), events_(events) {}
   ~LivePoints() { Drop(); }
 
-  /// One more viewer, of all or of a device. Null: too many different devices are looked at.
+  /// Adds a viewer of all points or of one device's. Null: too many different devices are viewed.
   std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
-  /// Call it each kTick while there is a viewer. False: there is none any more.
+  /// To be called each kTick while there is a viewer. False: there is no viewer any more.
   bool Tick(Now now);
   bool watched() const { return !channels_.empty(); }
-  /// A reload: the points have other numbers. All streams end.
+  /// To be called at a reload, because points get other numbers: ends all streams.
   void EndAll();
 
  private:
@@ -103,7 +104,7 @@ class LivePoints {
 
   bus::PointStore& store_;
   const events::EventSource* events_;
-  std::shared_ptr<bus::ChangeFeed> feed_;  // null: no client looks
+  std::shared_ptr<bus::ChangeFeed> feed_;  // null: there is no viewer
   bus::Changes changes_;
   std::map<Device, Channel> channels_;
   AlarmCounts alarms_;
@@ -111,21 +112,21 @@ class LivePoints {
   std::uint64_t generation_ = 1;
 };
 
-// A stream of what goes over a line: the frames of a trace as server-sent events.
+// `LiveTrace` streams the bytes of a line: the frames of a trace as server-sent events.
 class LiveTrace final : public Stream {
  public:
   explicit LiveTrace(diagnosis::Decoders decoders) : frames_(std::move(decoders)) {}
-  /// Where its records come from; before the first Read.
+  /// Sets the queue that the records come from; to be called before the first Read.
   void SetQueue(std::shared_ptr<records::TraceQueue> queue) { queue_ = std::move(queue); }
 
   std::ptrdiff_t Read(std::span<char> into) override;
   void SetWake(std::function<void()> wake) override;
 
-  // From any thread.
+  // For any thread.
 
-  /// There are records.
+  /// To be called when the queue has records.
   void Wake();
-  /// A sign of life, so that a client that has left is noticed.
+  /// Sends a heartbeat, so that a client that has left is noticed.
   void Beat();
   void End();
 

@@ -1,5 +1,5 @@
-// What Prometheus reads at /metrics: the store as text, in its format 0.0.4. Nothing is asked of a
-// line for it.
+// `MetricsText` returns what Prometheus reads at /metrics: the store as text, in Prometheus' format
+// 0.0.4. It sends no request to a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace baudgate::web {
 
-/// At most, while all is good, without those of Modbus requests: each listener has one for every
-/// function and exception that it has answered.
+/// The largest number of series while all points are good. Series of Modbus requests are not
+/// included, because a listener has one for every function and exception that it has answered.
 std::size_t SeriesOf(const config::Config& config);
 
 std::string MetricsText(const config::Config& config, const bus::PointStore& store,

@@ -23,7 +23,6 @@ bool Fits(const config::Line& line, const config::Device& device, const config::
          Lower(*point.description).find(text) != std::string::npos;
 }
 
-/// "read", "write", "read_write".
 std::string_view AccessWord(config::Access access) {
   switch (access) {
     case config::Access::read:

@@ -1,5 +1,5 @@
-// The points of the store as JSON: what they are, and how they stand. MapJson tells where the
-// points stand on Modbus.
+// Points of the store as JSON: their descriptions and current values. `MapJson` returns the Modbus
+// addresses of a device's points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace baudgate::web {
 
-/// A number for each point of the store, as long as the gateway runs: what a reload begins gets new
-/// ones behind the others.
+/// Gives each point of the store a number that does not change while the gateway runs. Devices that
+/// a reload adds get numbers behind the others.
 class PointNumbers {
  public:
   explicit PointNumbers(const bus::PointStore& store);
@@ -30,23 +30,21 @@ class PointNumbers {
 struct PointFilter {
   std::string line{};
   std::optional<std::uint32_t> device{};
-  std::string text{};  ///< a part of LINE.DEVICE.POINT or of the description, in any case
+  std::string text{};  ///< a part of LINE.DEVICE.POINT or of the description; case is ignored
 };
 
 /// {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
 nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now);
 
-/// Adds "[id,value,quality,"text",read_at_ms],": a point as streams have it.
+/// Appends "[id,value,quality,"text",read_at_ms],": one point in a stream.
 void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 
-/// The text in quotation marks.
+/// Returns the text as a JSON string, with quotation marks.
 std::string JsonText(std::string_view text);
 
-// Where the points of a device stand on Modbus.
-
 /// {"unit":1,"registers":[{"point":"current_l1","table":"holding","address":0,"count":2,…}]}. The
-/// unit is null where the device is not on Modbus.
+/// unit is null if the device has no Modbus unit.
 nlohmann::ordered_json MapJson(const config::Device& device);
 
 }  // namespace baudgate::web

@@ -1,4 +1,5 @@
-// What a browser or a program asks over HTTP, and what it gets: plain values, without a library.
+// `Request` and `Response` are an HTTP request and its answer: plain values, independent of the
+// HTTP library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,15 +17,15 @@
 namespace baudgate::web {
 
 struct Request {
-  std::string method{};  ///< "GET", "POST", …; a HEAD is a GET
-  std::string path{};    ///< "/api/v1/status", its escapes resolved
+  std::string method{};  ///< "GET", "POST", …; GET for a HEAD request
+  std::string path{};    ///< "/api/v1/status", without escapes
   std::map<std::string, std::string> query{};
-  std::map<std::string, std::string> headers{};  ///< by names in lower case
+  std::map<std::string, std::string> headers{};  ///< by name in lower case
   std::string body{};
-  std::string peer{};   ///< address of the other side: "10.0.0.7"
-  std::string local{};  ///< address of this machine that it has connected to
+  std::string peer{};   ///< address of the client: "10.0.0.7"
+  std::string local{};  ///< address of this machine that the client has connected to
 
-  /// Empty: it is not there.
+  /// Empty: the request has no such header.
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 
@@ -36,13 +37,14 @@ struct Request {
   }
 };
 
-/// An answer without an end. Read on one thread; `wake`, which it is given before the first Read,
-/// may be called from any.
+/// An answer without an end. Read is called on one thread. SetWake is called before the first Read;
+/// the wake function may be called on any thread.
 class Stream {
  public:
   virtual ~Stream() = default;
   static constexpr std::ptrdiff_t kEnd = -1;
-  /// How many bytes it has written; 0: there are none now, and `wake` will be called.
+  /// Writes bytes to `into` and returns how many; 0: there are none now, and `wake` will be called;
+  /// kEnd: the stream has ended.
   virtual std::ptrdiff_t Read(std::span<char> into) = 0;
   virtual void SetWake(std::function<void()> wake) = 0;
 };
@@ -52,11 +54,12 @@ struct Response {
   std::string type{};  ///< empty: there is no content
   std::vector<std::pair<std::string, std::string>> headers{};
   std::string_view body{};
-  std::shared_ptr<const void> owner{};  ///< of what `body` shows; null: it is there for ever
-  std::shared_ptr<Stream> stream{};     ///< in place of a body
+  /// Keeps the bytes of `body` alive; null: they are constant.
+  std::shared_ptr<const void> owner{};
+  std::shared_ptr<Stream> stream{};  ///< in place of a body
 };
 
-/// Takes the answer, once, on any thread.
+/// Receives the answer; is called once, on any thread.
 using Answered = std::function<void(Response)>;
 
 inline constexpr std::string_view kJson = "application/json";

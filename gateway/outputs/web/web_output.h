@@ -1,4 +1,5 @@
-// The web server as an output of the gateway: at this address, at another one, or not at all.
+// `WebOutput` is the web server as an output of the gateway. A reload may start it, stop it, or
+// move it to another address.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,20 +20,20 @@ namespace baudgate::web {
 
 class WebOutput final : public outputs::Output {
  public:
-  /// For the page, if it is on: web::Limits::at_all, and some.
+  /// Descriptors for the page, if it is on: web::Limits::at_all, and some spare ones.
   static constexpr std::size_t kDescriptors = 352;
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
   }
-  /// All of `links` outlives it.
+  /// The objects that `links` refers to must outlive this object.
   WebOutput(web::LiveApi::Links links, const web::Limits& limits)
       : links_(std::move(links)), limits_(limits) {}
 
   std::string_view name() const override { return "web"; }
-  /// Opens the port; the page is served from Begin on.
+  /// Opens the port; Begin starts serving.
   Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
-  /// Tells whether the token file has another token than the one in use, or none.
+  /// Adds to `settings` if the token file now contains another token than the one in use, or none.
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
@@ -41,7 +42,7 @@ class WebOutput final : public outputs::Output {
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;
   void StopRequests() override;
-  /// "web page on 127.0.0.1:8502". From any thread.
+  /// E.g. "web page on 127.0.0.1:8502". May be called on any thread.
   std::string Summary() override;
 
  private:
@@ -54,8 +55,8 @@ class WebOutput final : public outputs::Output {
 
   web::LiveApi::Links links_;
   const web::Limits limits_;
-  config::Web web_;             // as it is served
-  std::unique_ptr<Port> port_;  // of Open, until Begin
+  config::Web web_;             // the settings that are served
+  std::unique_ptr<Port> port_;  // from Open until Begin
   std::optional<std::string> token_;
   std::unique_ptr<web::WebServer> server_;
   mutable Mutex mutex_;

@@ -13,7 +13,7 @@
 namespace baudgate::web {
 namespace {
 
-constexpr std::size_t kTrailer = 8;  // of gzip: checksum and length of the content
+constexpr std::size_t kTrailer = 8;  // the end of a gzip file: checksum and length of the content
 
 struct FileType {
   std::string_view ending;
@@ -36,7 +36,7 @@ std::string TagOf(std::string_view packed) {
   return tag + "\"";
 }
 
-/// For the few programs that do not unpack themselves.
+/// Decompresses a file for the few programs that do not accept gzip.
 std::string Unpacked(std::string_view packed) {
   z_stream stream{};
   if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) return {};
@@ -94,7 +94,7 @@ std::optional<Response> AssetResponse(const Request& request) {
 namespace {
 
 constexpr Duration kLook = 1s;
-/// Requests that wait for the two threads; beyond, 503.
+/// The number of requests that may wait for the two threads; beyond it, 503.
 constexpr std::size_t kMostWaiting = 256;
 
 }  // namespace
@@ -211,7 +211,7 @@ void WebServer::Ask(const Request& request, Answered answered) {
       });
 }
 
-/// While anybody looks.
+/// Runs every kTick while there is a viewer.
 void WebServer::Tick() {
   if (ticking_) return;
   ticking_ = live_.Tick(ReadClocks());
@@ -223,7 +223,7 @@ void WebServer::Tick() {
   });
 }
 
-/// Once a second.
+/// Runs every kLook: closes slow connections and sends the heartbeat of traces.
 void WebServer::Look() {
   if (http_) http_->EndOverdue(ReadClocks().instant);
   live_.Beat();

@@ -1,6 +1,6 @@
-// The page, the JSON and the metrics of a gateway: clients are checked on the server's thread,
-// what is asked is made on two others, one for the present and one for what lies on the disk.
-// AssetResponse has the files of the page.
+// `WebServer` serves the page, the JSON and the metrics of a gateway. Clients are checked on the
+// HTTP server's thread; answers are made on two other threads, one for current data and one for
+// data on the disk. `AssetResponse` returns the files of the page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,10 +19,9 @@
 
 namespace baudgate::web {
 
-// The files of the page, as they are built into the program: those of gateway/outputs/web/page, and
-// the chart library. Each is packed already.
+// The files of the page (gateway/outputs/web/page) and the chart library are built into the
+// program, compressed by gzip.
 
-/// What the build has made of a file.
 struct PackedFile {
   std::string_view path;  ///< "/index.html"
   const char* begin;      ///< gzip
@@ -30,37 +29,37 @@ struct PackedFile {
 };
 std::span<const PackedFile> PackedFiles();
 
-/// Empty: there is no such file.
+/// Empty: the page has no such file.
 std::optional<Response> AssetResponse(const Request& request);
 
-/// "text/css; charset=utf-8" of "/style.css".
+/// "text/css; charset=utf-8" for "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
  public:
   struct Opened {
-    transports::ListenSocket socket{};   ///< not open: the port stays
-    std::optional<std::string> token{};  ///< empty: no login
+    transports::ListenSocket socket{};   ///< not open: the port does not change
+    std::optional<std::string> token{};  ///< empty: no login is needed
   };
-  /// `at` is an address of this machine, not a name.
+  /// `at` must be an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
-  /// What may fail, before anything is changed. `now`: where a server listens already.
+  /// Reads the token and opens the port for `next`; these steps may fail, so they come before any
+  /// change. `now`: the settings of the server that runs, or null.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
-  /// Serves. All of `links` that it does not share outlives it.
+  /// Starts serving. The objects that `links` refers to without sharing must outlive the server.
   static Result<std::unique_ptr<WebServer>> Start(
       const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
       const Limits& limits = {});
-  ~WebServer() override;  ///< Stop
+  ~WebServer() override;  ///< calls Stop
 
-  /// A reload, done when it returns. With an open socket it listens there from then on; an error:
-  /// it does not listen at all.
+  /// Applies a reload; the new settings are in force when it returns. If `opened` contains a
+  /// socket, the server moves there. After an error it still serves the old port.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
-  /// The same, only the history.
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,
                     const std::shared_ptr<const history::HistorySource>& history);
-  /// Ends all streams and closes the port. Idempotent.
+  /// Ends all streams and closes the port. Further calls do nothing.
   void Stop();
 
   std::optional<Response> Refuse(const Request& request) override;
@@ -81,7 +80,7 @@ class WebServer final : public HttpHandler {
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};
   asio::steady_timer look_{live_loop_.io()};
-  bool ticking_ = false;  // of the live loop
+  bool ticking_ = false;  // a tick is pending; on the live loop
   std::atomic<std::size_t> waiting_ = 0;
   std::unique_ptr<HttpServer> http_;
 };

@@ -26,14 +26,15 @@ constexpr const char* kPointsOf =
 constexpr const char* kOldestOf =
     "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
     "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
-/// Room is made in one go for so many rows, of a hundred that are kept.
+/// Room is made when a kind is one part in kSlack above its limit, so that many rows are deleted at
+/// once.
 constexpr std::int64_t kSlack = 100;
 
-/// A point, and its records.
+/// A point and the number of its records.
 struct Share {
   std::array<std::string, 3> place;  // line, device, point
   std::int64_t rows = 0;
-  std::int64_t ended = 0;  // of these; others stay
+  std::int64_t ended = 0;  // records that have ended; others are not deleted
 
   std::int64_t Beyond(std::int64_t level) const {
     return std::min(ended, std::max<std::int64_t>(rows - level, 0));
@@ -167,8 +168,9 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// All points above one level come down to it. The rest is fewer than one record of each: the
-/// points that have been written for longest give it.
+/// Deletes `rows` records of a kind: the oldest of all points with more than one level of records,
+/// down to that level. The remainder is less than one record per point; the points with the oldest
+/// records give it.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;
@@ -214,7 +216,8 @@ bool WriteTable::DropOld(WallTime now) {
 
 namespace {
 
-/// A clock that was wrong at the start has been set by then, and drops nothing.
+/// Only a day after the start, so that a clock that was wrong at the start is correct by then and
+/// drops nothing.
 constexpr Duration kDropOldEvery = kDay;
 
 }  // namespace

@@ -1,6 +1,6 @@
-// The audit's part of events.db: opens the file when it is needed, writes what the book has due,
-// and reports what went wrong. On one thread (gateway/records/audit/audit_log.h), without a clock
-// of its own. WriteTable handles the rows of the table `writes`.
+// `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the drafts
+// that the book has due, and reports failures. For one thread (gateway/records/audit/audit_log.h);
+// time is an argument. `WriteTable` handles the rows of the table `writes`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,17 +21,19 @@
 
 namespace baudgate::audit {
 
-// The table `writes` of events.db: records in, in one transaction, and the oldest out. One thread;
-// gateway/records/audit/audit_source.h reads it from another connection.
+// `WriteTable` writes records to the table `writes` of events.db, in one transaction, and deletes
+// the oldest. For one thread; gateway/records/audit/audit_source.h reads the table in another
+// connection.
 
-/// How much is kept of a kind. Beyond `rows` the oldest record of the point with most records goes
-/// first, so a client that writes to one point without end displaces no record of another.
+/// How many records of a kind are stored, and how long. Beyond `rows` the oldest record of the
+/// point with most records is deleted first, so a client that writes to one point without end
+/// displaces no record of other points.
 struct Room {
   std::int64_t rows = 0;
   Duration age{};
 };
 inline constexpr Duration kDay = 24h;
-/// By Kind: about 60 MB together.
+/// The limits by Kind: about 60 MB together.
 inline constexpr std::array<Room, kKinds> kRooms = {
     Room{200'000, 5 * 366 * kDay}, Room{100'000, 400 * kDay}, Room{20'000, 400 * kDay},
     Room{20'000, 5 * 366 * kDay}};
@@ -41,18 +43,18 @@ using Target = std::pair<std::string, std::string>;
 
 class WriteTable {
  public:
-  /// `database` is of OpenEvents, and outlives it.
+  /// `database` must come from OpenEvents, and outlive this object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// Once, before anything else: writes that the last run began and did not end become unknown.
-  /// Those to points are then in `unsettled()`.
+  /// To be called once, before all other functions: writes that the last run began and did not end
+  /// become unknown. The devices of those to points are then in `unsettled()`.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// Writes all or none. Sets the seq of new ones.
+  /// Writes all records or none. Sets the seq of new records.
   bool Write(std::vector<Draft>& drafts);
   /// Deletes records beyond the rows of their kind.
   bool MakeRoom();
-  /// Deletes records that are older than their kind is kept.
+  /// Deletes records that are older than the limit of their kind.
   bool DropOld(WallTime now);
 
  private:
@@ -67,33 +69,33 @@ class WriteTable {
   records::Statement insert_;
   records::Statement update_;
   std::array<std::int64_t, kKinds> rows_{};
-  std::int64_t settled_ = 0;  // the last that was given
+  std::int64_t settled_ = 0;  // the last number that was given to a record that has ended
   std::set<Target> unsettled_;
 };
 
 class AuditFile {
  public:
-  /// As EventsConnection.
+  /// The arguments are those of EventsConnection.
   explicit AuditFile(std::filesystem::path path, std::string vfs = {},
                      const std::array<Room, kKinds>& rooms = kRooms,
                      std::shared_ptr<records::EventsWriter> writer = {});
 
   using Opened = records::EventsConnection::Opened;
-  /// Empty: it was open already.
+  /// Opens the file. Empty: it was open already.
   std::optional<Opened> Open();
-  /// Only if open. All of them are on the disk, with their seq, or none is.
+  /// The file must be open. Afterwards all drafts are on the disk, with their seq, or none is.
   Status Write(std::vector<Draft>& drafts);
-  /// Only if open. A reader has found damage: the whole file is checked.
+  /// The file must be open. To be called when a reader has found damage: the whole file is checked.
   Status Check();
   /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// Deletes records beyond the limits. A failure shows at the next write.
+  /// Deletes records beyond the limits. A failure is reported by the next write.
   void Tidy(Now now);
 
-  /// See WriteTable. Of a file that is open.
+  /// See WriteTable. The file must be open.
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
 
-  /// See ReadRequests. Of a file that is open.
+  /// See ReadRequests. The file must be open.
   Result<std::vector<bus::PastRequest>> PastRequestsAt(WallTime now) {
     return ReadRequests(connection_.database(), now);
   }

@@ -89,7 +89,8 @@ void AuditBook::NewFile() {
 
 namespace {
 
-/// "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are one reason.
+/// Removes numbers, so that "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are
+/// one reason.
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });
@@ -305,7 +306,8 @@ std::optional<bus::PastRequests> AuditLog::Past() const {
   if (options_.file.empty()) return bus::PastRequests();
   const MutexLock lock(mutex_);
   if (past_) return bus::PastRequests{*past_, true};
-  // Without a record nothing is written then.
+  // With `require` nothing is written without a record, so requests may wait until the file is
+  // read.
   if (options_.require || !disk_.is_failing()) return std::nullopt;
   return bus::PastRequests{{}, false};
 }
@@ -330,7 +332,7 @@ Instant AuditLog::Round(bool last) {
   return look_at_;
 }
 
-/// A disk that fails is left in peace until the next look.
+/// A disk that fails is not tried again before the next look.
 bool AuditLog::IsTime(Instant now) const {
   if (disk_.is_opening() || now >= look_at_) return true;
   return book_.due() && !disk_.is_failing();
@@ -385,7 +387,7 @@ void AuditLog::SetPutAside() {
   disk_.SetPutAside(std::move(files));
 }
 
-/// The log hears of the first trouble and of its end.
+/// Logs the first trouble of the disk and its end.
 void AuditLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));

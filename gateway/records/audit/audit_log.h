@@ -1,9 +1,10 @@
-// The audit while the gateway runs: records come from any thread, the thread of events.db writes
-// them to the file, and all that come while the disk is busy share the next commit. While the disk
-// fails they wait in memory, as many as AuditBook holds, and it is tried again every second.
+// `AuditLog` is the audit while the gateway runs: records come from any thread, and the thread of
+// events.db writes them to the file. All records that come during a commit share the next. While
+// the disk fails, records wait in memory, up to the limits of AuditBook, and writing is tried again
+// every second.
 //
-//   WriteLog   the interface for writers of records   AuditSource    for readers of its state
-//   AuditLog   this: the thread and the lock          AuditedWrites  the sink before the lines
+//   WriteLog   the interface for writers of records   AuditSource    the interface for readers
+//   AuditLog   the thread and the lock                AuditedWrites  the sink before the lines
 //   AuditBook  records that are not in the file yet   Repeats        folds equal records
 //   AuditFile  opens the file, WriteTable its rows    Witness        records a routed write
 // SPDX-License-Identifier: Apache-2.0
@@ -26,37 +27,37 @@
 
 namespace baudgate::audit {
 
-// Records that are not in the file yet, or have changed since: the writing thread takes them from
-// here, and they wait here while the disk fails. Bounded. No thread, no lock, no disk:
-// AuditLog has them.
+// `AuditBook` contains the records that are not in the file yet, or have changed since: the writing
+// thread takes them from here, and they wait here while the disk fails. Bounded. No thread, no
+// lock, no disk: AuditLog has them.
 //
 //   Begin(r)      → 7            a ticket
 //   Due()         → {7, r}       to be inserted
 //   OnWritten({7, seq 1})        it is on the disk
-//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is forgotten here
+//   End(7, ok…)   Due() → {7, seq 1, r}   to be updated; OnWritten → it is removed from the book
 class AuditBook {
  public:
-  /// The most of each kind: writes to points wait here for their end, all for a disk that fails.
+  /// The limits of each kind. Writes to points wait here for their end; all kinds wait here for a
+  /// disk that fails.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
-  /// Empty: there is no room, and the record is lost.
+  /// Adds a record. Empty: there is no room, and the record is lost.
   std::optional<Ticket> Begin(WriteRecord record);
-  /// Its last change. An unknown ticket is ignored.
+  /// Makes the last change of the record. An unknown ticket is ignored.
   void End(Ticket ticket, const Ending& ending);
-  /// Replaces the record, except seq; `last`: no change follows.
+  /// Replaces the record, except its seq; `last`: no change follows.
   void Change(Ticket ticket, const WriteRecord& record, bool last);
 
   bool due() const { return due_ > 0; }
   /// The records to write, in the order of their tickets.
   std::vector<Draft> Due() const;
-  /// These are on the disk; each has its seq now.
+  /// To be called when these drafts are on the disk, with their seq.
   void OnWritten(const std::vector<Draft>& drafts);
-  /// The file is a new one: none of these records is in it.
+  /// To be called when the file is a new one: it contains none of these records.
   void NewFile();
 
-  /// All records up to this ticket have been in the file.
+  /// All records up to this ticket were written to the file.
   Ticket newest_written() const { return newest_written_; }
-  /// Records that are not in the file yet.
   std::size_t unwritten() const { return unwritten_; }
   std::uint64_t lost() const { return lost_; }
 
@@ -64,7 +65,7 @@ class AuditBook {
   struct Entry {
     WriteRecord record;
     std::uint64_t version = 1;
-    std::uint64_t written_version = 0;  // 0: it is not in the file
+    std::uint64_t written_version = 0;  // 0: the record is not in the file
     bool ended = false;
   };
 
@@ -79,31 +80,31 @@ class AuditBook {
   std::uint64_t lost_ = 0;
 };
 
-// Equal writes, folded into one record: writes of one client (its address, with any port) to one
-// register, with one outcome and one reason. The first is recorded at once; those within a minute
-// after it change its count, its last value and time. Bounded: the
-// registers of one client beyond a limit share one record; clients beyond a limit share one record
-// of each kind. No thread, no clock.
+// `Repeats` folds equal writes into one record: writes of one client (its address, with any port)
+// to one register, with one outcome and one reason. The first is recorded at once; those within a
+// minute after it change the record's count, last value and time. Bounded: the registers of one
+// client beyond a limit share one record; clients beyond a limit share one record of each kind. No
+// thread, no clock.
 class Repeats {
  public:
   /// After this time a record takes no more repeats.
   static constexpr Duration kWindow = 1min;
-  /// The most open records of a kind, and of these of one client address, apart from those that the
-  /// rest share.
+  /// The limits of open records of a kind, and of one client address in that kind, without the
+  /// shared records.
   static constexpr std::size_t kMost = 1024;
   static constexpr std::size_t kMostOfClient = 64;
-  /// What stands for the rest.
+  /// Names in the records that the rest shares.
   static constexpr const char* kManyPoints = "many points";
   static constexpr const char* kManyClients = "many others";
 
   explicit Repeats(AuditBook& book) : book_(book) {}
 
-  /// `record.end` is known. The first one is put into the book at once.
+  /// `record.end` must be set. The first write of its kind is put into the book at once.
   void Add(WriteRecord record, Instant now);
-  /// Hands changed records to the book, and closes those that were open for long enough. Call it
+  /// Passes changed records to the book, and closes those that were open for kWindow. To be called
   /// about once a second.
   void Tick(Instant now);
-  /// The program ends: closes all.
+  /// Closes all records; to be called at the end of the program.
   void Close();
 
   bool empty() const { return open_.empty(); }
@@ -114,22 +115,22 @@ class Repeats {
     Ticket ticket = 0;
     Instant until;
     bool changed = false;
-    bool shared = false;  // by the rest
+    bool shared = false;  // shared by the rest
   };
   using Key = std::string;
 
-  /// With what cannot have a record of its own taken out.
+  /// Returns the record, or the shared record if a limit is reached.
   WriteRecord Shared(WriteRecord record) const;
   void Count(const Open& open, bool more);
 
   AuditBook& book_;
   std::map<Key, Open> open_;
-  // For records that are not shared.
+  // These two count the open records that are not shared.
   std::array<std::size_t, kKinds> of_kind_{};
   std::map<Key, std::size_t> of_client_;  // by kind and address
 };
 
-/// "192.0.2.5" of "192.0.2.5:40312"; a client that is no address stays as it is.
+/// "192.0.2.5" from "192.0.2.5:40312"; a client that is no address remains unchanged.
 std::string AddressOf(const std::string& client);
 
 class AuditLog final : public WriteLog, public AuditSource {
@@ -140,18 +141,18 @@ class AuditLog final : public WriteLog, public AuditSource {
     std::string why_no_file{};
     bool require = false;
     std::string vfs{};  ///< as in Database
-    /// Shared with the events. Null: AuditLog makes one.
+    /// Shared with the events. Null: AuditLog makes its own.
     std::shared_ptr<records::EventsWriter> writer{};
     std::function<Now()> clocks;
-    /// One line when the disk begins to fail, and one when it is well again; from any thread.
+    /// One line when the disk begins to fail, and one when it works again; on any thread.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
-    /// Called when the file is first opened, on the writing thread: devices with a write that the
-    /// last run began and did not end. Empty: not wanted.
+    /// Called when the file is first opened, on the writing thread, with the devices that have a
+    /// write that the last run began and did not end. May be empty.
     std::function<void(const std::set<Target>& devices)> unsettled{};
   };
   explicit AuditLog(Options options);
-  /// Writes what is left; as long as the disk takes.
+  /// Writes the records that are left; takes as long as the disk takes.
   ~AuditLog() override;
 
   std::optional<Ticket> Begin(WriteRecord record) override;
@@ -160,8 +161,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   void Note(WriteRecord record, Instant asked) override;
   std::string Trouble() const override;
 
-  /// Once a second, from any thread but the one that writes: that one may hang. From time to time
-  /// the file is looked at.
+  /// To be called once a second, on any thread but the writing thread, because that may hang.
+  /// Detects a disk that does not answer, and has the file checked every ten calls.
   void Watch();
 
   AuditState state() const override;
@@ -178,14 +179,14 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::string Consequence() const;
 
   const Options options_;
-  AuditFile file_;         // of the writing thread
-  bool was_open_ = false;  // of the writing thread
+  AuditFile file_;         // for the writing thread only
+  bool was_open_ = false;  // for the writing thread only
   mutable Mutex mutex_;
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The requests of earlier runs. Not set until the file has been opened.
+  /// The requests of earlier runs. Not set until the file was opened.
   std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // a round is due at this time in any case
   mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);

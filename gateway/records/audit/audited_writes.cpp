@@ -18,7 +18,7 @@ std::string_view Name(Kind kind) {
 std::string Clipped(std::string text) {
   if (text.size() <= kLongestText) return text;
   std::size_t end = kLongestText;
-  // Not within a character of UTF-8.
+  // Does not cut within a character of UTF-8.
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   text.resize(end);
   return text + "…";
@@ -45,10 +45,10 @@ std::optional<Kind> KindNamed(std::string_view name) {
 
 namespace {
 
-/// In the place of a point's name.
+/// Stands in place of a point's name.
 constexpr const char* kTelegramPoint = "telegram";
 
-/// Its first point stands for all.
+/// The first point of the command stands for all.
 bus::DeniedWrite NotTaken(const bus::WriteCommand& command, WriteEnd end) {
   bus::DeniedWrite denied{
       .client = command.client, .request = command.request, .device = command.device, .end = end};
@@ -73,9 +73,11 @@ AuditedWrites::AuditedWrites(const bus::PointStore& store, bus::CommandSink& inn
 
 bool AuditedWrites::Submit(bus::WriteCommand command) {
   const bool telegram = command.telegram() && !command.telegram()->reads;
-  if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));  // it reads
+  // Commands that only read need no record.
+  if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));
   const Now now = clocks_();
-  // Held until it waits: records and commands have one order, also if several threads submit.
+  // The lock is held until the command is queued, so that records and commands have one order even
+  // if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
   if (waiting_.full()) {
@@ -84,7 +86,7 @@ bool AuditedWrites::Submit(bus::WriteCommand command) {
   }
   Waiting waiting;
   waiting.until = now.instant + kWaitForRecord;
-  std::vector<Ticket> tickets;  // 0: there was no room for it
+  std::vector<Ticket> tickets;  // 0: there was no room for the record
   for (WriteRecord& record : RecordsOf(command, now)) {
     const auto ticket = log_.Begin(std::move(record));
     tickets.push_back(ticket.value_or(0));
@@ -229,7 +231,7 @@ namespace {
 
 constexpr std::size_t kMostValues = 16;
 constexpr std::size_t kMaskSize = 7;          // function, address, AND, OR
-constexpr std::size_t kReadWriteHeader = 10;  // function, what is read, what is written, byte count
+constexpr std::size_t kReadWriteHeader = 10;  // function, range to read, range to write, byte count
 
 unsigned WordAt(View pdu, std::size_t place) {
   return static_cast<unsigned>(pdu[place] << 8U | pdu[place + 1]);
@@ -240,7 +242,7 @@ std::string Range(std::string_view what, unsigned start, unsigned count) {
   return fmt::format("{} {}-{}", what, start, start + count - 1);
 }
 
-/// One number, or all of them in a text.
+/// One value as a number, several as a text.
 template <typename ValueAt>
 Value ValuesOf(unsigned count, ValueAt value_at) {
   if (count == 1) return std::int64_t{value_at(0)};

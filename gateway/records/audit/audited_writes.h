@@ -1,7 +1,7 @@
-// How a write gets into the audit. WriteRecord is one record. WriteLog is the interface for those
-// who record: gateway/records/audit/audit_log.h saves records, tests only remember them.
-// AuditedWrites is the sink before the lines. BeginLoan and EndLoan record the loan of a port, and
-// Witness records a write that a route passes on.
+// The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
+// interface that stores records: gateway/records/audit/audit_log.h saves them, tests remember them.
+// `AuditedWrites` is the sink before the lines. `BeginLoan` and `EndLoan` record the loan of a
+// port, and `Witness` records a routed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,47 +27,50 @@
 
 namespace baudgate::audit {
 
-// One write as the audit keeps it: its client, what it wanted, and the result. Values are in
-// engineering units, as users see them, never bytes of a line. docs/audit.md has the fields for
-// users.
+// `WriteRecord` is one write in the audit: its client, the requested value, and the result. Values
+// are in engineering units, as users see them, never bytes of a line. docs/audit.md describes the
+// fields for users.
 
-/// Each kind has its own room in the file, so that a flood of one displaces no other.
+/// Each kind has its own limits in the file, so that a flood of one kind displaces no record of
+/// another.
 enum class Kind : std::uint8_t {
   point,   ///< to a point: recorded before it is sent
-  route,   ///< passed on as it was: recorded after its exchange
+  route,   ///< passed on unchanged: recorded after its exchange
   denied,  ///< refused by the gateway
-  loan,    ///< of a port over the network: its beginning, and its end
+  loan,    ///< loan of a port over the network: its beginning and its end
 };
 inline constexpr std::size_t kKinds = 4;
 
 std::string_view Name(Kind kind);  ///< "point"
 
 struct WriteRecord {
-  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: it is not in the file yet
+  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: not in the file yet
   Kind kind = Kind::point;
-  WallTime time{};              ///< when it was asked for; of repeats the first
-  WallTime last{};              ///< of repeats the last; else as `time`
+  WallTime time{};              ///< time of the request; for repeats of the first
+  WallTime last{};              ///< for repeats time of the last; else as `time`
   std::string client;           ///< "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::string line;             ///< or the server elsewhere: "10.0.0.9:502"
-  std::string device;           ///< its bare name; of a route "unit 20"
-  std::string point;            ///< of a route its function and address: "06 holding 100"
-  Value before;                 ///< what the point showed before; empty: not known
-  Value first;                  ///< of repeats the first value; else empty
-  Value value;                  ///< the value to write; of repeats the last
-  std::optional<WriteEnd> end;  ///< empty: it is under way
+  std::string line;             ///< name of the line, or of the remote server: "10.0.0.9:502"
+  std::string device;           ///< bare name of the device; for a route "unit 20"
+  std::string point;            ///< for a route its function and address: "06 holding 100"
+  Value before;                 ///< the point's value before; empty: not known
+  Value first;                  ///< for repeats the first value; else empty
+  Value value;                  ///< the value to write; for repeats the last
+  std::optional<WriteEnd> end;  ///< empty: the write is under way
   std::string reason;           ///< one sentence; empty when ok
-  Duration took{};              ///< from when it was asked for to its end
-  std::uint64_t count = 1;      ///< of repeats, this one included
-  std::optional<bus::RequestId> request{};  ///< of repeats the first; empty if there was no number
-  std::optional<std::int64_t> settled;  ///< its number among those that have ended; empty: not yet
+  Duration took{};              ///< from the request to the end
+  std::uint64_t count = 1;      ///< number of repeats, the first write included
+  /// For repeats the first request's; empty: the request had no number.
+  std::optional<bus::RequestId> request{};
+  /// The record's number among those that have ended; empty: the write has not ended.
+  std::optional<std::int64_t> settled;
 };
 
-/// Longer texts are cut.
+/// Clipped cuts texts to this length, in bytes.
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
-/// The name of its outcome, in the file and for programs: "ok", "unknown", …; "pending" while under
-/// way.
+/// The name of the outcome, in the file and for programs: "ok", "unknown", …; "pending" while the
+/// write is under way.
 std::string_view OutcomeOf(const WriteRecord& record);
 std::optional<WriteEnd> EndNamed(std::string_view name);
 std::optional<Kind> KindNamed(std::string_view name);
@@ -80,80 +83,84 @@ struct Ending {
   Duration took{};
 };
 
-/// A record as it must be in the file.
+/// A version of a record that is to be written to the file.
 struct Draft {
   Ticket ticket = 0;
   std::uint64_t version = 0;
   bool ended = false;  ///< no change follows
-  WriteRecord record;  ///< seq 0: it is not in the file yet
+  WriteRecord record;  ///< seq 0: not in the file yet
 };
 
-/// May be called from any thread. Only WaitFor waits.
+/// All functions may be called on any thread. Only WaitFor waits.
 class WriteLog {
  public:
   enum class Written : std::uint8_t {
-    yes,      ///< it is on the disk
-    failing,  ///< the disk has said that it cannot
+    yes,      ///< the record is on the disk
+    failing,  ///< the disk has reported an error
     late,     ///< the disk did not answer in time
   };
   virtual ~WriteLog() = default;
-  /// A record of a write that is about to be done. Empty: there is no room for it.
+  /// Adds the record of a write that is about to be done. Empty: there is no room for it.
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
-  /// Waits until the record of Begin, and all before it, are on the disk.
+  /// Waits until the record of this ticket, and all records before it, are on the disk.
   virtual Written WaitFor(Ticket ticket, Instant until) = 0;
-  /// A write that was done already, or denied; it was asked for at `asked`. Repeats share a record.
+  /// Adds the record of a write that was done already, or denied; it was requested at `asked`.
+  /// Equal writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// The last trouble of WaitFor, in words; empty: there is none.
+  /// The last trouble of WaitFor, as a sentence; empty: there is none.
   virtual std::string Trouble() const = 0;
 };
 
-// The sink before the lines: every write to a point, and every telegram by hand that may write,
-// waits until its record is on the disk, at most 500 ms, and then goes to the line; its end
-// completes the record. Writes keep their order; what only reads goes to the line at once.
+// `AuditedWrites` is the sink before the lines: each write to a point, and each manual telegram
+// that may write, waits until its record is on the disk, 500 ms at most, and then goes to the line;
+// its end completes the record. Writes do not overtake each other; commands that only read go to
+// the line at once.
 //
-//   Submit(w) → Begin(record of w) → kept → inner.Submit(w) → w.End(ok) → End(record, ok)
-//                                  → not kept, require      → w.End(denied)
-//                                  → not kept, best_effort  → inner.Submit(w)
+//   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
+//                                  → not written, require      → w.End(denied)
+//                                  → not written, best_effort  → inner.Submit(w)
 //
 class AuditedWrites final : public bus::CommandSink {
  public:
-  /// A command waits for its record no longer. No line and no caller of Submit waits with it.
+  /// The longest time that a command waits for its record. No line and no caller of Submit waits
+  /// with it.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// Commands that may wait for their records.
+  /// The number of commands that may wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
-  /// All outlive it; `log` also outlives every command that was handed to `inner`. `audit`: whether
-  /// a write without a record is denied (require).
+  /// All references must outlive this object; `log` must also outlive every command that was passed
+  /// to `inner`. `audit`: `require` denies a write without a record.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
-  /// From any thread; waits for nothing. A command may end on another thread than the line's.
+  /// May be called on any thread; does not wait. A command may end on another thread than the
+  /// line's.
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
-  /// Begins to hand commands on, on a thread of its own.
+  /// Begins to pass commands on, on its own thread.
   void Start() { worker_.Start(); }
-  /// Hands on, or denies, what still waits. Submit is not called any more.
+  /// Passes on, or denies, the commands that still wait. Submit refuses commands from now on.
   void Stop();
 
-  /// Waits for the record of the next command and hands it on. False: none waits. For tests, in
-  /// place of Start.
+  /// Waits for the record of the next command and passes the command on. False: no command waits.
+  /// For tests, in place of Start.
   bool HandOn();
 
  private:
   struct Waiting {
     bus::WriteCommand command;
-    Ticket last = 0;       // its records are kept when this one is
-    bool has_room = true;  // in the book, for all of them
+    Ticket last = 0;       // its last record; the earlier ones are on the disk when this one is
+    bool has_room = true;  // the book had room for all its records
     Instant until;
   };
 
   WriteRecord RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
                        Now now) const;
   std::vector<WriteRecord> RecordsOf(const bus::WriteCommand& command, Now now) const;
-  /// Without a point: of a telegram.
+  /// Makes a record with the names of line, device and point; without a point it is for a telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const bus::WriteCommand& command, Now now);
 
@@ -168,8 +175,8 @@ class AuditedWrites final : public bus::CommandSink {
   Worker worker_;
 };
 
-// The two records of a loan of a port to a network client: its beginning and its end. Neither has
-// what the client sent.
+// The two records of a loan of a port to a network client: its beginning and its end. The records
+// do not contain the bytes that the client sent.
 struct Loan {
   std::string line;
   std::string client;  ///< "10.0.0.7:40112"
@@ -181,36 +188,36 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: "it has left; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// Writes that are passed on to a slave as they are: their records are made after the exchange, and
-// nothing waits for them. Called by gateway/outputs/modbus/service for every routed request except
-// reads.
+// A write that is routed to a slave unchanged. Its record is made after the exchange, and nothing
+// waits for it. Used by gateway/outputs/modbus/service for every routed request except reads.
 struct RoutedWrite {
   std::string client;
   std::string target;     ///< name of the line, or "10.0.0.9:502"
-  std::uint8_t unit = 0;  ///< as the client addresses it
+  std::uint8_t unit = 0;  ///< the unit that the client has addressed
   bool broadcast = false;
   View pdu;
   Now asked;
 };
 
-/// Function, address and at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". Only
-/// the code for functions other than 5, 6, 15, 16, 22 and 23.
+/// Function, address and at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". For
+/// functions other than 5, 6, 15, 16, 22 and 23 only the code.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// The record of one request. Reports once to the log how the request ended; if all copies of
-/// Watch's function are destroyed without a call, that its result is not known.
+/// `Witness` records one routed request: it reports once to the log how the request ended. If all
+/// copies of Watch's function are destroyed without a call, it reports that the result is not
+/// known.
 class Witness {
  public:
-  /// `log` outlives it.
+  /// `log` must outlive this object.
   Witness(WriteLog& log, const RoutedWrite& write);
   ~Witness();
   Witness(const Witness&) = delete;
   Witness& operator=(const Witness&) = delete;
 
   using Done = std::function<void(bus::RoutedReply)>;
-  /// Returns `done`, which also reports to the log.
+  /// Returns `done`, which then also reports to the log.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
-  /// The gateway has denied it.
+  /// Reports that the gateway has denied the request.
   void Deny(WriteEnd end, const std::string& reason);
 
  private:

@@ -13,10 +13,10 @@
 namespace baudgate::records {
 namespace {
 
-/// A reader of this machine, such as the program sqlite3, may hold up a commit so long.
+/// A reader on this machine, such as the program sqlite3, may delay a commit for so long.
 constexpr int kBusyMs = 250;
 
-/// Null: it is not open.
+/// Null: the file or log is not open.
 sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   const bool log = part == Database::Part::log;
   sqlite3_file* file = nullptr;
@@ -25,7 +25,8 @@ sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   return file != nullptr && file->pMethods != nullptr ? file : nullptr;
 }
 
-/// All statements are our own: the file does not have the tables that it had when it was opened.
+/// True if a table or column is missing. The gateway's own statements are right, so the file has
+/// lost tables that it had when it was opened.
 bool NamesMissingTable(const std::string& error) {
   return error.starts_with("no such table: ") || error.starts_with("no such column: ") ||
          error.find(" has no column named ") != std::string::npos;
@@ -66,9 +67,9 @@ Database::Database(const std::string& path, Mode mode, const std::string& vfs) {
 bool Database::Fail(int code) {
   error_ = handle_ ? sqlite3_errmsg(handle_.get()) : sqlite3_errstr(code);
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
-  std::ranges::replace(error_, '\n', ' ');  // what it quotes of the schema may have lines
+  std::ranges::replace(error_, '\n', ' ');  // a quoted schema may contain line breaks
   const int base = code & 0xFF;
-  // What errno was is not certain by now.
+  // errno may have changed by now, so SQLite's copy is used.
   const int system = handle_ ? sqlite3_system_errno(handle_.get()) : 0;
   const bool full = system == ENOSPC || system == EDQUOT;
   if (base == SQLITE_IOERR && IsTooLarge()) {
@@ -88,7 +89,7 @@ bool Database::Fail(int code) {
 }
 
 bool Database::IsTooLarge() const {
-  constexpr std::uint64_t kPage = 65536;  // that was to be written
+  constexpr std::uint64_t kPage = 65536;  // the largest page that was to be written
   const auto most = MostFileBytes();
   if (!most || !handle_) return false;
   return std::max(SizeOf(Part::file).value_or(0), SizeOf(Part::log).value_or(0)) + kPage > *most;
@@ -139,7 +140,7 @@ std::optional<Bytes> Database::Read(Part part, std::uint64_t at, std::size_t cou
 }
 
 Bytes Database::ReadIndex(std::size_t count) const {
-  constexpr int kRegion = 32768;  // as SQLite maps it
+  constexpr int kRegion = 32768;  // the size that SQLite maps
   sqlite3_file* const file = FileOf(handle_.get(), Part::file);
   volatile void* mapped = nullptr;
   const bool shared = file != nullptr && file->pMethods->iVersion >= 2 &&

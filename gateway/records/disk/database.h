@@ -1,6 +1,6 @@
-// SQLite as the state folder uses it: a connection and a prepared statement, without exceptions.
-// Every text that goes in is copied; every text that comes out lives until the next step. ReadOnce
-// reads a file in a connection that ends with the read.
+// `Database` and `Statement` are SQLite as the state folder uses it: a connection and a prepared
+// statement, without exceptions. Bound texts are copied; returned texts are valid until the next
+// step. `ReadOnce` reads a file in its own connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,48 +22,49 @@ struct sqlite3_stmt;
 
 namespace baudgate::records {
 
-/// One thread at a time.
+/// A connection to a database file. For one thread at a time.
 class Database {
  public:
-  enum class Mode : std::uint8_t { read, write };  ///< write: made where it is not there
+  enum class Mode : std::uint8_t { read, write };  ///< write: the file is made if it does not exist
 
   Database() = default;
-  /// `vfs`: SQLite's name of one; empty: the files of this machine. On failure is_open() is false
-  /// and error() says why.
+  /// `vfs`: the name of an SQLite VFS; empty: the files of this machine. After a failure is_open()
+  /// is false and error() contains the reason.
   Database(const std::string& path, Mode mode, const std::string& vfs = {});
 
   bool is_open() const { return handle_ != nullptr; }
-  /// Why the last call failed, in words for users.
+  /// The reason why the last call failed, in words for users.
   const std::string& error() const { return error_; }
-  /// The last call failed because the file is no database, a damaged one, or no longer has the
-  /// tables that it had: another program has changed them. Closing it touches
-  /// neither file nor log.
+  /// True if the last call failed because the file is no database, is damaged, or lacks tables that
+  /// it had (another program has changed them). Closing it then changes neither file nor log.
   bool damaged() const { return damaged_; }
 
-  /// One or several statements; their rows are passed over.
+  /// Executes one or several statements; returned rows are ignored.
   bool Execute(const std::string& sql);
-  /// Ends a transaction that has failed; error() stays.
+  /// Rolls back a transaction that has failed; error() stays.
   void Rollback();
-  /// All that its write-ahead log holds goes to the file. False: not all of it, for somebody reads,
-  /// or the disk fails.
+  /// Writes the whole write-ahead log to the file. False: a part is still in the log, because
+  /// another connection reads, or the disk fails.
   bool EmptyLog();
-  /// All of it is read from the disk. Why it is damaged; empty: it is not, or that cannot be
-  /// said.
+  /// Reads the whole file from the disk and returns what is damaged; empty: nothing, or the check
+  /// failed.
   std::optional<std::string> Damage();
-  /// Closing touches neither file nor log: another file has its name, or the log is not sound.
+  /// Closing will change neither file nor log. To be called when another file has its name, or the
+  /// log is damaged.
   void Abandon();
 
-  /// Bytes as they are on the disk, read by SQLite's own descriptors: whoever opens a file of his
-  /// own and closes it ends all locks of this process on that file (fcntl), and the next program
-  /// that reads the database takes its log away.
+  /// Reads bytes as they are on the disk, by SQLite's own descriptors. A separate descriptor must
+  /// not be used: closing it would end all locks of this process on the file (fcntl), and the next
+  /// program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
-  /// Empty: it cannot be read.
+  /// The size in bytes. Empty: it cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
-  /// The same; fewer where it ends.
+  /// Reads `count` bytes from `at`; fewer if the file ends before. Empty: it cannot be read.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
-  /// The first bytes of the index of the log, which all connections share. Empty: there is none.
+  /// The first bytes of the index of the log, which all connections share. Empty: there is no
+  /// index.
   Bytes ReadIndex(std::size_t count) const;
-  /// First column of the first row. Empty: there is none, or the statement failed.
+  /// The first column of the first row. Empty: there is no row, or the statement failed.
   Value First(const std::string& sql);
 
  private:
@@ -84,24 +85,24 @@ class Statement {
   enum class Step : std::uint8_t { row, done, failed };
 
   Statement() = default;
-  /// `database` outlives it and stays where it is. What cannot be prepared fails at Next.
+  /// `database` must outlive the statement and must not move. SQL that cannot be prepared fails at
+  /// Next.
   Statement(Database& database, std::string_view sql);
 
-  /// From 1 on. A value of 64 unsigned bits that does not fit becomes its text.
+  /// Places count from 1. An unsigned value above 2^63 - 1 is bound as its text.
   void Bind(int place, std::int64_t number);
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
   void Bind(int place, const Value& value);
   void Bind(int place, View bytes);
-  /// As microseconds since 1970.
+  /// Binds microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
-  /// Nothing where there is no value.
   template <typename Some>
   void Bind(int place, const std::optional<Some>& value) {
     if (value) Bind(place, *value);
   }
-  /// From the first place on.
+  /// Binds the values to the places from 1 on.
   template <typename... Values>
   void BindAll(const Values&... values) {
     int place = 0;
@@ -109,7 +110,7 @@ class Statement {
   }
 
   Step Next();
-  /// Binds from the first place on, runs it to its end, and is ready to be bound again.
+  /// Binds the values to the places from 1 on, runs the statement to its end, and resets it.
   template <typename... Values>
   bool Run(const Values&... values) {
     BindAll(values...);
@@ -117,15 +118,16 @@ class Statement {
   }
   void Reset();
 
-  /// Columns from 0 on, of any type: text where a number is wanted is 0.
+  /// Columns count from 0 and may have any type: a text that is read as a number is 0.
   std::int64_t Number(int column) const;
   std::string_view Text(int column) const;
   double Real(int column) const;
   View Blob(int column) const;
-  /// A time from microseconds since 1970: whatever stands there, one that FormatWallTime can print.
+  /// A time from microseconds since 1970; a number out of range becomes a time that FormatWallTime
+  /// can print.
   WallTime Time(int column) const;
   bool IsNull(int column) const;
-  /// Nothing, an integer, a number or a text; bytes are nothing.
+  /// Empty, an integer, a number or a text; a blob is returned as empty.
   Value At(int column) const;
 
  private:
@@ -138,8 +140,8 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Closer> handle_;
 };
 
-/// One read, in a connection that ends with it; all of it is of the same moment. `damaged`, where
-/// it is given: set if SQLite has found that the file is.
+/// Calls `read` with a connection for this call only; all it reads is of one moment. `damaged` (may
+/// be null) is set if SQLite has found that the file is damaged.
 template <typename Read>
 auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
     -> decltype(read(std::declval<Database&>())) {

@@ -37,19 +37,18 @@ std::uint32_t Little(const std::uint8_t* at) {
          at[0];
 }
 
-/// Reads up to `bytes.size()`; how many there were.
 std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   return static_cast<std::size_t>(in.gcount());
 }
 
-/// How a write-ahead log begins.
-constexpr std::uint32_t kLogMagic =
-    0x377F0682;  // and that plus 1: the words of sums are big-endian
+/// The first word of a write-ahead log whose checksums are over little-endian words; plus 1: over
+/// big-endian words.
+constexpr std::uint32_t kLogMagic = 0x377F0682;
 constexpr std::size_t kLogHead = 32;
 constexpr std::size_t kFrameHead = 24;
 
-/// The running sum of a log: two words, over pairs of words.
+/// The running checksum of a log: two words, over pairs of words.
 class LogSum {
  public:
   explicit LogSum(bool big) : big_(big) {}
@@ -59,7 +58,7 @@ class LogSum {
       second_ += Word(bytes + i + 4) + first_;
     }
   }
-  /// As it stands in the file, where words are always big-endian.
+  /// True if the checksum equals the stored one, whose words are always big-endian.
   bool Is(const std::uint8_t* at) const { return Big(at) == first_ && Big(at + 4) == second_; }
 
  private:
@@ -70,8 +69,8 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// What is wrong with the first bytes of a database. SQLite itself calls some of it "readonly" or
-/// "unsupported". Empty: they make sense.
+/// Returns what is wrong with the first bytes of a database; SQLite reports some of these faults as
+/// "readonly" or "unsupported". Empty: the head is valid.
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
@@ -138,8 +137,8 @@ std::string WhyReadOnly(const fs::path& file) {
 
 namespace {
 
-/// Committed changes of the log that SQLite does not reach, because a frame before them is broken.
-/// `in` stands behind the head.
+/// Returns the number of committed changes in the log that SQLite does not reach because a frame
+/// before them is broken. `in` must be positioned behind the log's head.
 std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
   Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
@@ -147,19 +146,19 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
   };
   bool broken = false;
   std::size_t commits = 0;
-  bool behind_a_commit = false;  // the last of these commits has a frame behind it
+  bool behind_a_commit = false;  // a frame follows one of these commits
   while (ReadSome(in, frame) == frame.size()) {
     if (!broken) {
       sum.Add(frame.data(), 8);
       sum.Add(&frame[kFrameHead], page);
       broken = !same_salts() || !sum.Is(&frame[16]);
     }
-    // Other salts: a frame of the log's last round, which a checkpoint has left behind.
+    // Frames with other salts are left over from the round of the log before the last checkpoint.
     if (!broken || !same_salts()) continue;
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // The one transaction that was being written when the power failed may be torn.
+  // The single transaction that was being written when the power failed may be incomplete.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }
 
@@ -168,7 +167,8 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
 std::optional<std::string> LogDamage(const fs::path& file) {
   std::ifstream in(file.string() + "-wal", std::ios::binary);
   Bytes head(kLogHead);
-  if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;  // none, or it was never used
+  // There is no log, or it was never used.
+  if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;
   const std::uint32_t magic = Big(head.data());
   const std::uint32_t page = Big(&head[8]);
   LogSum sum(magic == kLogMagic + 1);
@@ -176,7 +176,7 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   const bool head_good =
       (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
   if (!head_good) {
-    // SQLite writes and syncs the head before the first frame.
+    // SQLite writes and syncs the head before the first frame, so without a frame nothing is lost.
     Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
     const bool any = ReadSome(in, frame) == frame.size();
     return any ? std::optional<std::string>(
@@ -186,7 +186,7 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   }
   const std::size_t commits = LostCommits(in, head, page, sum);
   if (commits == 0) return std::nullopt;
-  // Another connection may have begun a new round meanwhile.
+  // If another connection has begun a new round meanwhile, the result is not valid.
   Bytes now(kLogHead);
   in.clear();
   in.seekg(0);
@@ -205,23 +205,24 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
   return ByteReader(bytes).U32Be(at).value_or(0);
 }
 
-/// What all connections know of the log: https://www.sqlite.org/walformat.html, 2.
+/// The index of the log, which all connections share: https://www.sqlite.org/walformat.html, 2.
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
-  static constexpr std::size_t kHead = 48;  // it is there twice
-  // The layout of the log.
+  static constexpr std::size_t kHead = 48;  // there are two copies of it
+  // Sizes in the log itself.
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
-  static constexpr std::uint32_t kMagic = 0x377F0683;  // its last bit is the order of its words
+  // The last bit is the byte order of the checksums.
+  static constexpr std::uint32_t kMagic = 0x377F0683;
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
 
-  /// A log is in use, and nobody changes it just now.
+  /// True if a log is in use, and no connection is changing it now.
   bool valid() const {
     return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
            std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);
   }
-  std::uint32_t Word(std::size_t at) const {  // in the order of this machine
+  std::uint32_t Word(std::size_t at) const {  // in the byte order of this machine
     std::uint32_t word = 0;
     std::memcpy(&word, &bytes[at], sizeof(word));
     return word;
@@ -232,7 +233,7 @@ struct LogIndex {
     return size == 1 ? 65536 : size;
   }
   std::uint32_t frames() const { return Word(16); }
-  std::uint32_t in_the_file() const { return Word(96); }  // of the frames
+  std::uint32_t in_the_file() const { return Word(96); }  // number of frames that are in the file
   View salt() const { return View(bytes).subspan(32, 8); }
 
   Bytes bytes;
@@ -268,10 +269,10 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // The folder cannot be looked into: nobody knows. The open files still work.
+  // If the folder cannot be searched, the state is unknown. The open files still work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
-    // The log of the old file would be played over the new one.
+    // SQLite would play the log of the old file over the new one.
     database.Abandon();
     RemoveOwn(kLog, log_);
     RemoveOwn(kIndex, index_);
@@ -286,8 +287,9 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // The open log has no name, and still holds what was committed. One that took its name is
-  // another database's. While somebody reads it is tried again.
+  // The open log has lost its name, and still contains what was committed. A log that has its name
+  // now belongs to another database. If a reader prevents emptying the log, the next call tries
+  // again.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -296,7 +298,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Some of it never changes, and some is 0 before the log has come to the file first.
+/// Returns what is wrong with the head of the open file. A part of the head never changes; another
+/// part is 0 until the log is first written to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;
@@ -313,8 +316,8 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
-  // A checkpoint that a reader holds up leaves pages out: the newest may still be in the log alone,
-  // while the head counts them already. Nothing but damage makes the file shorter.
+  // If a reader delays a checkpoint, the newest pages may be in the log only, although the head
+  // counts them already. The file becomes shorter only by damage.
   longest_ = std::max(longest_, *size);
   if (*size >= whole || *size >= longest_) return {};
   return fmt::format("it was shortened while it was in use: {} of {} bytes are there", *size,
@@ -345,8 +348,8 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         "nothing is lost: the file has what the log held; {}",
                         kAdvice)};
   }
-  // A checkpoint would bring what is left of it to the file, and leave a mixture. One that a reader
-  // has held up in the middle has done so.
+  // A checkpoint would write the rest of the log to the file and leave a mixture. A checkpoint that
+  // a reader has interrupted has done that already.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {Found::damaged,
@@ -364,7 +367,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMostPutAside = 99;
 
-/// What the file is; failed: `database` says why.
+/// The state of a file that is opened; failed: `database` contains the reason.
 enum class Look : std::uint8_t { fine, failed, damaged, newer };
 
 bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version) {
@@ -392,7 +395,8 @@ std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
                                                      : std::nullopt;
 }
 
-/// Whose file it is, and which version. `check`: what SQLite says of it.
+/// Checks which program's file it is, and of which version; migrates it. `check`: the result of
+/// SQLite's check.
 Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
                    std::string& why) {
   const auto application = WholeNumber(database, "PRAGMA application_id");
@@ -420,14 +424,15 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   return Migrate(database, kind, *version) ? Look::fine : Broken(database, why);
 }
 
-/// `head`: its first bytes are there, and looked at before SQLite reads them.
+/// Checks an open file. `head`: its first bytes exist, and are checked before SQLite reads them.
 Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
   const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
   if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
     why = *damage;
     return Look::damaged;
   }
-  // A reader of a file that is being recovered waits; a file in WAL mode stays so.
+  // WAL is a property of the file, so it stays. If the file is being recovered, this statement
+  // waits.
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
   if (baudgate::ToText(mode) != "wal") {
@@ -440,7 +445,8 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   return LookAtVersion(database, kind, baudgate::ToText(check), why);
 }
 
-/// With its log, which belongs to it. The new name; empty: it cannot be renamed.
+/// Renames the file with its log, which belongs to it. Returns the new name; empty: it cannot be
+/// renamed.
 fs::path PutAside(const fs::path& file) {
   fs::path to;
   std::error_code error;
@@ -461,8 +467,8 @@ std::string RenamedText(const fs::path& file, const std::string& why, const fs::
                      file.string(), why, to.filename().string());
 }
 
-/// Some file systems leave this of a file that was there before a power cut. None of ours is empty
-/// once it was opened.
+/// True for an empty file. Some file systems leave an empty file after a power cut; a database of
+/// the gateway is never empty once it was opened.
 bool IsEmpty(const fs::path& file) {
   std::error_code none;
   return fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
@@ -507,7 +513,8 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     }
     opened.error = fmt::format("{}: {}", file.string(), why);
     database.reset();
-    // A full disk: it was made, and not written. The next one to look must not take it for a loss.
+    // A full disk: the file was made and not written. It is removed, so that it is not taken for a
+    // loss later.
     if (!was_there && IsEmpty(file)) fs::remove(file, none);
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);

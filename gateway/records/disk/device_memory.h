@@ -1,6 +1,6 @@
-// What conversations want to know after a restart (Conversation::Memory), in one file of the state
-// folder. Lines put it in from their threads; one thread here writes. A memory belongs to line,
-// device, protocol, address and profile: a change of any of these forgets it.
+// `DeviceMemory` stores what conversations need after a restart (Conversation::Memory), in one file
+// of the state folder. Lines set memories on their threads; one thread writes. A memory belongs to
+// line, device, protocol, address and profile: a change of one of these deletes it.
 //
 //   {"version": 1,
 //    "devices": [{"line": "meters", "device": "incomer", "protocol": "set4tm", "address": "200",
@@ -26,24 +26,26 @@ class DeviceMemory {
   static constexpr Duration kAgain = 10s;
 
   using Tell = std::function<void(const std::string&)>;
-  /// Reads `file`, which need not be there. `warn` gets one line when it cannot be read; `trouble`
-  /// why it cannot be written by now, or an empty text, from the writing thread. Its end writes
-  /// what has changed.
+  /// Reads `file`, which need not exist. `warn` is called with one line if the file cannot be read.
+  /// `trouble` is called on the writing thread with the reason why the file cannot be written, or
+  /// an empty text when writing works again. The destructor writes what has changed.
   DeviceMemory(std::filesystem::path file, const config::Config& config, Tell warn, Tell trouble);
 
-  /// Devices are numbered through all lines, in the order of the file. Empty: nothing is known.
+  /// Returns the memory of a device. Devices are numbered through all lines, in the order of the
+  /// file. Empty: there is no memory.
   std::string Of(std::uint32_t device) const;
-  /// A reload: devices by their numbers; one without a name is gone.
+  /// Applies a reload. `config` contains the devices by their numbers; a device without a name was
+  /// removed.
   void OnReload(const config::Config& config);
-  /// From any thread; returns at once.
+  /// May be called on any thread; returns at once.
   void Set(std::uint32_t device, std::string memory);
 
   enum class Kept : std::uint8_t {
     yes,
-    waits,  ///< for the writing thread
-    no,     ///< it could not be written
+    waits,  ///< waits for the writing thread
+    no,     ///< the last write failed
   };
-  /// Whether all that was set is on the disk. From any thread.
+  /// Whether all memories are on the disk. May be called on any thread.
   Kept kept() const;
 
  private:
@@ -55,7 +57,7 @@ class DeviceMemory {
   const std::filesystem::path file_;
   const Tell warn_;
   const Tell trouble_;
-  /// Whose a memory is.
+  /// Identifies the device to which a memory belongs.
   struct Key {
     std::string line;
     std::string device;
@@ -67,10 +69,10 @@ class DeviceMemory {
   };
   static std::vector<Key> KeysOf(const config::Config& config);
 
-  bool failing_ = false;  // of the writing thread
+  bool failing_ = false;  // for the writing thread only
   mutable Mutex mutex_;
   std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
-  std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // as keys_
+  std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // parallel to keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
   Kept kept_ BAUDGATE_GUARDED_BY(mutex_) = Kept::yes;
   Worker worker_;

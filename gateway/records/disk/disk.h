@@ -1,6 +1,6 @@
-// How the disk of a file of the state folder does. DiskCondition keeps what is wrong and since
-// when, FileWatch says when to look at a file, and DiskCalls makes calls that a disk may hold for
-// ever.
+// The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
+// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
+// that a disk may delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +29,8 @@ enum class Disk : std::uint8_t {
 };
 std::string_view Name(Disk disk);
 
-// What is wrong with the disk of a log, and since when. No lock, no clock: the logs have them.
+// `DiskCondition` stores what is wrong with the disk of a log, and since when. No lock, no clock:
+// the logs have them.
 //
 //   Set(fine)                       nothing new
 //   Set(stalled, "does not answer") begun
@@ -45,12 +46,12 @@ class DiskCondition {
     std::string trouble;
     WallTime since{};
   };
-  /// What the log is told.
+  /// What changed by Set; the log writes a message about it.
   struct News {
     bool begun = false;
     std::optional<Past> ended{};
   };
-  /// `trouble`: empty: none.
+  /// `trouble`: the reason; empty: there is no trouble.
   News Set(Disk disk, std::string trouble, WallTime now) {
     const WallTime since = since_;
     if (std::exchange(disk_, disk) != disk) since_ = now;
@@ -64,15 +65,14 @@ class DiskCondition {
   bool is_opening() const { return disk_ == Disk::opening; }
   bool is_stalled() const { return disk_ == Disk::stalled; }
   bool is_failing() const { return disk_ == Disk::failing; }
-  /// It keeps what waits from being written.
+  /// True if records wait because they cannot be written.
   bool holds_up() const { return is_stalled() || is_failing(); }
   const std::string& trouble() const { return trouble_; }
 
-  /// Damaged files that are still there, by name.
   void SetPutAside(std::vector<std::string> files) { put_aside_ = std::move(files); }
   const std::vector<std::string>& put_aside() const { return put_aside_; }
 
-  /// `State`: what others are told of a log.
+  /// Fills the fields of `State`, the state of a log that is shown to other parts.
   template <typename State>
   void Fill(State& state) const {
     state.disk = disk_;
@@ -83,19 +83,22 @@ class DiskCondition {
  private:
   Disk disk_ = Disk::opening;
   std::string trouble_;
-  WallTime since_;  // of `disk_`
+  WallTime since_;  // since when `disk_` has its value
   std::vector<std::string> put_aside_;
 };
 
-// When the file of a log is looked at although nothing is written to it, and when its disk does not
-// answer in time. No thread, no lock, no clock: whoever has them asks once a second.
+// `FileWatch` decides when the file of a log must be checked although nothing is written to it, and
+// when its disk does not answer in time. No thread, no lock, no clock: the owner calls Tick once a
+// second.
 class FileWatch {
  public:
-  /// A disk for which something waits at more ticks in a row does not answer in time.
+  /// A disk does not answer in time if records wait for it at more than this number of ticks in a
+  /// row.
   static constexpr int kMostTicks = 3;
   static constexpr int kLookEvery = 10;  ///< ticks
 
-  /// `waits`: something is to be written, and nothing is known to be wrong. True: for too long.
+  /// `waits`: a record is to be written, and no trouble is known. Returns true if records have
+  /// waited too long.
   bool Tick(bool waits) {
     ++ticks_;
     look_ = look_ || ticks_ % kLookEvery == 0;
@@ -106,7 +109,7 @@ class FileWatch {
 
   struct Look {
     bool due = false;
-    bool whole = false;  ///< all of the file is read
+    bool whole = false;  ///< read the whole file
   };
   Look TakeLook() {
     const Look look{look_, look_ && doubt_};
@@ -114,10 +117,10 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// A reader has found that the file is damaged.
+  /// To be called when a reader has found that the file is damaged.
   void Doubt() { doubt_ = true; }
 
-  /// The thread that writes may hang in between.
+  /// Begin and End enclose a write; the writing thread may hang between them.
   void Begin() { writing_ = true; }
   void End() {
     writing_ = false;
@@ -132,19 +135,18 @@ class FileWatch {
   bool writing_ = false;
 };
 
-// Calls that a disk may hold for ever. They run in order on a thread of their own, so that whoever
-// needs their result waits for a limited time:
+// `DiskCalls` makes calls that a disk may delay without end. They run in order on one separate
+// thread, so that the caller waits for a limited time:
 //
 //   DiskCalls calls_{"configurations", 5s};
 //   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // empty: not in time
 //
 class DiskCalls {
  public:
-  /// `name`: of the thread.
   DiskCalls(std::string name, Duration patience);
 
-  /// The result of `call`. Empty: it has not come within the patience. The call runs to its end
-  /// anyway, so it owns what it uses.
+  /// Returns the result of `call`; empty: it has not come within the patience. The call still runs
+  /// to its end, so it must own what it uses.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();
@@ -154,11 +156,10 @@ class DiskCalls {
     if (!begun || result.wait_for(patience_) != std::future_status::ready) return std::nullopt;
     return result.get();
   }
-  /// Runs `call` and does not wait for it. False: another call is under way, and this one is
-  /// dropped.
+  /// Runs `call` without waiting for it. False: another call is under way, and this one is dropped.
   bool Offer(std::function<void()> call);
 
-  /// Returns when all calls have ended. Idempotent; calls that come later are dropped.
+  /// Returns when all calls have ended; later calls are dropped. May be called again.
   void Stop() { worker_.Stop(); }
 
  private:

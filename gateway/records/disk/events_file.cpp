@@ -148,9 +148,9 @@ void EventsConnection::Close() {
   --writer_->open;
 }
 
-/// A connection is kept over errors of the disk: what a failed commit has left in the log is
-/// written over by the next one. Another connection might take it for done, and it would be
-/// doubled.
+/// A connection stays open after errors of the disk, because its next commit overwrites what a
+/// failed commit has left in the log. A new connection might take the failed commit for a good one,
+/// and its records would be written twice.
 EventsConnection::Opened EventsConnection::Open() {
   if (writer_->ready) {
     if (Status status = writer_->ready(); !status) return {.error = status.error()};
@@ -159,7 +159,8 @@ EventsConnection::Opened EventsConnection::Open() {
     return {.error = path_.string() + ": " + writer_->closing->why};
   }
   writer_->closing.reset();
-  // Another connection may have put it aside meanwhile: what is there now is a new one.
+  // Another connection may have put the file aside meanwhile: the file that is there now is a new
+  // one.
   std::string damage = std::exchange(damage_, {});
   const bool was_damaged = !damage.empty();
   if (times_put_aside_ != writer_->times_put_aside) damage.clear();

@@ -1,7 +1,7 @@
-// events.db in the state folder: the file of what has to be known for ever, audit and events alike.
+// `OpenEvents` opens events.db in the state folder: the permanent records of audit and events.
 // Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md and
-// docs/events.md have its tables. EventsWriter is the one thread that writes, and EventsConnection
-// is a writing connection that copes with all that happens to the file.
+// docs/events.md describe its tables. `EventsWriter` is the only thread that writes, and
+// `EventsConnection` is a writing connection that handles removal and damage of the file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,42 +18,43 @@
 
 namespace baudgate::records {
 
-// The one thread that writes events.db. The audit and the events have a connection each, and their
-// workers take turns on this thread: SQLite never tells one of them that the file is busy, and the
-// audit waits for one commit of the events at most, however many events are queued.
+// `EventsWriter` is the only thread that writes events.db. The audit and the events have a
+// connection each, and their workers take turns on this thread. So SQLite never reports to one of
+// them that the file is busy, and the audit waits for one commit of the events at most, however
+// many events are queued.
 struct EventsWriter {
-  /// What must be so before the file is opened: its folder is there, and ours. Empty: nothing.
+  /// Called before the file is opened: an error if its folder does not exist or is not locked by
+  /// this process. May be empty.
   std::function<Status()> ready;
-  // Used by the thread only:
-  std::uint64_t times_put_aside = 0;  ///< the file
-  std::size_t open = 0;               ///< connections
-  /// All connections have to be closed before one is opened: they share an index of the log that is
-  /// wrong.
+  // For the writing thread only:
+  std::uint64_t times_put_aside = 0;  ///< how often the file was put aside
+  std::size_t open = 0;               ///< number of open connections
+  /// All connections must be closed before one is opened, because they share an index of the log
+  /// that is wrong.
   struct Closing {
     std::string why{};
-    bool lost = false;  ///< records that were in the log
+    bool lost = false;  ///< records that were in the log are lost
   };
   std::optional<Closing> closing{};
   WorkThread thread{"events.db"};
 };
 
-/// Written into the file, so that it is not taken for another program's: "BGev".
+/// Written into the file, so that it is recognised: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
-/// The version of the tables; one more for each change of them.
+/// The version of the tables; each change of them adds one.
 inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
 
-/// As OpenDatabase.
 OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vfs = {},
                         const std::string& damage = {});
 
-// One writing connection to events.db over all that happens to the file: it is opened when it is
-// needed, found damaged and put aside, removed by somebody else. On one thread; its owner has its
-// own tables and statements, which end before the connection does.
+// `EventsConnection` is one writing connection to events.db: it is opened when needed, and opened
+// again after the file was damaged and put aside, or was removed. For one thread. The owner has its
+// own tables and statements, which must end before the connection does.
 class EventsConnection {
  public:
-  /// `vfs`: as in Database. `writer`: all connections to this file share it; null: there is no
+  /// `vfs`: as in Database. `writer` is shared by all connections to this file; null: there is no
   /// other connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
                             std::shared_ptr<EventsWriter> writer = {});
@@ -66,15 +67,16 @@ class EventsConnection {
     std::string error{};
     std::string put_aside{};  ///< see OpenedEvents
     std::optional<std::string> lost{};
-    bool new_file = false;  ///< rows that were written before are not in it
+    bool new_file = false;  ///< the file lacks rows that were written before
   };
-  /// Not open.
+  /// The connection must not be open.
   Opened Open();
-  /// The last statement has failed: what to say of it. A damaged file is closed; whoever opens it
-  /// next puts it aside.
+  /// Returns the error of the last statement. A damaged file is closed; the next Open puts it
+  /// aside.
   Error Failed();
-  /// From time to time, and before each commit: the disk has what is open. Else it is closed, and
-  /// an error. `whole`: all of the file is read, for a reader has found damage.
+  /// To be called periodically, and before each commit: checks that the disk still contains the
+  /// open file. If not, closes the connection and returns an error. `whole`: the whole file is
+  /// read, because a reader has found damage.
   Status Check(bool whole = false);
   void Close();
 
@@ -89,10 +91,10 @@ class EventsConnection {
   const std::string vfs_;
   const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
-  std::uint64_t times_put_aside_ = 0;  ///< when this connection was opened last
-  std::string damage_;                 ///< of the file that was open then; empty: it was whole
+  std::uint64_t times_put_aside_ = 0;  ///< value when this connection was opened last
+  std::string damage_;  ///< damage of the file that was open then; empty: it was whole
   OpenFile open_;
-  bool gone_ = false;  ///< the last one that was open, or records in it
+  bool gone_ = false;  ///< the last open file, or records in it, were lost
 };
 
 }  // namespace baudgate::records

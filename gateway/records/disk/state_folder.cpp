@@ -32,11 +32,11 @@ struct Known {
   std::int64_t application;
   std::int64_t version;
 };
-/// events.db, and of gateway/records/history values-YYYYMMDD.db and trends.db.
+/// The files events.db, and values-YYYYMMDD.db and trends.db of gateway/records/history.
 constexpr std::array<Known, 3> kKnown = {
     {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
-/// How an SQLite file begins: https://www.sqlite.org/fileformat.html, 1.3.
+/// The head of an SQLite file: https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";
 constexpr std::size_t kVersionAt = 60;
 constexpr std::size_t kApplicationAt = 68;
@@ -50,8 +50,8 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Empty: it is no database. Years of history are a thousand files: SQLite reads only those that
-/// have a log, which a gateway that was killed leaves.
+/// Returns application and version of a database; empty: the file is none. Years of history are a
+/// thousand files, so only the head is read, unless a log exists, which a killed gateway leaves.
 std::optional<Known> VersionOf(const fs::path& file) {
   Database database(file.string(), Database::Mode::read);
   const auto head =
@@ -119,7 +119,7 @@ namespace fs = std::filesystem;
 constexpr mode_t kLockMode = 0644;
 constexpr const char* kLock = "lock";
 
-/// `open` is the file of this name, and not one that was removed.
+/// True if `open` is still the file of this name, and not a file that was removed.
 bool IsFile(int open, const fs::path& file) {
   struct stat its {};
   struct stat found {};
@@ -127,7 +127,7 @@ bool IsFile(int open, const fs::path& file) {
          its.st_dev == found.st_dev && its.st_ino == found.st_ino;
 }
 
-/// Behind an error of the system; empty: it would not help.
+/// Advice for an error of the system; empty: there is none.
 std::string HowToMake(const fs::path& folder, int error) {
   if (error == ENOTDIR || error == EEXIST)
     return "; that is a file: name a folder in gateway.state";
@@ -232,7 +232,7 @@ fs::path HistoryFolderOf(const config::Config& config) {
 std::optional<StateFolder::Failure> StateFolder::Open() {
   const MutexLock guard(mutex_);
   if (lock_ >= 0 && IsFile(lock_, path_ / kLock)) return std::nullopt;
-  if (lock_ >= 0) ::close(std::exchange(lock_, -1));  // somebody has removed the folder
+  if (lock_ >= 0) ::close(std::exchange(lock_, -1));  // the folder was removed
   std::error_code error;
   fs::create_directories(path_, error);
   const fs::path file = path_ / kLock;

@@ -1,5 +1,6 @@
-// The folder of what has to outlive the program: one for each gateway.name, locked while a gateway
-// runs (docs/state.md). NewerStateIn finds files that a newer baudgate has written.
+// `StateFolder` is the folder of the data that outlive the program: one for each gateway.name,
+// locked while a gateway runs (docs/state.md). `NewerStateIn` finds files that a newer baudgate has
+// written.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,63 +17,61 @@
 
 namespace baudgate::records {
 
-// Which files of the state folder a newer baudgate has written: they are not for this one, which
-// would read them wrong, or take for damaged what it does not know.
+// Detects files of the state folder that a newer baudgate has written. This version must not use
+// them: it would misread them, or take unknown contents for damage.
 
-/// The version of devices.json and clocks.json; a file that has none is the first.
+/// The version of devices.json and clocks.json; a file without a version has version 1.
 inline constexpr std::int64_t kDevicesVersion = 1;
 
-/// The latest version of the tables that this baudgate knows, by the file's application_id; 0: it
-/// is no file of ours.
+/// The latest version of the tables that this program can read, by the file's application_id; 0:
+/// the id of no baudgate file.
 std::int64_t KnownVersion(std::int64_t application);
 
-/// A sentence that names the first file of a newer one; empty: there is none. Nothing is written,
-/// whatever is there.
+/// A sentence that names the first file of a newer version; empty: there is none. Does not write to
+/// the folder.
 std::string NewerStateIn(const std::filesystem::path& folder);
 
-/// Something can be written: a point of a device, behind a route that a listener permits, or by
-/// hand.
+/// True if clients can write: to a point of a device, through a route that a listener permits, or
+/// by manual telegrams.
 bool CanWrite(const config::Config& config);
 
-/// Events are kept: the configuration says so, or one of its devices does.
 bool KeepsEvents(const config::Config& config);
 
-/// What of this configuration needs the state folder, or the first of it: "events"; empty: nothing.
-/// `catalog` has all its protocols.
+/// The first part of this configuration that needs the state folder: "events"; empty: none.
+/// `catalog` must contain all its protocols.
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog);
 inline bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   return !WhatIsKept(config, catalog).empty();
 }
 
-/// What the choice rests on. Empty: not given.
+/// The candidates for the state folder. Empty: not given.
 struct StatePlaces {
   std::string configured;       ///< gateway.state
-  std::string state_directory;  ///< $STATE_DIRECTORY, folders with ':' between them
+  std::string state_directory;  ///< list of folders, separated by ':'
   bool system = false;          ///< kSystemState can be written, or made
   std::string xdg_state_home;   ///< $XDG_STATE_HOME
   std::string home;             ///< $HOME
 
-  /// The places of this process.
   static StatePlaces Here(const std::string& configured);
 };
 
-/// The first place that is given, in the order above, and the gateway's folder in it. Empty: there
-/// is none.
+/// Returns the gateway's folder in the first place that is given, in the order above. Empty: no
+/// place is given.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
-/// The databases' folder, if they have their own (events.directory). Empty: they have not, and
-/// lie in the state folder.
+/// The separate folder of events.db (events.directory). Empty: it is in the state folder.
 std::filesystem::path EventsFolderOf(const config::Config& config);
-/// The same of the values that are kept (history.directory).
+/// The separate folder of the history (history.directory). Empty: it is in the state folder.
 std::filesystem::path HistoryFolderOf(const config::Config& config);
 
-/// A folder that cannot be made or written at the start may be so later: whoever needs it asks
-/// again. From any thread.
+/// The state folder. A folder that cannot be made or written at the start may become available
+/// later, so its users call Open again. All functions may be called on any thread.
 class StateFolder {
  public:
   struct Failure {
-    /// By another process, or by a newer baudgate whose files are there: the gateway must not
-    /// start. Else it cannot be made or written, or its disk does not answer.
+    /// True if another process uses the folder, or a newer baudgate has written its files: the
+    /// gateway must not start. False: the folder cannot be made or written, or its disk does not
+    /// answer.
     bool in_use = false;
     std::string text;
   };
@@ -82,10 +81,10 @@ class StateFolder {
   StateFolder(const StateFolder&) = delete;
   StateFolder& operator=(const StateFolder&) = delete;
 
-  /// Makes the folder where it is not there, and locks it; again where somebody has removed it. As
-  /// long as the disk takes.
+  /// Makes the folder if it does not exist, and locks it; also after it was removed. Takes as long
+  /// as the disk takes.
   std::optional<Failure> Open();
-  /// The same; a disk that takes longer than `patience` goes on opening it meanwhile.
+  /// As Open, but waits `patience` at most; opening then continues in the background.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,
                                            Duration patience);
 

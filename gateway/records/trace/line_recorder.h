@@ -1,7 +1,7 @@
-// The flight recorder of one line and the source of its live traces: keeps the last exchanges as
-// they were on the wire, without secrets, and says when they are worth a file. Fed as
-// a Tap (gateway/bus/exchange/line.h) and by gateway/lines/line_reporter.cpp, read by
-// gateway/outputs/control and Recordings. Sans-I/O: time is an argument. Recordings writes the
+// `LineRecorder` is the flight recorder of one line and the source of its live traces: it contains
+// the last exchanges as they were on the wire, without secrets, and decides when they are worth a
+// file. It is fed as a Tap (gateway/bus/exchange/line.h) and by gateway/lines/line_reporter.cpp,
+// and read by gateway/outputs/control. Sans-I/O: time is an argument. `Recordings` writes the
 // files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,11 +23,11 @@
 
 namespace baudgate::records {
 
-/// A copy of the recorder at the moment when something went wrong.
+/// A copy of the recorder at the moment of a failure.
 struct Recording {
   std::string line;               ///< its name
   std::vector<std::string> head;  ///< TraceHead of the line
-  std::string name;               ///< of the device or slave with which it went wrong
+  std::string name;               ///< name of the device or slave that failed
   std::string reason;             ///< one word, for the file's name: "offline", "corrupt"
   WallTime at{};
   std::vector<TraceRecord> records;  ///< oldest first
@@ -36,40 +36,42 @@ struct Recording {
 class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
-  /// Bytes kept of one exchange and what follows it; the rest is counted only.
+  /// The bytes that are stored of one exchange and what follows it; further bytes are only counted.
   static constexpr std::size_t kMostBytes = 1024;
-  /// Pieces and notes kept of it; where bytes come in more, they are put together.
+  /// The pieces and notes that are stored of one exchange; received bytes beyond are added to the
+  /// last piece.
   static constexpr std::size_t kMostItems = 64;
-  /// A reason may quote what came back: none is kept for so long after a request with secrets, as
-  /// its task may go on with requests that have none.
+  /// Reasons are left out for so long after a request with secrets, because a reason may quote the
+  /// reply, and later requests of the task may have no secrets of their own.
   static constexpr Duration kNoReasons = 5s;
-  /// A line whose last exchange ended so long ago only listens. Its messages are told apart by
-  /// silence.
+  /// A line whose last exchange ended so long ago only listens. Its messages are separated by
+  /// kSilence.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
-  /// A line that is in trouble for long gives one recording in this time.
+  /// A line with lasting trouble makes one recording in this time.
   static constexpr Duration kBetweenRecordings = 1min;
 
-  /// Called on the line's thread; must not block. Empty: recordings are not wanted.
+  /// Called on the line's thread; must not block. Empty: no recordings are made.
   using Sink = std::function<void(Recording)>;
-  /// `line` outlives the recorder; `first_device`: the index of line.devices[0] in the store.
+  /// `line` must outlive the recorder. `first_device`: the index of line.devices[0] in the store.
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);
 
-  // The line's thread.
-  /// The secret bytes of `request` are masked, and with them everything received until the next
-  /// request: an echo may bring them back, whole, damaged, late or in pieces.
+  // For the line's thread.
+  /// The secret bytes of `request` are masked, and so is everything that is received until the next
+  /// request, because an echo may repeat them: whole, damaged, late or in pieces.
   void OnSent(std::uint32_t device, const protocols::Request& request, Now now) override;
   void OnReceived(View bytes, Now now) override;
   void OnExchangeEnd(std::uint32_t device, const bus::ExchangeEnd& end, Now now) override;
   void OnDeviceState(std::uint32_t device, bus::DeviceState to, const std::string& reason,
                      Now now) override;
-  /// A change of the port, in a few words; an exchange under way is over.
+  /// Notes a change of the port, in a few words; an exchange under way is over.
   void OnPort(const std::string& text, Now now);
 
-  // Any thread.
-  /// What people call the device: "feeder-1", or "slave-17" of a slave that only routes reach.
+  // For any thread.
+  /// The name of the device for users: "feeder-1", or "slave-17" for a slave that only routes
+  /// reach.
   std::string NameOf(std::uint32_t device) const;
-  /// Gets every record from now on, until the caller lets go of it.
+  /// Returns a queue that receives every record from now on, until the caller releases it.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
   std::vector<TraceRecord> Recorded() const;
 
@@ -79,19 +81,19 @@ class LineRecorder final : public bus::Tap {
   struct Item {
     TraceRecord::Kind kind = TraceRecord::Kind::note;
     Outcome outcome = Outcome::none;
-    std::uint16_t begin = 0;  // of its bytes, or its text, in Exchange::bytes
+    std::uint16_t begin = 0;  // position of its bytes or text in Exchange::bytes
     std::uint16_t end = 0;
     std::uint32_t device = kNoDevice;
     WallTime at{};
     Duration round_trip{};
   };
-  /// One request and everything up to the next one; on a line that only listens, one message. Kept
-  /// as bytes: most are never looked at.
+  /// One request and everything up to the next request; on a line that only listens, one message.
+  /// Stored as bytes, because most exchanges are never shown.
   struct Exchange {
     std::vector<Item> items;
-    Bytes bytes;               // and texts
-    std::vector<bool> masked;  // as bytes, as far as there are secrets
-    std::size_t on_wire = 0;   // of bytes, without texts
+    Bytes bytes;               // bytes of the wire, and texts
+    std::vector<bool> masked;  // parallel to bytes, up to the last secret
+    std::size_t on_wire = 0;   // number of bytes from the wire
     std::size_t left_out = 0;
     void Clear();
     void Keep(Item item, View content);
@@ -99,7 +101,7 @@ class LineRecorder final : public bus::Tap {
 
   Exchange& Begin() BAUDGATE_REQUIRES(mutex_);
   Exchange& Current() BAUDGATE_REQUIRES(mutex_) { return count_ == 0 ? Begin() : ring_[newest_]; }
-  /// Begins a new entry for what is received on a line that only listens.
+  /// Begins a new entry for bytes that are received on a line that only listens.
   void BeginUnasked(Now now) BAUDGATE_REQUIRES(mutex_);
   void Add(const Item& item, std::string_view text) BAUDGATE_REQUIRES(mutex_);
   void AddBytes(const Item& item, View bytes, const std::vector<bool>& masked)
@@ -117,41 +119,43 @@ class LineRecorder final : public bus::Tap {
 
   mutable Mutex mutex_;
   std::array<Exchange, kExchanges> ring_ BAUDGATE_GUARDED_BY(mutex_);
-  std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;              // its place in the ring
-  std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;               // of exchanges kept
-  std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;     // whose exchange is under way
+  std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;
+  // The device whose exchange is under way.
+  std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;         // the last request had secrets
-  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);        // the last exchange
-  std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);     // the last bytes
-  std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when one was last sent
-  std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // when it last gave a recording
+  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);        // end of the last exchange
+  std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);     // time of the last bytes
+  std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when a secret was last sent
+  std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // time of the last recording
   std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// Writes what flight recorders hold into files that `baudgate decode` reads. Recordings come from
-// LineRecorder on the lines' threads; one thread here does the writing.
+// `Recordings` writes recordings to files that `baudgate decode` reads. Recordings come from
+// LineRecorder on the lines' threads; one thread writes.
 class Recordings {
  public:
   static constexpr std::size_t kFilesPerLine = 20;
-  /// Recordings that wait for a slow disk; further ones are dropped.
+  /// The number of recordings that may wait for a slow disk; further ones are dropped.
   static constexpr std::size_t kMostWaiting = 16;
 
-  /// config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty: nowhere.
+  /// Returns config.recordings, else the first folder of $STATE_DIRECTORY with /recordings; empty:
+  /// there is no folder.
   static std::filesystem::path FolderOf(const config::Config& config);
 
   /// A failed write is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
-  /// `trouble` gets why nothing can be written by now, or an empty text; from the writing thread.
-  /// Its end waits until all that waits is written.
+  /// `trouble` is called on the writing thread with the reason why nothing can be written, or an
+  /// empty text when writing works again. The destructor waits until all waiting recordings are
+  /// written.
   Recordings(std::filesystem::path folder, std::string version,
              std::function<void(const std::string&)> trouble);
 
-  /// From any thread; returns at once.
+  /// May be called on any thread; returns at once.
   void Save(Recording recording);
 
  private:
-  /// As it will be in the folder.
   struct File {
     std::string line;
     std::string name;
@@ -164,7 +168,8 @@ class Recordings {
   const std::filesystem::path folder_;
   const std::string version_;
   const std::function<void(const std::string&)> trouble_;
-  std::optional<File> failed_;  // the latest that could not be written; of the writing thread
+  // The latest file that could not be written; for the writing thread only.
+  std::optional<File> failed_;
   WorkQueue<Recording> waiting_{kMostWaiting};
   Worker worker_;
 };

@@ -9,7 +9,6 @@
 namespace baudgate::records {
 namespace {
 
-/// "04:05:06.123456", UTC.
 std::string ClockText(WallTime at) {
   const auto day = std::chrono::floor<std::chrono::days>(at);
   const std::chrono::hh_mm_ss clock(std::chrono::floor<std::chrono::microseconds>(at - day));
@@ -64,7 +63,7 @@ std::vector<TraceRecord> TraceQueue::Take() {
                                  std::make_move_iterator(records_.end()));
   records_.clear();
   if (dropped_ > 0) {
-    // The queue was full and nothing was taken until now: what is missing came last.
+    // The queue was full until now, so the dropped records came after all others.
     TraceRecord note;
     note.at = taken.back().at;
     note.text =
@@ -82,7 +81,7 @@ constexpr std::string_view kProfile = "profile ";
 constexpr std::string_view kSet = "set ";
 constexpr std::string_view kBetween = ", ";
 
-/// What would not be read back as it is has no place in the head.
+/// A value that would not be read back unchanged is left out of the head.
 bool FitsHead(const std::string& text) {
   return text.find(kBetween) == std::string::npos &&
          std::ranges::none_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; });

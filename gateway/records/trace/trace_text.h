@@ -1,7 +1,7 @@
-// The bytes of a line as users see them: records with direction and microseconds, secrets masked,
-// one line of text each that `baudgate decode` reads back. Made by
-// gateway/records/trace/line_recorder.h, read by gateway/outputs/control and the files of the
-// flight recorder. TraceHead describes the line on top of a trace.
+// `TraceRecord` is a piece of a line's traffic as users see it: direction, microseconds, secrets
+// masked; ToText makes one line of text of it, which `baudgate decode` reads back. Records come
+// from gateway/records/trace/line_recorder.h and go to gateway/outputs/control and the files of the
+// flight recorder. `TraceHead` describes the line at the top of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,16 +24,17 @@ struct TraceRecord {
   enum class Kind : std::uint8_t {
     sent,
     received,
-    end,   ///< of an exchange: outcome, round trip, reason
-    note,  ///< anything else worth a line: a device went offline, records were dropped
+    end,   ///< the end of an exchange: outcome, round trip, reason
+    note,  ///< another fact: a device went offline, records were dropped
   };
   Kind kind = Kind::note;
   WallTime at{};
-  std::string device;  ///< its name; empty where none is concerned
-  std::string hex;     ///< of sent and received: "3E 31 ** **", secret bytes as **
-  std::string text;    ///< the same bytes as characters, dots for what cannot be shown; or the note
-  Outcome outcome = Outcome::none;  ///< of end
-  Duration round_trip{};            ///< of end
+  std::string device;  ///< the device's name; empty: none
+  std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
+  /// The bytes as characters, with dots for those that cannot be shown; or the note.
+  std::string text;
+  Outcome outcome = Outcome::none;  ///< for end
+  Duration round_trip{};            ///< for end
 };
 
 /// One line without its end:
@@ -44,14 +45,14 @@ struct TraceRecord {
 /// `baudgate decode` reads the lines with > and <; times are UTC.
 std::string ToText(const TraceRecord& record);
 
-/// Between a line's thread and a slow reader: bounded; what does not fit is dropped, and a note in
-/// its place says how much.
+/// Queues records between a line's thread and a slow reader. It is bounded; records that do not fit
+/// are dropped, and a note says how many.
 class TraceQueue {
  public:
   static constexpr std::size_t kMostRecords = 4096;
   explicit TraceQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
   void Push(const TraceRecord& record);
-  /// All that is there, oldest first; never waits.
+  /// Returns all records, oldest first; never waits.
   std::vector<TraceRecord> Take();
 
  private:
@@ -61,23 +62,23 @@ class TraceQueue {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-// What `decode` has to know of a line to say what its bytes mean: comments on top of a trace and of
-// a recording. Written by the gateway, read back by gateway/tools/cli/offline.
+// What `decode` must know about a line to interpret its bytes: comments at the top of a trace and
+// of a recording. Written by the gateway, read back by gateway/tools/cli/offline.
 //
 //   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
 //   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off
 
-/// What `decode` is told of one device.
 struct TracedDevice {
   std::string name{};
   std::string protocol{};
-  std::string profile{};           ///< empty: none
-  std::vector<std::string> set{};  ///< options that were given, "key=value"; never a secret
+  std::string profile{};           ///< empty: no profile
+  std::vector<std::string> set{};  ///< options that were configured, "key=value"; never a secret
   bool operator==(const TracedDevice&) const = default;
 };
 
+/// Returns the comments for a line: first the line, then each device.
 std::vector<std::string> TraceHead(const config::Line& line);
-/// Nothing where the line is no such comment.
+/// Reads the comment of a device; empty if `line` is not one.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
 }  // namespace baudgate::records

@@ -1,4 +1,3 @@
-// Fills registers and bits from a device's record.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_contents.h"
 
@@ -25,14 +24,15 @@ std::uint16_t AgeRegister(const bus::DeviceRecord& record, std::uint32_t point, 
 }
 
 bool FitsRegisters(const config::Point& point, config::WordOrder order, const Value& value) {
-  // The longest thing that can fail to fit is a 64-bit number; texts always fit.
+  // The largest number has 64 bits, which is 4 registers; texts always fit.
   std::array<std::uint16_t, 4> scratch;
   if (point.type == config::Type::string) return HasValue(value);
   return EncodeRegisters(point, order, value,
                          std::span(scratch).first(config::RegisterCount(point)));
 }
 
-/// A good value that its registers cannot hold is a fault of the configuration, and must say so.
+/// The quality that a client is shown. A good value that its registers cannot contain is shown as a
+/// fault of the configuration.
 Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Instant now) {
   const Quality quality = QualityAt(record, index, now);
   if (IsBad(quality)) return quality;
@@ -45,7 +45,8 @@ Quality ShownQuality(const bus::DeviceRecord& record, std::uint32_t index, Insta
   return fits ? quality : kDoesNotFit;
 }
 
-/// The common case needs one encoding; the rest is decided when it fails or the quality is bad.
+/// Writes the value, or what is shown in its place, to `out`. False: an exception is to be
+/// answered. In the common case the value is encoded once.
 bool FillValue(const bus::DeviceRecord& record, std::uint32_t index, Instant now,
                std::span<std::uint16_t> out) {
   const config::Point& point = record.device->points[index];
@@ -97,7 +98,7 @@ GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& co
   block[5] = Saturated<std::uint16_t>(info.devices_online);
   block[6] = Saturated<std::uint16_t>(counters.clients);
   block[7] = Saturated<std::uint16_t>(info.lines_up);
-  // Counters wrap, as those of the device block do: a client takes differences.
+  // Counters wrap, as those of the device block do: a client computes differences.
   Put32(block, 8, static_cast<std::uint32_t>(counters.requests));
   Put32(block, 10, static_cast<std::uint32_t>(counters.exceptions));
   return block;
@@ -120,7 +121,7 @@ ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Pie
       case Area::status:
         FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
         break;
-      case Area::events:  // not of the device's record
+      case Area::events:  // FillEvents in own_units.cpp fills these registers
       case Area::hole:
         std::ranges::fill(place, std::uint16_t{0});
         break;

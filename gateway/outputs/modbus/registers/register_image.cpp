@@ -1,4 +1,3 @@
-// Encodes a unit's values and qualities, and hands out ranges of them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -10,7 +9,7 @@
 namespace baudgate::modbus {
 namespace {
 
-/// One point in one area, as a part of a block.
+/// Fills the words of one point in one area, as for a read of several points.
 template <typename Word>
 ExceptionCode FillOne(const bus::DeviceRecord& record, Area area, const Span& span, Instant now,
                       std::span<Word> out) {
@@ -112,7 +111,8 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // One bit alone may be an exception that it is not in a block.
+  // A read of one bit may be an exception that a read of several bits is not, so it is read
+  // directly.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

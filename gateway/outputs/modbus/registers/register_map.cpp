@@ -1,5 +1,5 @@
 // Builds the map from the configuration, divides requests into pieces, and encodes values in
-// registers. libmodbus' own float setters are not used: Debian's are wrong.
+// registers. The float setters of libmodbus are not used: Debian's are wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -17,7 +17,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-constexpr std::uint16_t kDeviceUnit = 1;  // units_[1…] are devices
+constexpr std::uint16_t kDeviceUnit = 1;  // units_[0] is unmapped; devices begin at units_[1]
 
 bool InValueArea(const Span& span) {
   return span.count > 0 && config::IsValueArea(span.start, span.end() - 1);
@@ -25,13 +25,12 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// Looks up ascending addresses in sorted spans. Most requests ask for neighbours, so the span
-/// after the last one found is tried before a search.
+/// Looks up ascending addresses in sorted spans. Most requests ask for adjacent points, so the span
+/// after the last result is tried before a search.
 class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
 
-  /// The span that holds `address`, or null.
   const Span* Find(std::uint32_t address) {
     if (next_ < spans_.size() && spans_[next_].start == address) return &spans_[next_++];
     const auto after = std::upper_bound(spans_.begin(), spans_.end(), address, StartsBelow);
@@ -46,8 +45,8 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// Overlaps and addresses outside the value areas are refused when the configuration is checked;
-/// should one come through, the first point keeps the addresses and no other shows in its place.
+/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas; if
+/// one passes all the same, the first point keeps the addresses and the later point is left out.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);
@@ -74,7 +73,6 @@ UnitMap MapOf(const config::Device& device, std::uint32_t index) {
   return unit;
 }
 
-/// Walks one request from address to address.
 class Planner {
  public:
   Planner(const UnitMap& unit, config::Table table, std::uint16_t start, std::uint16_t count,
@@ -157,7 +155,7 @@ class Planner {
     return true;
   }
 
-  /// One address; neighbours make one hole.
+  /// Adds one address to the hole before it, or begins a new hole.
   void AddHole() {
     if (!pieces_.empty() && pieces_.back().area == Area::hole) {
       ++pieces_.back().count;
@@ -220,7 +218,7 @@ using config::Type;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// Two's complement of the value, or nothing when it lies outside the range.
+/// The value in two's complement, or nothing when it lies outside the range.
 std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRange range) {
   const auto of_signed = [&](std::int64_t held) -> std::optional<std::uint64_t> {
     if (held < range.lowest) return std::nullopt;
@@ -246,7 +244,7 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// The bits of any type but text.
+/// Encodes any type but string.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -274,13 +272,12 @@ bool SwapsWords(config::WordOrder order) {
   return order == config::WordOrder::cdab || order == config::WordOrder::dcba;
 }
 
-/// The bytes of each 16-bit word exchanged.
 std::uint64_t BytesSwapped(std::uint64_t bits) {
   constexpr std::uint64_t kLow = 0x00FF00FF00FF00FF;
   return ((bits >> 8) & kLow) | ((bits & kLow) << 8);
 }
 
-/// A value of one register has no word order.
+/// Writes bits to registers. The word order applies only to values of more than one register.
 void PutBits(std::uint64_t bits, config::WordOrder order, std::span<std::uint16_t> out) {
   const std::size_t count = out.size();
   if (SwapsBytes(order) && count > 1) bits = BytesSwapped(bits);
@@ -345,7 +342,7 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// A number of 32 bits or fewer with the sign of its own width: int16 -2 and not 65534.
+/// Extends the sign of a number of 32 bits or fewer: int16 is -2 and not 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);
@@ -432,7 +429,7 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
   }
 }
 
-// FC 5, 6, 15 and 16 become points and their values, as users see them.
+// Converts writes of functions 5, 6, 15 and 16 to points and their values.
 
 namespace {
 

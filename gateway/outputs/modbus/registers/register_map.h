@@ -1,8 +1,8 @@
-// Which Modbus unit and address stands for which point, built once from the configuration; and how
-// a value looks in 16-bit registers or in a bit, and what stands there when it cannot be trusted.
-// Asked by gateway/outputs/modbus/service/own_units.cpp (ConvertWrites: what a client's registers
-// mean) and register_contents.cpp before anything is written or read. The addresses are a public
-// contract: config/model/modbus.h.
+// `RegisterMap` maps a Modbus unit and address to a point; it is built once from the configuration.
+// The functions below encode a value in 16-bit registers or a bit, choose what is shown in place of
+// a bad value, and decode written registers (ConvertWrites). Used by
+// gateway/outputs/modbus/service/own_units.cpp and register_contents.cpp before anything is written
+// or read. The addresses are a public contract: config/model/modbus.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,10 +29,9 @@ using config::kStatusBlock;
 using config::kValuesAfterStatus;
 using config::kValuesEnd;
 
-/// Where alarms are acknowledged (u32): behind the events. It cannot be read.
+/// The register that acknowledges alarms (u32), behind the event block. It cannot be read.
 inline constexpr std::uint16_t kAckRegister = kEventBlock + 80;
 
-/// The addresses of one point.
 struct Span {
   std::uint16_t start = 0;
   std::uint16_t count = 0;
@@ -44,10 +43,11 @@ struct Span {
 
 enum class Area : std::uint8_t { value, quality, age, status, events, hole };
 
-/// What a run of requested addresses is: a whole value, or any part of a mirror or block.
+/// A run of requested addresses: a whole value, or any part of a quality or age mirror or of a
+/// block.
 struct Piece {
   Area area = Area::value;
-  std::uint32_t index = 0;   ///< the point; in a block its first register; of a hole 0
+  std::uint32_t index = 0;   ///< the point; in a block its first register; in a hole 0
   std::uint16_t offset = 0;  ///< from the start of the request
   std::uint16_t count = 0;
 };
@@ -58,7 +58,7 @@ struct UnitMap {
   std::vector<Span> registers;  ///< sorted, without overlap
   std::vector<Span> bits;
   std::map<std::uint16_t, std::uint32_t> selects;  ///< points with `select: yes`, by address
-  /// Where the values of the status block start (relative), closed by its length.
+  /// The offset of each field of the status block; the last entry is its length.
   std::vector<std::uint16_t> status_layout;
 
   const std::vector<Span>& spans(config::Table table) const {
@@ -68,7 +68,7 @@ struct UnitMap {
 
 class RegisterMap {
  public:
-  /// Devices are numbered as in PointStore: in the order of the file, disabled ones included.
+  /// Device indexes are those of PointStore: in the order of the file, disabled devices included.
   explicit RegisterMap(const config::Config& config);
 
   const UnitMap& unit(std::uint8_t id) const { return units_[unit_index_[id]]; }
@@ -80,14 +80,15 @@ class RegisterMap {
 
 using Holes = config::Listener::Holes;
 
-/// Divides a read into pieces, in order (`pieces` is cleared first). Any unmapped or write-only
-/// address gives kIllegalAddress, else a value that the range cuts gives kIllegalValue. With
-/// Holes::zero such addresses are pieces of their own, if there is another piece.
+/// Divides a read into pieces, in order (`pieces` is cleared first). Returns kIllegalAddress if an
+/// address is unmapped or write-only, else kIllegalValue if the range contains a part of a value.
+/// With Holes::zero unmapped and write-only addresses become pieces of area `hole`, unless the
+/// range contains nothing else.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
-/// The same for a write, which must cover whole points. Which of them may be written is
-/// gateway/bus/writes/write_gate.h's affair.
+/// Divides a write into pieces as PlanRead does; a write must cover whole points.
+/// gateway/bus/writes/write_gate.h decides which points may be written.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
@@ -99,14 +100,13 @@ enum class Shown : std::uint8_t {
   exception,   ///< 0x0B for the whole request
 };
 
-/// The rules of `on_bad` and `on_fault`. `held`: there is a last good value, and it fits the
-/// registers.
+/// Applies `on_bad` and `on_fault`. `held`: there is a last good value, and it fits the registers.
 ///  * Good and uncertain values are shown.
-///  * Faults of one channel (0x04, 0x0C, 0x10) never raise an exception: on_fault counts, by
-///    default nan for floats and hold for all others.
-///  * Everything else that is bad follows on_bad. `hold` before the first value is an exception: a
+///  * Faults of one channel (0x04, 0x0C, 0x10) never raise an exception: on_fault decides, by
+///    default nan for floats and hold for all other types.
+///  * All other bad values follow on_bad. `hold` before the first value is an exception, because a
 ///    made-up 0 must not pass for a reading. `nan` is for floats and texts; an integer or a bit has
-///    no such number, so it is an exception unless on_fault names a VALUE.
+///    no such value, so the result is an exception unless on_fault names a VALUE.
 Shown Show(const config::Point& point, config::OnBad on_bad, Quality quality, bool held);
 
 /// Fills `out` (RegisterCount(point) registers). False, with nothing written, when the value does
@@ -114,39 +114,41 @@ Shown Show(const config::Point& point, config::OnBad on_bad, Quality quality, bo
 bool EncodeRegisters(const config::Point& point, config::WordOrder order, const Value& value,
                      std::span<std::uint16_t> out);
 
-/// NaN for floats, an empty text, and for integers the most unlikely number of the type (as SunSpec
-/// has it): the smallest of a signed one, all bits set of an unsigned one; 0 for a bool.
+/// Fills `out` with NaN for floats, an empty text, 0 for a bool, and for integers the least likely
+/// number of the type, as SunSpec defines it: the smallest number if signed, all bits set if
+/// unsigned.
 void EncodeNoValue(const config::Point& point, config::WordOrder order,
                    std::span<std::uint16_t> out);
 
-/// Nothing when the value is neither a number nor a boolean.
+/// Returns nothing when the value is neither a number nor a boolean.
 std::optional<bool> EncodeBit(const Value& value);
 
-/// A client's registers as a value of the point's type. Nothing for a float that is no number, a
-/// bool other than 0 and 1, or a wrong register count.
+/// Decodes a client's registers to a value of the point's type. Returns nothing for a float that is
+/// not finite, a bool other than 0 and 1, or a wrong register count.
 std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrder order,
                                      std::span<const std::uint16_t> registers);
 
-// What a client's registers mean: values of points, as users see them, or the
-// selection of one. gateway/outputs/modbus/service/own_units.cpp takes them to
-// gateway/bus/writes/write_gate.h. Pure.
+// The result of decoding a write: values of points, in the form that users see.
+// gateway/outputs/modbus/service/own_units.cpp passes them to gateway/bus/writes/write_gate.h.
+// Pure.
 struct ConvertedWrite {
   ExceptionCode exception = kNoException;
-  std::vector<bus::WriteAsk::Part> parts{};  ///< empty where there is an exception
+  std::vector<bus::WriteAsk::Part> parts{};  ///< empty if there is an exception
 };
 
-/// The point that the request selects; empty: it is no selection. Whether it has the key is
-/// IsSelectKey.
+/// Returns the point that the request selects (`select: yes`); empty: the request is no selection.
+/// IsSelectKey checks the written key.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);
 
-/// The request is for where a unit shows its events from (config::kEventBlock), and nothing else.
+/// True if the request writes only to the two registers that set the first event to show
+/// (config::kEventBlock).
 bool IsFirstEvent(const ModbusRequest& request);
-/// Empty: it is half of it.
+/// Returns the written event number. Empty: the request writes one of the two registers only.
 std::optional<std::uint32_t> FirstEvent(const ModbusRequest& request);
 
-/// kIllegalAddress: not mapped. kIllegalValue: part of a value, or a number that the
-/// type cannot hold.
+/// kIllegalAddress: an address is not mapped. kIllegalValue: a part of a value, or a number that
+/// the type cannot contain.
 ConvertedWrite ConvertWrites(const UnitMap& unit, const config::Device& device,
                              const ModbusRequest& request);
 

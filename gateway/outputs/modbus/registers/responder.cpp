@@ -1,4 +1,4 @@
-// The only place that calls libmodbus.
+// The only file that calls libmodbus.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/responder.h"
 
@@ -11,7 +11,7 @@
 namespace baudgate::modbus {
 
 struct Responder::Library {
-  modbus_t* context = modbus_new_tcp(nullptr, 0);  // never connected: only its encoder is wanted
+  modbus_t* context = modbus_new_tcp(nullptr, 0);  // never connected: only its encoder is used
   modbus_mapping_t mapping{};
 
   Library() = default;
@@ -25,13 +25,14 @@ Responder::Responder() : library_(std::make_unique<Library>()) {
     ready_ = Error{"libmodbus has no memory for a context"};
     return;
   }
-  // A packet socket keeps every answer whole, so one read takes back one answer.
+  // A packet socket keeps message boundaries, so one read returns one whole reply.
   const int kind = SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC;
   if (::socketpair(AF_UNIX, kind, 0, pair_.data()) != 0) {
     ready_ = Error{"no socket pair for the Modbus answers; raise the limit of open files"};
     return;
   }
-  // Should an exception ever be left to modbus_reply, it sleeps for the response timeout first.
+  // modbus_reply sleeps for the response timeout before it sends an exception of its own; keep that
+  // short.
   modbus_set_response_timeout(library_->context, 0, 1);
 }
 

@@ -1,7 +1,8 @@
-// Answers checked requests through libmodbus, from a private copy of exactly what was asked for.
-// The copy is filled by gateway/outputs/modbus/service/own_units.cpp; the answers go straight to
-// a client's socket, or into its output buffer by way of a socket pair of our own. Only well-formed
-// requests may come here: on others modbus_reply sleeps or trusts what it should not.
+// `Responder` encodes the replies to checked requests with libmodbus, from a private copy of the
+// registers or bits that were asked for. gateway/outputs/modbus/service/own_units.cpp fills the
+// copy. Replies go straight to a client's socket, or through a socket pair to its output buffer.
+// Only well-formed requests may come here: on others modbus_reply sleeps, or trusts lengths that it
+// should not.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,9 +21,9 @@ class Responder {
  public:
   enum class Sent : std::uint8_t {
     whole,
-    would_block,  ///< nothing was sent
-    cut,          ///< a part was sent; how much is unknown, so the connection cannot go on
-    failed,       ///< the connection is gone
+    would_block,  ///< the socket's buffer was full; nothing was sent
+    cut,          ///< a part was sent; its size is unknown, so the connection must be closed
+    failed,       ///< the connection has ended
   };
 
   Responder();
@@ -30,16 +31,16 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// Says why when libmodbus or the socket pair could not be had; nothing else works then.
+  /// The error: why libmodbus or the socket pair is missing. No other function may be called then.
   const Status& ready() const { return ready_; }
 
-  /// The private copy: request.count registers or bits, one byte each, of the next answer.
+  /// The private copy: request.count registers or bits (one byte each) of the next reply.
   std::span<std::uint16_t> registers() { return registers_; }
   std::span<std::uint8_t> bits() { return bits_; }
 
-  /// Straight to a connected, non-blocking socket.
+  /// Sends the reply straight to a connected, non-blocking socket.
   Sent Send(const ModbusRequest& request, int socket);
-  /// To the end of `out`. False when the kernel has no memory for it.
+  /// Appends the reply to `out`. False when the kernel has no memory for it.
   bool Append(const ModbusRequest& request, Bytes& out);
 
  private:

@@ -30,14 +30,15 @@ bool ReplyEcho::IsEcho(View frame, Instant ended) {
   return !owed.empty() && ended <= until_ && std::ranges::equal(owed, frame);
 }
 
-// Hears a serial master and keeps to the times of its bus.
+// `MasterSession` receives the requests of a serial master and keeps the pauses of its bus.
 
 namespace {
 
-/// USB adapters hand over what they have every 16 ms at worst, in the middle of a frame, too. Most
-/// requests end by their length and do not wait for this.
+/// USB adapters deliver received bytes every 16 ms at worst, so a frame may pause that long. Most
+/// requests end by their length and do not wait for this gap.
 constexpr Duration kUsbGap = 20ms;
-/// Between two characters of Modbus ASCII (MODBUS over Serial Line 1.02, 2.5.2.1).
+/// The longest pause between two characters of Modbus ASCII (MODBUS over Serial Line 1.02,
+/// 2.5.2.1).
 constexpr Duration kAsciiGap = 1s;
 
 }  // namespace
@@ -74,7 +75,7 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
-/// What has come since the last request may be one in another framing.
+/// Logs a warning if the bytes since the last request are a request in another framing.
 void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, frames_);
   if (!other || !book_.HeardOther(port_, *other)) return;
@@ -82,8 +83,8 @@ void MasterSession::NameOther() {
             ExplainOther(*other, listener_.framing));
 }
 
-/// A request for another slave, too, shows that the master no longer waits for us. A master that
-/// sends to all waits for no reply.
+/// A request for another slave also shows that the master no longer waits for the gateway's reply.
+/// A master that broadcasts waits for no reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
     if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
@@ -119,8 +120,8 @@ void MasterSession::Answer(View frame, Instant) {
   owner_.Rearm();
 }
 
-/// A reply waits for the quiet before it, and until it is certain that what has come since its
-/// request is no new one.
+/// A reply waits for the quiet time, and until it is certain that the bytes since its request are
+/// no new request.
 std::optional<Instant> MasterSession::Deadline() const {
   std::optional<Instant> next;
   if (HoldsBytes()) {

@@ -1,6 +1,6 @@
-// A serial port at which a Modbus master waits for its slaves: the port, its timer and the
-// clock. What is said there goes to MasterSession. ReplyEcho recognises the echo of the gateway's
-// own replies.
+// `SerialListener` is a serial port at which a Modbus master sends requests to the gateway: the
+// port, its timer and the clock. `MasterSession` handles the bytes. `ReplyEcho` recognises the echo
+// of the gateway's own replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,31 +23,34 @@
 
 namespace baudgate::modbus {
 
-// Knows the gateway's own replies in what a two-wire adapter hears, on the side of the slave: the
-// reply to a write of one register equals its request, and carrying it out would never end.
-// Sans-I/O; used by MasterSession.
+// `ReplyEcho` recognises the gateway's own replies among the bytes that a two-wire adapter
+// receives. The reply to a write of one register equals its request, so an echo that is taken for a
+// request would be carried out and answered again without end. Sans-I/O; used by `MasterSession`.
 
-/// strip: bytes that repeat the last reply are taken out where they come first, whenever that is.
-/// off: bytes pass. Both: the first whole frame after a reply is its echo when it equals the reply
-/// and has ended in time. So an echo behind noise is found as well.
+/// Mode `strip`: if the first bytes that come after a reply repeat the reply, they are removed,
+/// however late they come. Mode `off`: no bytes are removed. In both modes the first whole frame
+/// after a reply is its echo if it equals the reply and ended in time, so an echo behind noise is
+/// found as well.
 class ReplyEcho {
  public:
-  /// An adapter, its driver and a busy machine give back what was sent within this time and the
-  /// time that it takes on the line.
+  /// The echo must have ended within this time after the time that the reply takes on the line.
+  /// Covers an adapter, its driver and a busy machine.
   static constexpr Duration kLatest = 50ms;
 
   explicit ReplyEcho(config::Listener::Echo mode)
       : strips_(mode == config::Listener::Echo::strip) {}
 
-  /// Before the reply goes out. `until`: when the last byte of its echo has come at the latest.
+  /// To be called before a reply is sent. `until`: the latest time at which the last byte of its
+  /// echo can come.
   void OnSent(View reply, Instant until);
-  /// What is left of bytes that have come, in order.
+  /// Returns the received bytes without the echo, in order.
   Bytes Filter(View received);
-  /// Bytes have arrived that look like the start of an echo.
+  /// True while received bytes are withheld because they may be the start of an echo.
   bool holding() const { return strips_ && filter_.holding(); }
-  /// The bus has fallen silent: gives back what was held.
+  /// To be called when the bus is silent: returns the bytes that were withheld.
   Bytes OnSilence() { return filter_.OnExchangeEnd().bytes; }
-  /// Whether a whole frame among what is left is the echo. `ended`: when its last byte came.
+  /// True if `frame`, cut from the filtered bytes, is the echo. `ended`: when its last byte came.
+  /// Each reply has one echo at most: the first frame after the reply decides.
   bool IsEcho(View frame, Instant ended);
 
  private:
@@ -57,38 +60,39 @@ class ReplyEcho {
   Instant until_;
 };
 
-// What a serial master asks and is answered while a port is open. Bytes come from SerialListener,
-// which has the port and the clock; requests go to gateway/outputs/modbus/service/client_requests.h
-// in their Modbus TCP form, and its answers go back as frames of the serial line. Other slaves may
-// answer on the same bus.
+// `MasterSession` handles the requests of a serial master while the port is open. Bytes come from
+// `SerialListener`, which has the port and the clock. Requests go in their Modbus TCP form to
+// gateway/outputs/modbus/service/client_requests.h, and replies go back as frames of the serial
+// line. Other slaves may answer on the same bus.
 
-/// The master has one request at a time: when it sends another before it was answered, it has given
-/// up, and the old answer is dropped.
+/// The master has one request at a time: if it sends another before the reply, it has given up the
+/// first, and the reply to the first is dropped.
 class MasterSession final : public ClientWire {
  public:
   class Owner {
    public:
     virtual void Send(Bytes frame) = 0;
-    /// Deadline may have changed.
+    /// To be called when Deadline may have changed.
     virtual void Rearm() = 0;
 
    protected:
     ~Owner() = default;
   };
 
-  /// `port`: its place in the traffic book. All others outlive the session; the protocol of the
-  /// listener's framing is loaded and has a carrier.
+  /// `port`: the master's number in the traffic book. All references must outlive the session. The
+  /// protocol of the listener's framing must be loaded and have a carrier.
   MasterSession(const config::Listener& listener, ServerShared& shared, std::size_t port,
                 Owner& owner, const Now& now);
   ~MasterSession() { requests_.Close(); }
   MasterSession(const MasterSession&) = delete;
   MasterSession& operator=(const MasterSession&) = delete;
 
-  /// `now.instant`: when they came.
+  /// `now.instant` is the time when the bytes came.
   void OnBytes(View bytes, const Now& now);
-  /// To be called at Deadline, and at any other time.
+  /// To be called at Deadline; may be called at any other time.
   void OnTime(const Now& now);
-  /// The end of a gap, of the quiet before a reply, or of a request's deadline; empty: none.
+  /// The next time at which OnTime has work: the end of a silence, of the quiet time before a
+  /// reply, or of a request's deadline. Empty: there is none.
   std::optional<Instant> Deadline() const;
 
  private:
@@ -109,39 +113,37 @@ class MasterSession final : public ClientWire {
   TrafficBook& book_;
   const std::size_t port_;
   Owner& owner_;
-  const Duration quiet_;  ///< 3.5 characters: between a request and its reply
-  const Duration gap_;    ///< a frame that rests so long is not going on
+  const Duration quiet_;  ///< minimum silence between a request and its reply
+  const Duration gap_;    ///< a frame that pauses for so long is not continued
 
   ClientRequests requests_;
   protocols::Assembler assembler_;
   ReplyEcho echo_;
-  Bytes heard_;  ///< since the last silence or request, as much as is looked at
+  Bytes heard_;  ///< the first bytes since the last silence or request, at most kMostLookedAt
   Instant last_byte_;
   std::uint16_t transaction_ = 0;         // of the last request
-  std::optional<std::uint16_t> awaited_;  // the one that the master waits for
-  Bytes reply_;                           // waits for the quiet before it
+  std::optional<std::uint16_t> awaited_;  // the request whose reply the master waits for
+  Bytes reply_;                           // a reply that waits for the quiet time
 };
 
-/// All on the server's thread. Made by make_shared.
+/// All calls on the server's thread. Must be made by make_shared.
 class SerialListener final : public std::enable_shared_from_this<SerialListener>,
                              private transports::PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// `shared` outlives the listener until Stop. See MasterSession for the protocol.
+  /// `shared` must outlive the listener until Stop. For the protocol see MasterSession.
   SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared);
   ~SerialListener() { Stop(); }
 
-  /// A port that is absent or cannot be opened is tried again until Stop.
+  /// Starts opening the port. A port that is absent or cannot be opened is tried again until Stop.
   void Open() { port_.Start(); }
-  /// Nothing is heard or answered any more; the port is still open.
+  /// Ends the session: nothing is received or answered any more. The port stays open.
   void Leave();
-  /// Closes the port, which may take its driver long: after Leave from any other thread, too. The
-  /// listener is destroyed on the server's thread even then.
+  /// Closes the port; the driver may take long. After Leave it may be called on any thread, but the
+  /// listener must be destroyed on the server's thread.
   void ClosePort() { port_.Stop(); }
-  /// Both.
   void Stop();
 
-  /// "a Modbus master on /dev/ttyS1".
   std::string Summary() const { return "a Modbus master on " + listener_.path; }
 
  private:
@@ -156,9 +158,9 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   ServerShared& shared_;
   TrafficBook& book_;
   transports::PortThread port_;
-  const std::size_t place_;  ///< in the traffic book, once it has its thread
+  const std::size_t place_;  ///< the master's number in the traffic book
   bool left_ = false;
-  asio::steady_timer timer_;              // the session's deadline
+  asio::steady_timer timer_;              // for the session's deadline
   std::optional<MasterSession> session_;  // while the port is open
 };
 

@@ -1,4 +1,3 @@
-// Reads, answers and paces one client.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/server/client_session.h"
 
@@ -14,11 +13,9 @@
 
 namespace baudgate::modbus {
 
-// Waits for the clients' sockets and serves them in batches.
-
 namespace {
 
-/// Then the rest of the io_context has its turn.
+/// The number of clients that are served in a row before other work of the io_context has its turn.
 constexpr std::size_t kServedInARow = 256;
 
 }  // namespace
@@ -70,7 +67,7 @@ void ClientPoll::Remove(int socket, Client& client) {
 }
 
 void ClientPoll::Wait() {
-  // Waiting again asks the kernel again, so clients that are ready already are not forgotten.
+  // A new wait checks the set again, so clients that are ready already are not lost.
   set_.async_wait(asio::posix::stream_descriptor::wait_read,
                   [self = shared_from_this()](const asio::error_code& failed) {
                     if (failed || !self->set_.is_open()) return;
@@ -80,9 +77,9 @@ void ClientPoll::Wait() {
 }
 
 void ClientPoll::Serve() {
-  // If there is one client only, the event is its own.
+  // With a single client the event must be for that client.
   if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
-  // Alone, a client has nothing more to say before it has read its answer.
+  // A single client sends nothing more before it has read its reply, so a second look is useless.
   const std::size_t worth = count_ > 1 ? 1 : 2;
   std::size_t served = 0;
   std::size_t batch = 0;
@@ -153,10 +150,10 @@ bool ClientSocket::Flush(Instant now) {
 
 namespace {
 
-/// Frames of one client that are answered before the others have their turn.
+/// Frames of one client that are answered in one turn, before other clients have theirs.
 constexpr int kFramesPerTurn = 8;
-/// After so much silence a frame is not going on: RTU has no end of its own, and the end of ASCII
-/// is awaited as long as its specification says.
+/// After so much silence an incomplete frame is not continued: RTU has no end mark; ASCII may pause
+/// as long as its specification allows.
 constexpr Duration kLongestGap = 50ms;
 constexpr Duration kLongestAsciiGap = 1s;
 
@@ -189,7 +186,8 @@ void ClientSession::Close() {
 
 void ClientSession::OnEvents(std::uint32_t events, const Now& now) {
   const auto self = shared_from_this();
-  // Not read to its end now, because it is paced; but whatever it says, no answer can reach it.
+  // A client that is paced (not read now) is closed without reading the rest: no answer could reach
+  // it.
   if ((events & (EPOLLERR | EPOLLHUP)) != 0 && !socket_.is_read()) return Close();
   if (!socket_.is_blocked()) return Receive(now);
   Flush(now.instant);
@@ -240,9 +238,9 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// Frames that lie together need not have been sent together: a network that stood still glues what
-/// was given up to what was asked in its place. So the last one is answered. A client that sends to
-/// all slaves waits for no answer: it gives nothing up when it goes on.
+/// After a stall the network may deliver a request that the client has given up together with the
+/// next request, so only the last of several complete frames is answered. A broadcast gets no
+/// reply, so it is handled even if another frame follows.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();
@@ -303,7 +301,7 @@ void ClientSession::AnswerNothing(Instant now) {
 
 void ClientSession::Answered(Instant now) {
   if (in_turn_) return;
-  // What the client has sent meanwhile may have made the answer pointless.
+  // Bytes that the client has sent meanwhile may be a new request, which makes the reply pointless.
   if (framing_->one_at_a_time()) Fill(now);
   if (closed_) return;
   Flush(now);
@@ -335,7 +333,8 @@ void ClientSession::Sweep(const Now& clocks) {
   requests_.Sweep(clocks);
 }
 
-/// Before its first request was understood. False: it may still be one.
+/// Closes a client that sends requests in another framing. Called before the first request was
+/// understood. False: the bytes may still become a request.
 bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;

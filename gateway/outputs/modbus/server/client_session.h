@@ -1,9 +1,9 @@
-// One connected client of Modbus TCP, or of RTU over TCP: takes its requests in their order and
-// sends the answers. Bytes come from and go to its socket; what they mean is decided by
-// gateway/outputs/modbus/service/client_requests.h.
-// All on the server's thread, which says what time it is. A client can delay no other: a turn
-// answers a few frames, answers that it does not read stop its own requests, and memory is bounded.
-// ClientPoll is the epoll set of all clients, and ClientSocket the socket of one.
+// `ClientSession` is one connected client of Modbus TCP, or of RTU or ASCII over TCP: it takes the
+// client's requests in order and sends the replies. Bytes come from and go to its socket;
+// gateway/outputs/modbus/service/client_requests.h handles the requests.
+// All on the server's thread, which passes the time. A client cannot delay others: a turn answers a
+// few frames, a client that does not read its replies stops only itself, and memory is bounded.
+// `ClientPoll` is the epoll set of all clients, and `ClientSocket` the socket of one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,18 +32,18 @@
 
 namespace baudgate::modbus {
 
-// Tells clients that their sockets can be read or written, many at a time: one epoll set of their
-// own inside the server's io_context. asio alone would cost one more system call a request.
-// Sockets come from listener.cpp; ClientSocket reads and writes them.
+// `ClientPoll` reports to clients that their sockets can be read or written, many at a time: one
+// epoll set for clients only, inside the server's io_context. asio alone would cost one more system
+// call per request. Sockets come from listener.cpp; ClientSocket reads and writes them.
 
-/// All but Open on the thread that runs the io_context.
+/// All functions but Open: on the thread that runs the io_context.
 class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  public:
   class Client {
    public:
-    /// Some of EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two come unasked. Comes again
-    /// for as long as it holds. `now` is read once for all that are ready together. The client may
-    /// remove itself and others.
+    /// `events`: some of EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two come without being
+    /// asked for. The call is repeated for as long as an event lasts. `now` is read once for all
+    /// clients that are ready together. The client may remove itself and others.
     virtual void OnEvents(std::uint32_t events, const Now& now) = 0;
 
    protected:
@@ -52,19 +52,18 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   explicit ClientPoll(asio::io_context& io) : set_(io) {}
 
-  /// Takes what it needs of the system.
+  /// Makes the epoll set. An error: the system has no resources for it.
   Status Open();
-  /// Clients are served from now on, until Close.
   void Start() { Wait(); }
   void Close();
 
-  /// False when the kernel has no memory for it. The client is removed before it or its socket
-  /// goes.
+  /// False when the kernel has no memory for the client. Remove must be called before the client or
+  /// its socket is destroyed.
   bool Add(int socket, Client& client, std::uint32_t events);
   bool Change(int socket, Client& client, std::uint32_t events);
   void Remove(int socket, Client& client);
 
-  /// Runs `task`, which takes a `const Now&`, after whatever else is due.
+  /// Runs `task`, which takes a `const Now&`, after all work that is already posted.
   template <typename Task>
   void Post(Task task) {
     asio::post(set_.get_executor(), [task = std::move(task)] { task(ReadClocks()); });
@@ -78,16 +77,17 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   asio::posix::stream_descriptor set_;
   std::array<epoll_event, 128> events_{};
-  std::span<epoll_event> unserved_;  ///< the rest of the batch in hand
-  std::size_t count_ = 0;            ///< clients
-  Client* only_ = nullptr;           ///< the one client that there is, when it waits to be read
+  std::span<epoll_event> unserved_;  ///< the rest of the current batch
+  std::size_t count_ = 0;
+  Client* only_ = nullptr;  ///< the client, if there is only one and it waits for input; else null
 };
 
-// The socket of one client: what the poll watches it for, and the answers that are not sent yet.
-// The socket is closed with this.
+// `ClientSocket` is the socket of one client: the events that the poll watches it for, and the
+// replies that are not sent yet. The destructor closes the socket.
 class ClientSocket {
  public:
-  /// `socket` is connected and non-blocking. The poll and the client, which it tells, outlive this.
+  /// `socket` must be connected and non-blocking. The poll and the client, which receives the
+  /// events, must outlive this object.
   ClientSocket(int socket, ClientPoll& poll, ClientPoll::Client& client, Instant now)
       : socket_(socket), poll_(poll), client_(client), blocked_since_(now) {}
   ~ClientSocket() { Close(); }
@@ -95,27 +95,27 @@ class ClientSocket {
   ClientSocket& operator=(const ClientSocket&) = delete;
 
   int number() const { return socket_; }
-  /// False when the kernel has no memory for it.
+  /// Adds the socket to the poll. False when the kernel has no memory for it.
   bool Start();
   bool Watch(std::uint32_t events);
   bool is_read() const { return (watched_ & EPOLLIN) != 0; }
   void Close();
 
-  /// How many bytes came to `space`; 0: the connection has ended. Empty: none are there now.
+  /// Reads into `space` and returns the number of bytes; 0: the connection has ended. Empty: no
+  /// bytes are there now.
   std::optional<std::size_t> Receive(std::span<std::uint8_t> space);
 
-  /// Answers that are not sent yet.
   Bytes& unsent() { return unsent_; }
-  /// Sends as much of them as the client takes. False: the connection has ended.
+  /// Sends as much of the unsent replies as the client takes. False: the connection has ended.
   bool Flush(Instant now);
-  /// The client's buffers are full: nothing is to be read or answered.
+  /// True if the client's buffers are full, so that nothing should be read or answered.
   bool is_blocked() const { return blocked_; }
   bool IsBlockedLonger(Duration time, Instant now) const {
     return blocked_ && now - blocked_since_ > time;
   }
 
-  /// Runs `turn`, which takes a `const Now&` and keeps this alive, after whatever else is due. Does
-  /// nothing if one is to be run already.
+  /// Runs `turn`, which takes a `const Now&` and must keep this object alive, after all work that
+  /// is already posted. Does nothing if a turn is posted already.
   template <typename Turn>
   void PostTurn(Turn turn) {
     if (std::exchange(turn_posted_, true)) return;
@@ -129,17 +129,15 @@ class ClientSocket {
   int socket_;
   ClientPoll& poll_;
   ClientPoll::Client& client_;
-  std::uint32_t watched_ = 0;  ///< events that the poll knows of
+  std::uint32_t watched_ = 0;  ///< the events that the poll watches the socket for
   Bytes unsent_;
   bool blocked_ = false;
   Instant blocked_since_;
   bool turn_posted_ = false;
 };
 
-// The log line about a client that was turned away or closed; called by Listener and ClientSession.
-
-/// "10.0.0.7:40112", "refused", and why. Clients at one address are repeats of each other: their
-/// ports differ every time.
+/// Logs a client that was turned away or closed: WarnOfClient("10.0.0.7:40112", "refused", why).
+/// Repeats are folded by address, without the port, because the port differs every time.
 inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
   const std::string_view address = peer.substr(0, peer.rfind(':'));
   log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
@@ -152,54 +150,55 @@ class ClientSession final : public ClientPoll::Client,
  public:
   class Owner {
    public:
-    /// Once, at the end.
+    /// Called once, when the session has closed.
     virtual void OnClosed(ClientSession& session) = 0;
-    /// Sweep is to be called at this time, if not before.
+    /// Sweep must be called at this time or earlier.
     virtual void SweepAt(Instant at) = 0;
 
    protected:
     ~Owner() = default;
   };
 
-  /// Owns `socket`, which is connected and non-blocking. Clients, listener, `shared` and owner
-  /// outlive every session that is not closed.
+  /// Owns `socket`, which must be connected and non-blocking. Clients, listener, `shared` and owner
+  /// must outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client and decides what an RTU client has left unfinished. Answers
-  /// requests whose deadline has passed, if the line has not done so.
+  /// Closes an idle or stalled client, and ends incomplete frames of a client of RTU or ASCII.
+  /// Answers requests whose deadline has passed, if the line has not answered them.
   void Sweep(const Now& now);
-  /// When Sweep has a request to answer. Empty: no request waits.
+  /// The next time at which Sweep has a request to answer. Empty: no request waits.
   std::optional<Instant> Deadline() const { return requests_.Deadline(); }
 
  private:
   void OnEvents(std::uint32_t events, const Now& now) override;
   void Watch(std::uint32_t events);
   void Receive(const Now& now);
-  /// Takes bytes from the socket; false when there are none.
+  /// Reads bytes from the socket; false when there are none.
   bool Fill(Instant now);
-  /// Answers the frames at hand, at most a few.
   void Turn(const Now& now);
-  /// RTU: what the client has asked before this frame is not answered any more. False when it has
-  /// given up this one as well.
+  /// RTU and ASCII: drops the replies to all earlier requests. False if this frame is given up as
+  /// well, because a further request is here.
   bool Supersede(View frame);
-  /// Waits for what comes next: room for answers, more frames at hand, or bytes from the client.
+  /// Waits for the next event: room for replies, a turn for more frames, or bytes from the client.
   void Continue();
   void Answer(const ModbusRequest& request, Responder& responder, Instant now) override;
   void Answer(View frame, Instant now) override;
   void AnswerNothing(Instant now) override;
   void SweepAt(Instant at) override { owner_.SweepAt(at); }
-  /// False when the answer could not go out like this.
+  /// Sends the reply straight to the socket. False if it must be appended to the unsent replies
+  /// instead.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
-  /// One more request is answered.
+  /// To be called after each reply that is complete.
   void Answered(Instant now);
-  /// Sends what is to be sent. An RTU answer waits here until it is certain that what has come
-  /// behind its request is no new one.
+  /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that the bytes behind
+  /// its request are no new request.
   void Flush(Instant now);
-  /// Keeps the session alive through an answer that may close it; in a turn its caller does.
+  /// Keeps the session alive while an answer may close it. Null in a turn, whose caller keeps the
+  /// session alive.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);
@@ -212,9 +211,9 @@ class ClientSession final : public ClientPoll::Client,
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   ClientRequests requests_;
-  /// Sent before its first request, as much as is looked at; empty: a request has come.
+  /// The first bytes of the client, at most kMostLookedAt; empty once a request has come.
   std::optional<Bytes> first_ = Bytes();
-  bool in_turn_ = false;  ///< answers are flushed at its end
+  bool in_turn_ = false;  ///< replies are flushed at the end of the turn
   Instant last_bytes_;
   Instant last_frame_;
   bool closed_ = false;

@@ -1,4 +1,3 @@
-// Listens, accepts, refuses and sweeps.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/server/listener.h"
 
@@ -16,8 +15,6 @@
 #include "gateway/outputs/modbus/server/client_session.h"
 
 namespace baudgate::modbus {
-
-// Compares a peer with the networks of a listener.
 
 namespace {
 
@@ -37,7 +34,7 @@ bool IsMapped(const PeerAddress& peer) {
   return std::equal(kMapped.begin(), kMapped.end(), peer.begin());
 }
 
-/// Written with dots only: the four bytes decide, whatever stands before them.
+/// True if the network was written with dots only: the last four bytes decide.
 bool IsIpv4(const config::Network& network) {
   return network.prefix >= kIpv4Prefix && network.text.find(':') == std::string::npos;
 }
@@ -122,9 +119,9 @@ namespace {
 
 using asio::ip::tcp;
 
-/// Without file descriptors or memory, accepting at once again would only spin.
+/// Without file descriptors or memory, accepting again at once would loop without progress.
 constexpr Duration kAcceptPause = 100ms;
-/// How often half frames of clients are looked after that speak as on a serial line.
+/// How often incomplete frames of RTU and ASCII clients are checked.
 constexpr Duration kSerialSweep = 50ms;
 
 std::string NameOf(const tcp::endpoint& peer) {

@@ -1,6 +1,6 @@
-// One listening TCP port of the Modbus server: accepts clients that are allowed, and looks after
-// them. Allows decides which clients may connect, and PassedSockets takes over sockets that systemd
-// has opened.
+// `Listener` is one listening TCP port of the Modbus server: it accepts clients that are allowed,
+// and sweeps them. `Allows` decides which clients may connect, and `PassedSockets` takes over
+// sockets that systemd has opened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,31 +24,31 @@
 
 namespace baudgate::modbus {
 
-// Which clients may connect, and with which priority: `allow` and `clients` of a listener. Pure.
-
-/// An IPv6 address, or an IPv4 one in its mapped form (::ffff:a.b.c.d).
+/// An IPv6 address, or an IPv4 address in its mapped form (::ffff:a.b.c.d).
 using PeerAddress = std::array<std::uint8_t, 16>;
 
 bool Contains(const config::Network& network, const PeerAddress& peer);
 
-/// An empty list allows everybody.
+/// True if a network of the list contains the peer, or the list is empty.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
-/// The priority of the first client rule that fits, else the listener's.
+/// The priority of the first client rule that contains the peer, else the listener's.
 config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
 
-// Listening sockets that systemd has opened for this process (a .socket unit), each for the
-// listener of the same address. https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
+// `PassedSockets` contains the listening sockets that systemd has opened for this process (a
+// .socket unit), each for the listener of the same address.
+// https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
 class PassedSockets {
  public:
-  /// Takes what the environment tells of, and clears it: children get none of it.
+  /// Takes the sockets that the environment lists, and clears the list, so that child processes do
+  /// not get it.
   PassedSockets();
-  /// Closes those that no listener has taken, and names them in the log.
+  /// Closes the sockets that no listener has taken, and logs their addresses.
   ~PassedSockets();
   PassedSockets(const PassedSockets&) = delete;
   PassedSockets& operator=(const PassedSockets&) = delete;
 
-  /// The descriptor that listens at exactly this address, which is the caller's from now on.
+  /// Returns the descriptor that listens at exactly this address; the caller owns it from now on.
   std::optional<int> Take(const asio::ip::tcp::endpoint& endpoint);
 
  private:
@@ -61,22 +61,23 @@ class PassedSockets {
 
 class Listener final : public std::enable_shared_from_this<Listener>, public ClientSession::Owner {
  public:
-  /// `shared` outlives the listener until Stop.
+  /// `shared` must outlive the listener until Stop.
   Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
-  /// Opens the port, at which clients wait until Start: at a socket of `passed` where there is one
-  /// for its address, else at its own. From any thread; without Start it may be dropped. The error
-  /// says why, and what to do.
+  /// Opens the port; clients wait until Start. Takes the socket of `passed` for its address if
+  /// there is one, else opens its own. May be called on any thread; without Start the object may be
+  /// destroyed. The error contains the reason and the remedy.
   Status Open(PassedSockets* passed = nullptr);
   void Start();
-  /// A reload: other settings of the same place. The port stays open; clients are disconnected.
+  /// Applies the new settings of a reload at the same address. The port stays open; clients are
+  /// disconnected.
   void Renew(const config::Listener& listener);
   void Stop();
-  /// The error: why no client can come in now.
+  /// The error: why no client can connect now.
   Status HasAddress() const { return transports::HasAddressOf(acceptor_); }
-  /// "Modbus TCP on 0.0.0.0:502".
+  /// E.g. "Modbus TCP on 0.0.0.0:502".
   std::string Summary() const;
-  /// The port that is really listened on; differs from the configured one only when that is 0.
+  /// The port that is open; differs from the configured port only when that is 0.
   std::uint16_t port() const { return port_; }
 
  private:
@@ -94,7 +95,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
-  config::Listener listener_;  // sessions look at it
+  config::Listener listener_;  // sessions refer to it
   ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;

@@ -17,8 +17,8 @@ struct Ports final : outputs::Output::Prepared {
 
 }  // namespace
 
-/// With some room: a port is opened before the old one is gone. A serial port has a loop of its
-/// own.
+/// Reserves some spare descriptors, because at a reload a new port is opened before the old one is
+/// closed. A serial port has an event loop of its own.
 outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
   constexpr std::size_t kForSerialPort = 8;
   constexpr std::size_t kForListener = 4;

@@ -1,4 +1,4 @@
-// The Modbus server as an output of the gateway, on a thread of its own.
+// `ModbusOutput` is the Modbus server as an output of the gateway, on its own thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@ inline constexpr outputs::Metric kModbusRequests{"baudgate_modbus_requests_total
 
 class ModbusOutput final : public outputs::Output {
  public:
-  /// All that is referred to outlives the output.
+  /// All referenced objects must outlive the output.
   struct Links {
     const bus::PointStore& store;
     bus::CommandSink& commands;
@@ -33,7 +33,7 @@ class ModbusOutput final : public outputs::Output {
     /// Raises the limit of file descriptors for this configuration. Returns the share of
     /// `max_clients` that may connect.
     std::function<double(const config::Config& config)> make_room;
-    /// The lines that routes lead to, by their numbers in the store.
+    /// The lines that routes lead to, by their index in the store.
     std::function<std::vector<bus::RouteTarget*>()> lines;
     modbus::ModbusLinks server;  ///< without `lines`
   };
@@ -42,13 +42,13 @@ class ModbusOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
-  /// Listens, then starts the thread, if the configuration has a server. The error names the port.
+  /// If the configuration has a server: opens its ports, then starts the thread. The error names
+  /// the port.
   Status Open(const Configuration& config) override;
   void CountClients(std::map<std::string, std::size_t>& by_listener) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// Closes ports and clients.
   void StopRequests() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;
@@ -59,12 +59,12 @@ class ModbusOutput final : public outputs::Output {
   modbus::TrafficStatus Traffic() const;
 
   const Links links_;
-  Configuration config_;  // as it is served
+  Configuration config_;  // the configuration that is served
   transports::LoopThread loop_{"modbus"};
-  std::unique_ptr<modbus::ModbusServer> server_;  // null: it is off
+  std::unique_ptr<modbus::ModbusServer> server_;  // null: the server is off
 };
 
-/// The same of any traffic: for ModbusOutput, and for tests.
+/// Metrics of any traffic status; for ModbusOutput and tests.
 std::vector<outputs::Series> MetricsOf(const modbus::TrafficStatus& traffic);
 
 }  // namespace baudgate::modbus

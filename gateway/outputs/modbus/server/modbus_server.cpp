@@ -60,7 +60,7 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
 } catch (const std::system_error& failed) {
-  // The thread of a serial port, which takes descriptors.
+  // Thrown if the thread of a serial port cannot be made, because descriptors are missing.
   return Error{failed.code().message()};
 }
 

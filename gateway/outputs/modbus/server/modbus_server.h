@@ -1,7 +1,7 @@
-// The Modbus TCP server of the gateway: serves the point store, hands writes to the lines.
-// All belongs to the thread that runs the io_context (or to a time when it does
-// not run), unless it says otherwise. Counters may be asked for from anywhere. Renewal says what a
-// reload leaves of listeners and routes.
+// `ModbusServer` is the gateway's Modbus TCP server: it serves the point store and passes writes to
+// the lines. All functions: on the thread that runs the io_context, or while none does, unless
+// their comment allows other threads. Counters may be read on any thread. `Renewal` contains what a
+// reload leaves unchanged of listeners and routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +31,8 @@ namespace baudgate::modbus {
 class Listener;
 class SerialListener;
 
-/// What serves one entry of modbus.listen: one of the two. Neither: it could not be made.
+/// The object that serves one entry of modbus.listen: `tcp` or `serial`. Both are null if it could
+/// not be made.
 struct ListenerPort {
   std::shared_ptr<Listener> tcp{};
   std::shared_ptr<SerialListener> serial{};
@@ -39,18 +40,19 @@ struct ListenerPort {
   explicit operator bool() const { return tcp || serial; }
 };
 
-/// Where one entry of the new modbus.listen comes from.
+/// The origin of one entry of the new modbus.listen.
 struct ListenerOrigin {
-  std::optional<std::size_t> was;  ///< its place in the list before; empty: it is new
-  bool same = false;               ///< its clients stay
-  ListenerPort opened{};           ///< of a new one: ModbusServer::OpenPort
+  std::optional<std::size_t> was;  ///< its index in the old list; empty: it is new
+  bool same = false;               ///< it is unchanged, so its clients stay
+  ListenerPort opened{};           ///< the opened port of a new entry, from ModbusServer::OpenPort
 
-  /// A serial port is closed and opened again where anything of it differs.
+  /// True if the open port goes on. A serial port is closed and opened again if any setting
+  /// differs.
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
-/// What a reload leaves of the listeners and routes that run: ModbusOutput says so, and
-/// ModbusServer acts on it.
+/// The listeners and routes that a reload leaves running. ModbusOutput fills it, ModbusServer
+/// applies it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;
@@ -61,8 +63,8 @@ class PassedSockets;
 
 class ModbusServer {
  public:
-  /// Store and sink outlive the server, the configuration does until Listen. `info` is asked when a
-  /// client reads the gateway's own block, on the server's thread.
+  /// Store and sink must outlive the server, the configuration must stay valid until Listen. `info`
+  /// is called on the server's thread when a client reads the gateway's status block.
   ModbusServer(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits = {},
                const ModbusLinks& links = {});
@@ -70,54 +72,57 @@ class ModbusServer {
   ModbusServer(const ModbusServer&) = delete;
   ModbusServer& operator=(const ModbusServer&) = delete;
 
-  /// Opens every port of modbus.listen, or none: "127.0.0.1:1502: address already in use; …". A
-  /// serial port that is absent is no error: it is opened when it appears.
+  /// Opens every port of modbus.listen, or none. The error is e.g. "127.0.0.1:1502: address already
+  /// in use; …". A serial port that is absent is no error: it is opened when it appears.
   Status Listen(asio::io_context& io);
 
-  // A reload: OpenPort for what is new, Apply, ClosePorts, Finish.
+  // The steps of a reload: OpenPort for new entries, Apply, ClosePorts, Finish.
 
-  /// The module that its frames need is loaded. The error is a reason without the place, as that of
-  /// OpenPort.
+  /// Checks that the module for the listener's framing is loaded. The error is a reason without the
+  /// listener's address, as that of OpenPort.
   Status CanServe(const config::Listener& listener) const;
-  /// From any thread: a new port, at which TCP clients wait until it is given to Apply; dropped, it
-  /// closes. A serial one is made here and opened by Finish.
+  /// Makes the port of a new entry; may be called on any thread. TCP clients wait until the port is
+  /// passed to Apply; if it is destroyed instead, it closes. A serial port is opened later, by
+  /// Finish.
   Result<ListenerPort> OpenPort(const config::Listener& listener,
                                 PassedSockets* passed = nullptr) const;
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
-  /// Units, points, lines and routes, by the numbers of the store; then listeners: clients of those
-  /// that are not the same are disconnected. A new one without a port is tried each second.
+  /// Renews units, points, lines and routes, by their indexes in the store; then listeners. Clients
+  /// of listeners that changed or were removed are disconnected. A new entry without a port is
+  /// tried each second. Returns the serial ports that have ended.
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
-  /// From any thread: serial ports that Apply has ended. A driver may take its time.
+  /// Closes the serial ports that Apply returned; may be called on any thread. A driver may take
+  /// long.
   static void ClosePorts(const Ended& ended);
-  /// Opens serial ports that are new.
   void Finish(Ended ended);
-  /// What is tried each second: "listener 0.0.0.0:502: address already in use; …".
+  /// The entries without a port, which are tried each second: "listener 0.0.0.0:502: address
+  /// already in use; …".
   std::vector<std::string> Missing() const;
 
-  /// Closes ports and clients. Writes under way go on; their answers are dropped.
+  /// Closes ports and clients. Writes under way continue; their answers are dropped.
   void Stop();
 
-  /// The port of the listener with this index in modbus.listen; 0 while closed, and for serial
+  /// The TCP port of the listener with this index in modbus.listen; 0 while closed, and for serial
   /// ports.
   std::uint16_t port(std::size_t listener = 0) const;
-  /// "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: nowhere.
+  /// E.g. "Modbus TCP on 0.0.0.0:502, a Modbus master on /dev/ttyS1"; empty: no port is open.
   std::string Summary() const;
   ModbusCounters counters() const { return shared_->counters().Snapshot(); }
-  /// From any thread.
+  /// May be called on any thread.
   TrafficStatus Traffic() const;
 
  private:
   static constexpr Duration kTryEvery = 1s;
 
-  /// One entry of modbus.listen.
   struct Place {
     config::Listener listener;
     ListenerPort port{};
-    std::string why_not{};  ///< no client can come in; empty: they can
+    std::string why_not{};  ///< why no client can connect; empty: clients can
     bool is_begun = false;
   };
-  /// Opens what is not open, and finds addresses that have left the machine; each second.
+  /// Tries to open missing ports, and checks that the addresses of open ports still exist on this
+  /// machine. Called each second.
   void Look();
   Status LookAt(Place& place) const;
   void BeginTcp();
@@ -126,9 +131,9 @@ class ModbusServer {
 
   const config::Config& config_;  // of the start
   std::unique_ptr<ServerShared> shared_;
-  asio::io_context* io_ = nullptr;  // null: it does not listen
+  asio::io_context* io_ = nullptr;  // null: the server does not listen
   std::optional<asio::steady_timer> retry_;
-  std::vector<Place> places_;  // as configured
+  std::vector<Place> places_;  // in the order of modbus.listen
 };
 
 }  // namespace baudgate::modbus

@@ -36,7 +36,8 @@ void ServerShared::Apply(const config::Config& config, std::span<bus::RouteTarge
 
 namespace {
 
-/// The gateway itself answers so, not a device. A silent listener does not send it.
+/// True for exceptions that come from the gateway, not from a device. A silent listener does not
+/// send them.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }
@@ -87,8 +88,8 @@ void ClientReplies::CountException() {
   ClientRecord::Add(record_->exceptions);
 }
 
-/// On a serial wire a write to unit 0 goes to all, wherever a route may lead it: its sender waits
-/// for no answer, and would take one for the reply to its next request.
+/// On a serial framing a write to unit 0 is a broadcast, wherever a route may lead it. Its sender
+/// waits for no reply, and would take one for the reply to its next request.
 bool ClientReplies::IsAwaited(View request) const {
   const bool to_all =
       listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
@@ -109,8 +110,8 @@ void ClientReplies::HeardOther(Framing heard, WallTime at) {
 }
 
 std::size_t ClientReplies::BytesOnWire(std::size_t frame) const {
-  constexpr std::size_t kRtuFrame = 3;    // address and CRC
-  constexpr std::size_t kAsciiFrame = 3;  // colon, CR and LF; around address, PDU and LRC in hex
+  constexpr std::size_t kRtuFrame = 3;
+  constexpr std::size_t kAsciiFrame = 3;  // colon, CR and LF around address, PDU and LRC in hex
   const std::size_t pdu = frame - kMbapHeader;
   switch (listener_.framing) {
     case Framing::tcp:
@@ -310,7 +311,7 @@ void RoutedRequests::Finish(std::uint64_t number, bus::RoutedReply reply, const 
   replies_->Answer(AduOf(TransactionOf(asked), UnitOf(asked), reply.pdu), now.instant);
 }
 
-/// Without a client, because a client that broadcasts waits for nothing and may leave at once.
+/// Without a client number, because a client that broadcasts does not wait and may leave at once.
 void RoutedRequests::Broadcast(View frame, std::size_t route, const RouteTargets::Line& line,
                                bool has_room, const Now& now) {
   bus::RoutedRequest request = RequestOf(frame, line.deadline, now);
@@ -336,11 +337,12 @@ void RoutedRequests::Sweep(const Now& now) {
   bus::RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
   nothing.reason = "no result was known when its deadline passed";
-  nothing.sent = true;  // for all that is known
+  nothing.sent = true;  // unknown, so the worse case is assumed
   for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
 }
 
-/// Targets may still hold what the sweep has answered in their place.
+/// The router is asked even if no request is pending: a target may still have a request that Sweep
+/// has answered.
 void RoutedRequests::Abandon() {
   router_.Abandon(replies_->client().number);
   const auto abandoned = pending_.TakeAll();
@@ -434,7 +436,7 @@ void ClientRequests::HandleRouted(View frame, std::size_t index, const Now& now)
     const RouteTargets::Line line{router_.TargetOf(index), route.deadline};
     return HandleBroadcast(frame, index, std::span(&line, 1), now);
   }
-  // No slave of a line answers to 0; at a server it is a unit like others.
+  // No slave of a line has the address 0; at a remote server 0 is a unit like any other.
   if (slave == 0 && !route.line.empty()) return local_->Handle(frame, HasRoom(), now);
   routed_->Forward(frame, index, slave, HasRoom(), now);
 }

@@ -1,12 +1,12 @@
-// Handles the requests of one client of any wire: decides whether each is permitted and who answers
-// it. Whole frames in their Modbus TCP form come from
-// gateway/outputs/modbus/server/client_session.cpp (sockets) and
-// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); answers go back to them. All
-// on the server's thread; the time is an argument. ClientWire and ClientReplies are the way back to
-// the client, LocalRequests and RoutedRequests handle requests, PendingRequests keeps requests that
-// are not answered yet, and Permits checks `permit`. ServerShared has what all clients share; of
-// it, only the book and the snapshot of the counters are used by other threads too. ModbusLinks is
-// what the composition root hands to the server.
+// `ClientRequests` handles the requests of one client, over TCP or a serial line: it decides
+// whether each request is permitted and whether the gateway or a route answers it. Whole frames in
+// their Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp (sockets) and
+// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies go back to them. All
+// on the server's thread; the time is an argument.
+// `ClientWire` and `ClientReplies` lead back to the client, `LocalRequests` and `RoutedRequests`
+// handle requests, `PendingRequests` lists requests that are not answered yet, and `Permits` checks
+// `permit`. `ServerShared` contains what all clients share; other threads use only its book and the
+// snapshot of its counters. `ModbusLinks` is what the composition root passes to the server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,13 +37,14 @@
 
 namespace baudgate::modbus {
 
-// The way from a line's thread to the Modbus server's: how a write or a routed request ended. It
-// may outlive the server, because lines answer when they can; what comes after Close is dropped.
+// `Inbox` carries the end of a write or a routed request from a line's thread to the Modbus
+// server's thread. It may outlive the server, because lines answer late; tasks that are posted
+// after Close are dropped.
 class Inbox {
  public:
   using Clocks = std::function<Now()>;
 
-  /// `clocks` tells each task when it runs.
+  /// Tasks run on `io` from now on; each receives `clocks()`, read when it runs.
   void Open(asio::io_context& io, Clocks clocks) {
     const MutexLock lock(mutex_);
     io_ = &io;
@@ -53,7 +54,7 @@ class Inbox {
     const MutexLock lock(mutex_);
     io_ = nullptr;
   }
-  /// From any thread. `task` takes a `const Now&`.
+  /// May be called on any thread. `task` takes a `const Now&`.
   template <typename Task>
   void Post(Task task) {
     const MutexLock lock(mutex_);
@@ -67,60 +68,61 @@ class Inbox {
   Clocks clocks_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-/// Limits that are no configuration; tests shorten them.
+/// Limits that cannot be configured; tests shorten them.
 struct ModbusLimits {
-  Duration write_deadline =
-      bus::kWaitForDevice;  ///< a write that is not confirmed by then is answered 0x0B
-  Duration stall = 10s;     ///< a client that leaves its answers unread so long is closed
-  double client_share = 1;  ///< of each listener's max_clients
+  /// A write that is not confirmed after this time is answered with exception 0x0B.
+  Duration write_deadline = bus::kWaitForDevice;
+  Duration stall = 10s;     ///< a client that leaves its replies unread for so long is closed
+  double client_share = 1;  ///< share of each listener's max_clients that may connect
 };
 
-/// What routes, RTU clients, events and alarms need beside the store; all of it outlives the
-/// server.
+/// The parts of the gateway that routes, serial framings, events and alarms need besides the store.
+/// All must outlive the server.
 struct ModbusLinks {
-  std::vector<bus::RouteTarget*>
-      lines;        ///< by index in config.lines; empty when no route leads to one
-  Frames frames{};  ///< of clients that speak as on a serial line
-  /// Of routed writes and acknowledgements; null: they are not recorded.
+  /// By index in config.lines; empty when no route leads to a line.
+  std::vector<bus::RouteTarget*> lines;
+  Frames frames{};  ///< the protocols for clients that use RTU or ASCII
+  /// Records routed writes and acknowledgements; null: they are not recorded.
   audit::WriteLog* writes = nullptr;
-  std::shared_ptr<const events::EventFeed> events{};  ///< null: none are kept
-  events::EventSource* alarms = nullptr;              ///< to be acknowledged; null: likewise
-  OnRoutedReport routed{};                            ///< may be null
+  std::shared_ptr<const events::EventFeed> events{};  ///< null: no events are recorded
+  events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
+  OnRoutedReport routed{};                ///< may be null
 };
 
-// The parts that all clients of a Modbus server share: units, routes, the traffic book, the way
-// back to the server's thread, limits and counters.
+// `ServerShared` contains the parts that all clients of a Modbus server share: units, routes, the
+// traffic book, the inbox of the server's thread, limits and counters.
 class ServerShared {
  public:
   ServerShared(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                std::function<GatewayFigures()> info, ModbusLimits limits,
                const ModbusLinks& links = {});
 
-  /// A reload. Clients and what they wait for stay. `routes`: which are the same.
+  /// Applies the configuration of a reload. Clients and their pending requests stay. `routes`: see
+  /// Origins.
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
-  /// See ModbusLimits; of clients that connect from now on.
+  /// See ModbusLimits; applies to clients that connect from now on.
   void SetClientShare(double share) { limits_.client_share = share; }
 
-  /// Answers of lines and servers come in from now on. `clocks` tells each when it comes.
+  /// Accepts answers of lines and servers from now on, and makes the remote servers of the routes.
+  /// `clocks`: see Inbox.
   void Open(asio::io_context& io, Inbox::Clocks clocks);
-  /// None comes in any more.
+  /// Drops the answers that come from now on.
   void CloseInbox() { inbox_->Close(); }
-  /// The servers elsewhere are left.
+  /// Closes the connections to the servers that routes lead to.
   void CloseRoutes() { router_.Close(); }
 
-  /// The error: why nothing can be answered.
+  /// The error: why no request can be answered.
   Status Ready() { return units_.responder().ready(); }
   OwnUnits& units() { return units_; }
   Router& router() { return router_; }
-  /// Which framings are spoken.
   const Frames& frames() const { return frames_; }
 
   LiveCounters& counters() { return counters_; }
   const LiveCounters& counters() const { return counters_; }
   const ModbusLimits& limits() const { return limits_; }
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
-  /// Shared by what may outlive the server.
+  /// Shared, because its other users may outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
@@ -133,36 +135,36 @@ class ServerShared {
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
-// The way back to one client: what a session implements, so that requests of its client can be
-// answered now or later. On the server's thread.
+// `ClientWire` is the way back to one client. A session implements it, so that requests of its
+// client can be answered at once or later. On the server's thread.
 class ClientWire {
  public:
-  /// A read out of the store: the responder's private copy holds what was asked for, during the
+  /// Answers a read from the store. The responder's private copy contains the values, during this
   /// call only.
   virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
-  /// A whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
+  /// Sends a whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
   virtual void Answer(View frame, Instant now) = 0;
-  /// A request gets no answer (a broadcast, a silent listener): a wire that takes one request at
-  /// a time goes on.
+  /// A request gets no reply (a broadcast, a silent listener): a wire that takes one request at a
+  /// time goes on with the next.
   virtual void AnswerNothing(Instant now) = 0;
-  /// Call Sweep at this time, or earlier. Calls add up; none replaces an earlier one.
+  /// Sweep must be called at this time or earlier. No call replaces an earlier one.
   virtual void SweepAt(Instant at) = 0;
 
  protected:
   ~ClientWire() = default;
 };
 
-// Sends the answers to one client and keeps its numbers in the traffic book: bytes, functions,
-// exceptions, requests that wait. Decides which exceptions a silent listener does not send, and
-// which requests get no answer. On the server's thread.
+// `ClientReplies` sends the replies to one client and counts bytes, functions, exceptions and
+// pending requests in the traffic book. It decides which exceptions a silent listener does not
+// send, and which requests get no reply. On the server's thread.
 class ClientReplies {
  public:
-  /// Listener, wire and counters outlive it until Close.
+  /// Listener, wire and counters must outlive this object until Close.
   ClientReplies(const config::Listener& listener, ClientWire& wire, LiveCounters& counters,
                 std::shared_ptr<TrafficBook> book, const std::string& peer,
                 config::Priority priority, WallTime since);
 
-  /// The client, as its requests carry it.
+  /// The client's name and number, as its writes and routed requests carry them.
   const bus::Writer& client() const { return client_; }
 
   void OnRequest(View frame, Instant now);
@@ -170,18 +172,19 @@ class ClientReplies {
   void Answer(View frame, Instant now);
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
-  /// A slave has answered an exception.
   void CountException();
+  /// False if the client waits for no reply to `request`, as after a broadcast on a serial framing.
   bool IsAwaited(View request) const;
 
-  /// One more request waits: the client is swept at this time.
+  /// Counts a pending request, and has the client swept at `limit`.
   void Await(Instant limit);
-  /// So many wait no more.
+  /// Counts `count` requests as no longer pending.
   void Settle(std::size_t count = 1);
 
-  /// The client sends Modbus in another framing.
+  /// Counts that the client uses another framing.
   void HeardOther(Framing heard, WallTime at);
-  /// The client has left: it is in the book no more, and the wire is not called again.
+  /// To be called when the client has left: removes it from the book. The wire must not be called
+  /// any more.
   void Close() { book_->Leave(*record_); }
 
  private:
@@ -195,43 +198,39 @@ class ClientReplies {
   const bus::Writer client_;
 };
 
-// Requests of one client that are not answered yet, by their numbers: writes to devices, or routed
-// requests. Pure.
+// One request of a client that is not answered yet: a write to a device, or a routed request. Pure.
 struct PendingRequest {
-  /// At its deadline the line answers what it has not sent, and a write that is confirmed. What is
-  /// on the wire then is answered by the server this much later; the record of a write gets the
-  /// end that comes.
+  /// At the deadline the line answers requests that it has not sent, and writes that wait for their
+  /// confirmation. The server answers a request that is still on the wire so much later; the record
+  /// of a write still gets the end that the line reports.
   static constexpr Duration kGrace = 20ms;
 
   std::uint64_t number = 0;
   Instant deadline;
-  /// The beginning of the request: to the function code; of a write all that its good answer
-  /// repeats of it.
+  /// The beginning of the request: to the function code; for a write, all bytes that a good reply
+  /// repeats.
   Bytes frame;
-  std::size_t route = 0;   ///< its number, of a routed request
-  bool abandoned = false;  ///< it goes on, but is not answered
+  std::size_t route = 0;   ///< the number of its route, for a routed request
+  bool abandoned = false;  ///< the request goes on, but is not answered
 
-  /// When the server answers it itself.
+  /// The time at which the server answers the request itself.
   Instant Limit() const { return deadline + kGrace; }
 };
 
 class PendingRequests {
  public:
-  /// Requests of one client that may wait for lines and servers; more are answered "busy".
+  /// Requests of one client that may wait for lines and servers; further ones are answered "busy".
   static constexpr std::size_t kMost = 32;
 
-  /// No number comes twice.
   std::uint64_t NextNumber() { return next_number_++; }
   void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
-  /// Empty: it was answered before.
+  /// Removes and returns the request; empty: it was answered before.
   std::optional<PendingRequest> Take(std::uint64_t number);
   std::vector<PendingRequest> TakeAll() { return std::exchange(requests_, {}); }
   void AbandonAll();
 
   std::size_t size() const { return requests_.size(); }
-  /// When the first is to be answered by the server; empty: none waits.
   std::optional<Instant> Deadline() const;
-  /// The numbers of those whose limit has passed.
   std::vector<std::uint64_t> Overdue(Instant now) const;
 
  private:
@@ -239,26 +238,26 @@ class PendingRequests {
   std::uint64_t next_number_ = 0;
 };
 
-// Requests of one client that are answered here: reads at once, writes when they have ended or
-// their deadline has passed. On the server's thread.
+// `LocalRequests` handles the requests of one client that the gateway answers from its own units:
+// reads at once, writes when they have ended or their deadline has passed. On the server's thread.
 class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
  public:
-  /// Listener and units outlive it until Close. `write_deadline`: see ModbusLimits.
+  /// Listener and units must outlive this object until Close. `write_deadline`: see ModbusLimits.
   LocalRequests(const config::Listener& listener, OwnUnits& units, std::shared_ptr<Inbox> inbox,
                 std::shared_ptr<ClientReplies> replies, Duration write_deadline);
 
-  /// Without room, a write is answered "busy".
+  /// Handles a whole frame. If `has_room` is false, a write is answered "busy".
   void Handle(View frame, bool has_room, const Now& now);
-  /// Unit, function, counts and lengths.
+  /// Returns the exception for a wrong unit, function, count or length, else kNoException.
   ExceptionCode Check(View frame) const;
-  /// It is not permitted: a write is recorded as denied. The caller answers.
+  /// Records a write that is not permitted as denied. The caller answers.
   void Deny(View frame, const std::string& reason, const Now& now);
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Writes that are not on the wire are not sent. None is answered.
+  /// Drops all pending writes without a reply; writes that are not on the wire yet are not sent.
   void Abandon();
-  /// The client has left.
+  /// To be called when the client has left: forgets its writes and its selections.
   void Close();
   std::size_t outstanding() const { return pending_.size(); }
 
@@ -272,31 +271,33 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   const std::shared_ptr<ClientReplies> replies_;
   const Duration write_deadline_;
   PendingRequests pending_;
-  std::shared_ptr<std::atomic<bool>> abandoned_;  ///< of the writes since Abandon; null: none
+  /// The flag of the writes since the last Abandon, which sets it; null: there were no writes.
+  std::shared_ptr<std::atomic<bool>> abandoned_;
 };
 
-// Requests of one client that go to slaves as they are, and broadcasts. On the server's thread.
+// `RoutedRequests` handles the requests of one client that go to slaves unchanged, and broadcasts.
+// On the server's thread.
 class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
  public:
-  /// Listener and router outlive it until Abandon was called for the last time. `priority`: of
-  /// functions for which the listener has none.
+  /// Listener and router must outlive this object until the last call of Abandon. `priority` is for
+  /// functions for which the listener configures none.
   RoutedRequests(const config::Listener& listener, Router& router, std::shared_ptr<Inbox> inbox,
                  std::shared_ptr<ClientReplies> replies, config::Priority priority);
 
-  /// `route`: its number. Without room it is answered "busy".
+  /// `route`: the number of the route. If `has_room` is false, the request is answered "busy".
   void Forward(View frame, std::size_t route, std::uint8_t slave, bool has_room, const Now& now);
-  /// To all slaves of a line; the caller answers nothing.
+  /// Sends a request to all slaves of a line; the caller sends no reply.
   void Broadcast(View frame, std::size_t route, const RouteTargets::Line& line, bool has_room,
                  const Now& now);
-  /// It is not permitted: that is counted and recorded. The caller answers.
+  /// Counts and records a request that is not permitted. The caller answers.
   void Deny(View frame, std::size_t route, const std::string& reason, const Now& now);
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Requests that are not on the wire are not sent. None is answered.
+  /// Drops all pending requests without a reply; requests that are not on the wire yet are not
+  /// sent.
   void Abandon();
   std::size_t outstanding() const { return pending_.size(); }
-  /// Broadcasts under way.
   std::size_t broadcasts() const { return broadcasts_; }
 
  private:
@@ -314,39 +315,36 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   std::size_t broadcasts_ = 0;
 };
 
-// What the clients of a listener may ask for: its `permit`. Whether a point can be written at all
-// is gateway/bus/writes/write_gate.h's affair.
-
-/// Whether clients with this permission may ask for the function code.
+/// True if clients with this permission may use the function code. gateway/bus/writes/write_gate.h
+/// decides which points may be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {
  public:
-  /// Listener, `shared` and wire outlive it until Close.
+  /// Listener, `shared` and wire must outlive this object until Close.
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
                  const std::string& peer, config::Priority priority, const Now& now);
 
-  /// One whole frame, MBAP header included: leads to exactly one call of the wire, now or later,
-  /// unless it is given up before.
+  /// Handles one whole frame, MBAP header included. Leads to exactly one call of the wire, now or
+  /// later, unless the request is abandoned before.
   void Handle(View frame, const Now& now);
-  /// Whether anything answers for this unit.
+  /// True if a device, the gateway or a route answers for this unit.
   bool Serves(std::uint8_t unit) const { return router_.WayOf(unit).kind != Way::Kind::none; }
-  /// Answers requests whose deadline has passed without an answer. An answer may close the client,
+  /// Answers requests whose deadline has passed without an answer. A reply may close the client,
   /// but must not destroy this object.
   void Sweep(const Now& now);
-  /// The client waits for none of its requests any more. Requests that are not on the wire are not
-  /// sent: routed ones by RouteTarget::Abandon, writes by WriteCommand::abandoned. None is
-  /// answered.
+  /// To be called when the client waits for none of its requests any more. Drops the requests
+  /// without a reply. Those that are not on the wire yet are not sent: routed requests by
+  /// RouteTarget::Abandon, writes by WriteCommand::abandoned.
   void Abandon();
-  /// The client sends Modbus in another framing.
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
-  /// The client has left: Abandon, and what is kept of it is forgotten (selections and its place
-  /// among the events by OwnUnits::Forget, its entry in the traffic book). The wire is not
-  /// called again.
+  /// To be called when the client has left. Calls Abandon, and forgets the client's selections and
+  /// its first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called
+  /// again.
   void Close();
 
   std::size_t outstanding() const { return local_->outstanding() + routed_->outstanding(); }
-  /// When Sweep has something to answer; empty: nothing waits.
+  /// The next time at which Sweep has a request to answer; empty: no request waits.
   std::optional<Instant> Deadline() const;
 
  private:

@@ -23,11 +23,10 @@ std::string NameOf(const Route& route) {
          (route.line.empty() ? HostAndPort(route.host, route.port) : route.line);
 }
 
-/// Gives each place of the running list away once.
+/// Hands out each index of the running list once.
 class Places {
  public:
   explicit Places(std::size_t count) : free_(count, true) {}
-  /// The first free one of which `fits` says so.
   template <typename Fits>
   std::optional<std::size_t> Take(Fits fits) {
     for (std::size_t place = 0; place < free_.size(); ++place) {
@@ -60,7 +59,7 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
   }
 }
 
-/// All but its alarms.
+/// True if the routes differ in nothing but their alarms.
 bool LeadsTheSame(Route was, const Route& is) {
   was.alarms = is.alarms;
   return Same(was, is);
@@ -97,8 +96,9 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
 bool IsAny(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 bool IsIpv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
-/// Linux binds no port at all addresses while another socket listens there at one, nor the other
-/// way round. "::" takes IPv4, too; "0.0.0.0" leaves IPv6 alone.
+/// True if one address cannot be bound while the other is open: Linux binds no port at all
+/// addresses while a socket listens on that port at one address, and vice versa. "::" includes
+/// IPv4; "0.0.0.0" does not include IPv6.
 bool Blocks(const Listener& one, const Listener& other) {
   if (one.is_serial() || other.is_serial() || one.port != other.port || one.port == 0) return false;
   if (one.host == "::" || other.host == "::") return true;

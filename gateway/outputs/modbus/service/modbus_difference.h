@@ -1,7 +1,8 @@
-// What a new configuration changes of modbus.listen and modbus.routes. Pure. Listeners are compared
-// by their place, routes as a whole; nothing of a Modbus output that is off.
+// `CompareModbus` compares modbus.listen and modbus.routes of two configurations. Pure. Listeners
+// are matched by their address, routes by all their settings. The result is empty if Modbus is off
+// in one of the configurations.
 //
-//   running                        next                          comes out
+//   running                        next                          result
 //   127.0.0.1:1502                 127.0.0.1:1502 write: deny    changed, was 0
 //   10.0.0.1:502                   10.0.0.1:502                  same, was 1
 //   10.0.0.1:503                                                 removed
@@ -18,11 +19,11 @@
 
 namespace baudgate::reload {
 
-// What a reload does to one part of the gateway: a line, a listener or a route.
+// What a reload does to a line, a listener or a route.
 enum class Action : std::uint8_t {
-  same,       ///< it goes on, untouched
-  in_place,   ///< it goes on with what has changed
-  restarted,  ///< a line is restarted; a listener loses its clients
+  same,       ///< it runs on unchanged
+  in_place,   ///< it runs on with the changed settings
+  restarted,  ///< a line is restarted; a listener disconnects its clients
   added,
   removed,
 };
@@ -30,33 +31,36 @@ enum class Action : std::uint8_t {
 struct ListenerChange {
   std::string place;  ///< config::Listener::Place()
   Action action = Action::same;
-  std::string what;                         ///< "write, allow"; of a changed one
-  std::optional<std::size_t> was;           ///< where it stands in the list that runs
-  std::optional<std::size_t> clients = {};  ///< that it loses, if somebody has counted them
+  std::string what;                ///< the changed settings, "write, allow"
+  std::optional<std::size_t> was;  ///< its index in the running list
+  /// The number of clients that will be disconnected, if they were counted.
+  std::optional<std::size_t> clients = {};
 };
 
 struct RouteChange {
   std::string route;  ///< "33-40 to drive"
   Action action = Action::same;
-  std::string what;                ///< "remap"; of a changed one
-  std::optional<std::size_t> was;  ///< where it stands in the list that runs; none: it begins
+  std::string what;  ///< the changed settings, "remap"
+  /// Its index in the running list; empty: the route is new or restarted.
+  std::optional<std::size_t> was;
 };
 
 struct ModbusDifference {
-  // All of the new configuration in its order, then those removed.
+  // All entries of the new configuration in its order, then those that are removed.
   std::vector<ListenerChange> listeners;
   std::vector<RouteChange> routes;
-  bool route_order = false;  ///< routes that are the same stand in another order
-  /// Ports that can only be opened after another is closed: "modbus.listen from 10.0.0.1:502 to
-  /// 0.0.0.0:502".
+  bool route_order = false;  ///< unchanged routes have another order
+  /// Listeners that need a restart, because their ports can be opened only after another is closed:
+  /// "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
   std::vector<std::string> restart;
 };
 
 ModbusDifference CompareModbus(const config::Modbus& running, const config::Modbus& next);
 
-/// "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected"; same: nothing.
+/// E.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected". Empty if
+/// nothing changed.
 std::string SentenceOf(const ListenerChange& change);
-/// "route 33-40 to drive: is new"
+/// E.g. "route 33-40 to drive: is new". Empty if nothing changed.
 std::string SentenceOf(const RouteChange& change);
 
 }  // namespace baudgate::reload

@@ -35,7 +35,7 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
          request.start + request.count <= kAckRegister + 2;
 }
 
-/// As a write to a point of this name would be.
+/// Makes a record like that of a write to a point with the name "alarms".
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
                                          const bus::Writer& writer) const {
   audit::WriteRecord record;
@@ -194,9 +194,9 @@ ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& 
     OwnUnits& reader;
     const ModbusRequest& request;
     Instant now;
-    ExceptionCode exception = kDeviceFailure;  // if the device is forgotten
+    ExceptionCode exception = kDeviceFailure;  // if the store has no such device
   } look{*this, request, now};
-  // One captured reference keeps std::function off the heap.
+  // A single captured reference keeps std::function off the heap.
   store_.Read(unit.device, [&look](const bus::DeviceRecord& record) {
     OwnUnits& self = look.reader;
     look.exception =
@@ -220,7 +220,7 @@ ExceptionCode OwnUnits::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-/// A device shows its own events, the gateway all.
+/// A device shows its own events, the gateway those of all devices.
 void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
   if (piece == pieces_.end()) return;

@@ -1,7 +1,7 @@
-// The units that a Modbus server answers itself: devices of the gateway, out of the point store,
-// and the gateway's own. Requests come from client_requests.cpp. Used by the server's own thread
-// only. EventWindow and AckRegister are the registers for events and alarms, and ExceptionOf gives
-// the exception for a failed write.
+// `OwnUnits` answers requests for the units that a Modbus server serves itself: devices of the
+// gateway, from the point store, and the gateway. Requests come from client_requests.cpp. All on
+// the server's thread. `EventWindow` and `AckRegister` are the registers for events and alarms, and
+// `ExceptionOf` returns the exception for a failed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,47 +31,52 @@
 
 namespace baudgate::modbus {
 
-// Which events each client is shown of each unit: it writes the number of the first one, and reads
-// the block of gateway/outputs/modbus/registers/register_contents.h. On the server's thread.
+// `EventWindow` contains, per client and unit, the number of the first event to show. The client
+// writes that number, and then reads the event block of
+// gateway/outputs/modbus/registers/register_contents.h. On the server's thread.
 class EventWindow {
  public:
-  /// Null: no events are kept.
+  /// Null: no events are recorded.
   explicit EventWindow(std::shared_ptr<const events::EventFeed> events)
       : events_(std::move(events)) {}
 
-  /// `first`: the number of an event; 0: the newest are shown.
+  /// `first`: the number of an event; 0: the newest events are shown.
   void SetFirst(std::uint64_t client, std::uint8_t unit, std::uint32_t first) {
     firsts_[{client, unit}] = first;
   }
-  /// `source`: the device whose events are shown; empty: the events of all.
+  /// `source`: the device whose events are shown; empty: the events of all devices.
   EventBlock Show(std::uint64_t client, std::uint8_t unit,
                   std::optional<events::Source> source) const;
-  /// The client has left.
+  /// To be called when the client has left.
   void Forget(std::uint64_t client);
 
  private:
   const std::shared_ptr<const events::EventFeed> events_;
-  /// By client and unit; none: the newest.
+  /// By client and unit; an absent entry means the newest events.
   std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> firsts_;
 };
 
-// The register that acknowledges alarms, 9096 of every unit: the number of the event that has
-// raised one (its low 32 bits), or all ones for all. At the unit of a device its own, at the
-// gateway's all.
+// `AckRegister` is the register that acknowledges alarms, 9096 of every unit. A client writes the
+// number of the event that raised the alarm (its low 32 bits), or all ones for all alarms. The unit
+// of a device acknowledges that device's alarms; the gateway's units acknowledge those of all
+// devices.
 class AckRegister {
  public:
   static constexpr std::uint32_t kAll = 0xFFFFFFFF;
 
-  /// All outlive it. Null: there are no alarms; it is not recorded.
+  /// References and pointers must outlive this object. `alarms` null: there are no alarms. `log`
+  /// null: acknowledgements are not recorded.
   AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
-  /// The request writes to this register, and to nothing else.
+  /// True if the request writes to this register, and to no other.
   static bool IsFor(const ModbusRequest& request);
-  /// `done` comes once, on any thread, when it is on the disk, unless there is an exception.
-  /// illegal_value: half a number, or no alarm of that number waits for it.
+  /// Acknowledges alarms. Unless an exception is returned, `done` is called once, on any thread,
+  /// when the acknowledgement is on the disk. kIllegalValue: half of the number, or no alarm of
+  /// that number waits to be acknowledged.
   ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
+  /// Records an acknowledgement that was not permitted or not accepted.
   void Deny(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
             const WriteResult& refused, Now now);
 
@@ -84,53 +89,50 @@ class AckRegister {
   audit::WriteLog* const log_;
 };
 
-// The exception that a client of a Modbus server is answered when its write has failed. Pure.
-
-/// kNoException: it ended well.
+/// The exception for a write that has ended; kNoException if it ended well.
 ExceptionCode ExceptionOf(const WriteResult& result);
-/// Why it was not begun.
+/// The exception for a write that was not begun.
 ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 
-/// A client that waits for its write.
 struct Asker {
   bus::Writer writer{};
-  Instant deadline{};                                  ///< nothing of it is sent later
+  Instant deadline{};                                  ///< no request of the write is sent later
   std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
 };
 
 class OwnUnits {
  public:
-  /// All references outlive it. `block`: what the gateway's own registers show. `events`: see
+  /// References must outlive this object. `block` returns the gateway's status block. `events`: see
   /// EventWindow.
   OwnUnits(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
            std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
            const AckRegister& acks);
 
-  /// A reload.
   void Apply(const config::Config& config);
 
-  /// Unit, function, counts and lengths; fills `request` when there is no exception.
+  /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// Fills responder() for the answer: from the point store, or from the block of the gateway.
-  /// Never waits for a line or the disk. `client`: whose place among the events is its own.
+  /// Fills responder() for the reply, from the point store or the gateway's status block. Never
+  /// waits for a line or the disk. `client`: the number of the client, which selects the first
+  /// event that it is shown.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// By the register a write is for points, the selection of a point, the acknowledgement of
-  /// alarms, or the first event that is shown. `done` is called once, on any thread, unless there
-  /// is an exception.
+  /// Begins a write. Its first register decides what is written: values of points, the selection of
+  /// a point, the acknowledgement of alarms, or the first event to show. Unless an exception is
+  /// returned, `done` is called once, on any thread.
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
-  /// Another part has denied this request: if it is a write, its points are recorded with that end.
+  /// Records a write that another part has denied with the end `refused`; does nothing for reads.
   void Deny(View frame, const bus::Writer& writer, const WriteResult& refused, const Now& now);
-  /// The client has left.
+  /// To be called when the client has left: forgets its selections and its first events.
   void Forget(const bus::Writer& writer);
 
   Responder& responder() { return responder_; }
 
  private:
-  /// One image for each unit of a device.
   void MakeImages();
-  /// From the unit's image, if that has the whole request and is fresh or may be made again.
+  /// Answers from the unit's image if that contains the whole request and is fresh or may be
+  /// renewed; else empty.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
@@ -144,9 +146,10 @@ class OwnUnits {
   RegisterMap map_;
   EventWindow events_;
   const std::function<GatewayBlock()> block_;
-  std::array<std::unique_ptr<RegisterImage>, 256> images_;  ///< by unit; none where no device is
+  /// By unit; null if the unit is no device.
+  std::array<std::unique_ptr<RegisterImage>, 256> images_;
   Responder responder_;
-  std::vector<Piece> pieces_;  ///< of the request in hand; kept for its memory
+  std::vector<Piece> pieces_;  ///< of the current request; a member, so that its memory is reused
   bus::WriteGate gate_;
   AckRegister acks_;
 };

@@ -1,6 +1,6 @@
-// What answers for a unit: a device, the gateway itself, or a transparent route. Pure; made again
-// from each configuration, used by router.cpp for every request. RouteList keeps the numbers of
-// routes.
+// `RouteTable` maps each unit to what answers for it: a device, the gateway itself, or a
+// transparent route. Pure; made again from each configuration, and used by router.cpp for every
+// request. `RouteList` numbers the routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,17 +16,16 @@
 
 namespace baudgate::modbus {
 
-// The routes of the gateway by numbers that are for good, so that a request under way ends at its
-// own route whatever a reload does meanwhile. Pure; on the server's thread.
+// `RouteList` gives each route a number that never changes, so that the end of a request is counted
+// at its route even if a reload comes in between. Pure; on the server's thread.
 //
 //   file             numbers()      file after a reload   numbers()
 //   20 to drive      0              33 to pumps           2 (new)
 //   21 to drive      1              21 to drive           1 (the same)
 //
-// Number 0 is still known; only nothing leads there any more.
+// Route 0 is still in the list, but no unit leads to it.
 
-/// Where each entry of a list in a new file stood in the file before; empty: it
-/// is new.
+/// For each entry of a list in the new file, its index in the old file; empty: it is new.
 using Origins = std::vector<std::optional<std::size_t>>;
 
 class RouteList {
@@ -34,14 +33,14 @@ class RouteList {
   explicit RouteList(const std::vector<config::Route>& routes) {
     Renew(routes, Origins(routes.size()));
   }
-  /// A reload. Of routes that are the same the lines may have other numbers.
+  /// Applies the routes of a reload. Line indexes may differ in routes that are otherwise
+  /// unchanged.
   void Renew(const std::vector<config::Route>& routes, const Origins& origins);
 
-  /// By number; also of a route that has gone.
+  /// Returns a route by its number; also routes that were removed.
   const config::Route& at(std::size_t number) const { return routes_[number]; }
-  /// How many numbers have been given out.
   std::size_t size() const { return routes_.size(); }
-  /// The routes of the running file, in its order.
+  /// The numbers of the routes in the running file, in its order.
   std::span<const std::size_t> numbers() const { return numbers_; }
 
  private:
@@ -51,17 +50,17 @@ class RouteList {
 
 struct Way {
   enum class Kind : std::uint8_t {
-    none,     ///< nobody: 0x0A
-    device,   ///< out of the point store
-    gateway,  ///< the gateway's own block
+    none,     ///< nothing answers: exception 0x0A
+    device,   ///< answered from the point store
+    gateway,  ///< answered with the gateway's status block
     route,
   };
   Kind kind = Kind::none;
-  std::uint32_t route = 0;  ///< its number
+  std::uint32_t route = 0;  ///< the number of the route
 };
 
-/// Units of devices come first, then the first route that names the unit, then 0 and 255 as the
-/// gateway itself.
+/// Units of devices come first, then the first route whose range contains the unit, then 0 and 255
+/// as the gateway itself.
 class RouteTable {
  public:
   RouteTable(const config::Config& config, const RouteList& routes);

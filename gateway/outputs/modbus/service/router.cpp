@@ -70,7 +70,7 @@ std::unique_ptr<Upstream> RouteTargets::MakeServer(const HostPort& at) {
 bool RouteTargets::Submit(bus::RouteTarget& target, bus::RoutedRequest request) {
   const std::uint64_t client = request.client;
   if (!target.Submit(std::move(request))) return false;
-  if (client == 0) return true;  // a broadcast
+  if (client == 0) return true;
   std::vector<bus::RouteTarget*>& asked = asked_[client];
   if (std::ranges::find(asked, &target) == asked.end()) asked.push_back(&target);
   return true;
@@ -91,7 +91,7 @@ std::string RouteTargets::NameOf(const bus::RouteTarget* target) const {
   return {};
 }
 
-/// At all routes that lead to this slave of the server.
+/// Counts a late reply for all routes that lead to this slave of the server.
 void RouteTargets::CameLate(const HostPort& server, std::uint8_t slave) {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& other = routes_.at(number);

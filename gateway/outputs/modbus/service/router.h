@@ -1,7 +1,7 @@
-// The transparent routes of a Modbus server: which unit goes where, and what is kept of each
-// request that is passed on: its count in the traffic book and, if it may write, its record. Shared
-// by all clients. On the server's thread. RouteTargets are the lines and servers where routes lead,
-// and RoutedReport is the result of a request that was passed on.
+// `Router` contains the transparent routes of a Modbus server: it passes requests on to lines and
+// remote servers, counts each in the traffic book, and records each that may write. Shared by all
+// clients. On the server's thread. `RouteTargets` are the lines and servers to which routes lead,
+// and `RoutedReport` is the result of a routed request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,8 +26,8 @@
 
 namespace baudgate::modbus {
 
-// Where transparent routes lead: the lines that the composition root has given, and the servers
-// elsewhere that are made here. Asked by Router for every routed request.
+// `RouteTargets` contains the targets of transparent routes: the lines, which the composition root
+// passes, and the remote servers, which are made here.
 class TrafficBook;
 class Upstream;
 
@@ -39,27 +39,29 @@ class RouteTargets {
     Duration deadline{};
   };
 
-  /// All outlive this. `lines`: by the numbers of the store.
+  /// References must outlive this object. `lines`: by their index in the store.
   RouteTargets(const RouteList& routes, std::span<bus::RouteTarget* const> lines);
   ~RouteTargets();
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
 
-  /// Makes the servers elsewhere, one per host and port. Both on the server's thread.
+  /// Open makes the remote servers, one per host and port; Close stops them. Both on the server's
+  /// thread.
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
-  /// A reload: the routes have been renewed, and lines may have other numbers. A server to which
-  /// no route leads any more answers what it has. On the server's thread.
+  /// To be called at a reload, after the routes were renewed; `lines` may have other indexes. A
+  /// server to which no route leads any more finishes its requests and closes. On the server's
+  /// thread.
   void Relink(std::span<bus::RouteTarget* const> lines);
 
-  /// The target of this route; null: it leads nowhere now.
+  /// Null: the route leads nowhere now.
   bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
-  /// As RouteTarget::Submit.
+  /// Calls RouteTarget::Submit and remembers the target, for Abandon.
   bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
-  /// Targets that hold requests of this client are told that it has left.
+  /// Calls RouteTarget::Abandon of every target that may hold requests of this client.
   void Abandon(std::uint64_t client);
-  /// "drive" or "10.0.0.9:502", of the first route that leads there.
+  /// The name of the target, "drive" or "10.0.0.9:502", from the first route that leads to it.
   std::string NameOf(const bus::RouteTarget* target) const;
   /// Every line that a route leads to, once.
   std::span<const Line> lines() const { return lines_; }
@@ -75,75 +77,73 @@ class RouteTargets {
   const RouteList& routes_;
   asio::io_context* io_ = nullptr;  ///< null: not open
   std::shared_ptr<TrafficBook> book_;
-  /// None is removed: a client that has asked there may still have to be forgotten.
+  /// Servers are never removed, because clients that have sent requests there may still call
+  /// Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<bus::RouteTarget*> targets_;  ///< by route
+  std::vector<bus::RouteTarget*> targets_;  ///< by route number
   std::vector<Line> lines_;
   /// By client: the targets that may still hold requests of it.
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;
 };
 
-/// One request for a route, and its client.
 struct RoutedAsk {
-  std::size_t route = 0;  ///< its number, or TrafficBook::kBroadcasts
-  std::uint8_t unit = 0;  ///< as the client addresses it
+  std::size_t route = 0;  ///< the route's number, or TrafficBook::kBroadcasts
+  std::uint8_t unit = 0;  ///< the unit that the client has addressed
   std::string_view peer{};
   bus::RouteTarget* target = nullptr;
   bool has_room = true;  ///< false: the client has too many requests under way
 };
 
-// The result of a request that was passed on: for the part that raises alarms of slaves that do not
-// answer their clients (gateway/records/event_path.h).
+// `RoutedReport` is the result of a routed request. It goes to the part that raises alarms for
+// slaves that do not answer clients (gateway/records/event_path.h).
 struct RoutedReport {
   const config::Route& route;
-  std::uint8_t unit = 0;  ///< as the client asked for it
+  std::uint8_t unit = 0;  ///< the unit that the client has addressed
   RouteOutcome end = RouteOutcome::no_reply;
   const bus::RoutedReply& reply;
 };
 
-/// On the server's thread; returns at once.
+/// Called on the server's thread; must return at once.
 using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
 class Router {
  public:
-  /// Lines and log must outlive this object. See ModbusLinks.
+  /// Lines and log must outlive this object; for null arguments see ModbusLinks.
   Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
          audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
-  /// Makes the servers elsewhere.
   void Open(asio::io_context& io) { targets_.Open(io, book_); }
   void Close() { targets_.Close(); }
-  /// A reload. `routes`: which are the same.
+  /// Applies the configuration of a reload. `routes`: see Origins.
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
-  /// By its number.
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
   /// Null: the route leads nowhere now.
   bus::RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
-  /// Every line that a route leads to, once.
   std::span<const RouteTargets::Line> lines() const { return targets_.lines(); }
 
-  /// False: it is busy, and the request has ended.
+  /// Passes a request on. False: the target or the client has too many requests, and `request.done`
+  /// is not called.
   bool Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now);
-  /// The listener does not permit it.
+  /// Counts and records a request that the listener does not permit.
   void Deny(const RoutedAsk& ask, View pdu, const std::string& reason, const Now& now);
-  /// The answer of a target, other than to a broadcast.
+  /// To be called with the answer of a target, except to a broadcast.
   void OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              const Now& now);
-  /// A request whose client does not wait for it any more.
+  /// To be called for each pending request whose client does not wait for it any more.
   void OnAbandoned(std::size_t route, std::uint8_t unit) {
     book_->Ended(route, unit, RouteOutcome::abandoned, {}, {});
   }
-  /// Targets send nothing more of this client.
+  /// Targets send no more requests of this client.
   void Abandon(std::uint64_t client) { targets_.Abandon(client); }
 
-  /// Shared by what may outlive the server.
+  /// Shared, because its other users may outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
-  /// The record of a request that may write, where those are kept; else null.
+  /// Makes the record of a request that may write; null for other requests, or if there is no log.
   std::shared_ptr<audit::Witness> WitnessOf(const RoutedAsk& ask, View pdu, bool broadcast,
                                             const Now& now) const;
 

@@ -1,5 +1,5 @@
-// What clients ask of the Modbus server, and the results: one entry per client, serial master
-// and route, for `baudgate status`. Written on the server's thread, read from any
+// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: one entry per
+// client, serial master and route. Written on the server's thread, read from any
 // (gateway/outputs/control).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,43 +23,45 @@ struct ClientStatus {
   std::string listener;  ///< config::Listener::Address()
   config::Priority priority = config::Priority::normal;
   WallTime since{};
-  WallTime last_request{};  ///< the epoch: none yet
+  WallTime last_request{};  ///< the epoch: no request yet
   std::uint64_t requests = 0;
-  std::uint64_t exceptions = 0;  ///< the slave's own included
+  std::uint64_t exceptions = 0;  ///< exceptions of slaves included
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;
   std::uint32_t outstanding = 0;  ///< requests not answered yet
 };
 
-/// A serial port at which a master is awaited, whether one is heard or not.
+/// A serial port that waits for a master, whether a master sends or not.
 struct MasterStatus {
   std::string port;
   bool is_open = false;
-  std::string text;              ///< what is open, or why it is not
-  WallTime since{};              ///< of is_open
-  std::uint64_t frames = 0;      ///< whole requests and replies, those of other slaves included
-  std::uint64_t damaged = 0;     ///< what was heard and is no frame
-  std::optional<Framing> other;  ///< damage was whole in this one; a request forgets it
+  std::string text;           ///< a description of the open port, or why it is not open
+  WallTime since{};           ///< the time of the last change of is_open
+  std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
+  std::uint64_t damaged = 0;  ///< received runs of bytes that were no frame
+  /// The framing in which the damage was a whole request; reset by a good request.
+  std::optional<Framing> other;
   Framing expected = Framing::rtu;
-  std::uint64_t echoes = 0;  ///< own replies that were heard and passed over; `echo` is off
-  WallTime last_frame{};     ///< the epoch: none yet
+  std::uint64_t echoes = 0;  ///< own replies that were received and ignored, although `echo` is off
+  WallTime last_frame{};     ///< the epoch: no frame yet
 };
 
-/// How routed requests ended. requests == ok + refused + denied + no_reply + expired + busy +
-/// dropped + broadcasts + those under way.
+/// Counts how routed requests ended. requests == ok + refused + denied + no_reply + expired + busy
+/// + dropped + broadcasts + those under way.
 struct RouteCounters {
   std::uint64_t requests = 0;
   std::uint64_t ok = 0;
-  std::uint64_t refused = 0;     ///< the slave answered an exception of its own
-  std::uint64_t denied = 0;      ///< its listener does not permit it; 0x01
+  std::uint64_t refused = 0;     ///< the slave answered with an exception
+  std::uint64_t denied = 0;      ///< the listener does not permit the request; 0x01
   std::uint64_t no_reply = 0;    ///< no good reply: silence, damage, port closed; 0x0B
   std::uint64_t expired = 0;     ///< waited beyond the deadline and was not sent; 0x0B
   std::uint64_t busy = 0;        ///< the queue was full; 0x06
   std::uint64_t dropped = 0;     ///< the client had left
-  std::uint64_t broadcasts = 0;  ///< sent to all, never answered
-  std::uint64_t shared = 0;      ///< of ok and refused: another's exchange answered it too
-  Duration longest_wait{};       ///< in the queue
-  Duration total_wait{};         ///< of ok and refused
+  std::uint64_t broadcasts = 0;  ///< sent to all slaves, never answered
+  /// Counts those of ok and refused that the exchange of an identical request answered.
+  std::uint64_t shared = 0;
+  Duration longest_wait{};  ///< in the queue
+  Duration total_wait{};    ///< of ok and refused
 
   Duration MeanWait() const {
     const auto answered = static_cast<std::int64_t>(ok + refused);
@@ -88,10 +90,10 @@ struct RouteStatus : RouteCounters {
   std::string target;        ///< "line drive", "server 10.0.0.9:502"
   std::string last_trouble;  ///< reason of the last request without a good reply
   WallTime last_trouble_at{};
-  /// Replies of a server that came after their deadline and were dropped. Routes that lead to the
-  /// same unit there count each other's.
+  /// Replies of a server that came after their deadline and were dropped. If several routes lead to
+  /// one unit of a server, a late reply counts for each of them.
   std::uint64_t late = 0;
-  std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients ask for them
+  std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients address them
 };
 
 template <typename Visit>
@@ -104,38 +106,38 @@ void VisitFields(const RouteStatus*, Visit visit) {
   visit(bus::Counted<&RouteStatus::late>());
 }
 
-/// A listener at which no client can come in; it is looked at again each second.
+/// A listener to which no client can connect; it is checked again each second.
 struct ClosedListener {
   std::string place;     ///< config::Listener::Address()
   std::string why;       ///< "address already in use; …"
-  bool is_open = false;  ///< its address has left the machine
+  bool is_open = false;  ///< the port is open, but its address has left the machine
 };
 
-/// A client that spoke another framing than its listener.
+/// Clients that used another framing than their listener.
 struct OtherSpeaker {
   std::string listener;  ///< config::Listener::Address()
-  std::string peer;      ///< the last
+  std::string peer;      ///< the last such client
   Framing heard = Framing::tcp;
   Framing expected = Framing::tcp;
   std::uint64_t times = 0;
   WallTime last{};
 };
 
-/// Requests of all clients of a listener by what was asked and how it was answered.
+/// The number of requests of all clients of a listener by function and exception.
 struct FunctionCount {
   std::string listener;        ///< config::Listener::Address()
-  std::uint8_t function = 0;   ///< 0: one that is in no standard
-  std::uint8_t exception = 0;  ///< 0: none
+  std::uint8_t function = 0;   ///< 0: a function that is in no standard
+  std::uint8_t exception = 0;  ///< 0: no exception
   std::uint64_t requests = 0;
 };
 
 struct TrafficStatus {
   std::vector<ClientStatus> clients;  ///< connected now, by id
-  std::vector<MasterStatus> masters;  ///< in the order in which they were configured
+  std::vector<MasterStatus> masters;  ///< in the order in which their ports were added
   std::vector<ClosedListener> closed;
-  std::vector<OtherSpeaker> others;      ///< one for each listener where there were any
-  std::vector<FunctionCount> functions;  ///< that were asked since the start
-  /// In the order of the file that runs; after them one for broadcasts, if any.
+  std::vector<OtherSpeaker> others;      ///< one for each listener that had such clients
+  std::vector<FunctionCount> functions;  ///< functions that were used since the start
+  /// In the order of the running file; after them one for broadcasts, if there were any.
   std::vector<RouteStatus> routes;
 };
 

@@ -1,9 +1,8 @@
-// Keeps the counters of clients, serial masters and routes behind TrafficStatus. They are reported
-// on the server's thread by client_requests.cpp, router.cpp,
-// gateway/outputs/modbus/serial/serial_listener.cpp and
-// gateway/outputs/modbus/upstream/upstream.cpp; gateway/outputs/modbus/server/modbus_server.cpp
-// hands the numbers out to any thread. FunctionCounters and LiveCounters are the counters of
-// functions and clients.
+// `TrafficBook` contains the counters of clients, serial masters and routes behind TrafficStatus.
+// client_requests.cpp, router.cpp, gateway/outputs/modbus/serial/serial_listener.cpp and
+// gateway/outputs/modbus/upstream/upstream.cpp report to it on the server's thread;
+// gateway/outputs/modbus/server/modbus_server.cpp returns the numbers on any thread.
+// `FunctionCounters` and `LiveCounters` are the counters of functions and clients.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,11 +27,11 @@
 
 namespace baudgate::modbus {
 
-// How often each function was asked at a listener, and how it was answered. The server's thread
-// alone counts, without a lock; any thread reads.
+// `FunctionCounters` counts how often each function was used at a listener, and how it was
+// answered. Only the server's thread counts, without a lock; any thread reads.
 class FunctionCounters {
  public:
-  /// `exception`: 0 for none.
+  /// `exception`: 0 for none; 0x0C and above are counted as 0x0B.
   void Add(std::uint8_t function, std::uint8_t exception = 0) {
     constexpr auto kRelaxed = std::memory_order_relaxed;
     auto& counter = counters_[PlaceOf(function)][std::min<std::size_t>(exception, kExceptions - 1)];
@@ -49,10 +48,10 @@ class FunctionCounters {
   }
 
  private:
-  /// Functions of the standard; all others are counted as one.
+  /// Functions of the standard; all others share one counter.
   static constexpr std::array<std::uint8_t, 19> kFunctions = {
       1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
-  static constexpr std::size_t kExceptions = 12;  // 0x0B is the last
+  static constexpr std::size_t kExceptions = 12;  // codes 0 to 0x0B
 
   static std::size_t PlaceOf(std::uint8_t function) {
     return static_cast<std::size_t>(std::ranges::find(kFunctions, function) - kFunctions.begin());
@@ -62,7 +61,6 @@ class FunctionCounters {
       counters_{};
 };
 
-// What the clients of a Modbus server do, counted while it runs.
 struct LiveCounters {
   std::atomic<std::uint64_t> clients = 0;
   std::atomic<std::uint64_t> accepted = 0;
@@ -75,18 +73,18 @@ struct LiveCounters {
   std::atomic<std::uint64_t> exceptions = 0;
 
   ModbusCounters Snapshot() const;
-  /// One thread writes, so no locked instruction is needed.
+  /// One thread writes, so a locked instruction is not needed.
   static void Add(std::atomic<std::uint64_t>& counter) {
     counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
 };
 
-/// The numbers of one client. The server's thread alone writes them, without a lock.
+/// The counters of one client. Only the server's thread writes them, without a lock.
 struct ClientRecord {
   std::uint64_t id = 0;
   std::string peer;
   std::string listener;
-  std::shared_ptr<FunctionCounters> functions{};  // of the listener
+  std::shared_ptr<FunctionCounters> functions{};  // shared by all clients of the listener
   config::Priority priority = config::Priority::normal;
   WallTime since{};
   std::atomic<Instant> last_request = Instant::min();
@@ -96,13 +94,12 @@ struct ClientRecord {
   std::atomic<std::uint64_t> bytes_out = 0;
   std::atomic<std::uint32_t> outstanding = 0;
 
-  /// One thread writes, so no locked instruction is needed.
   static void Add(std::atomic<std::uint64_t>& counter, std::uint64_t count = 1) {
     counter.store(counter.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
   }
 };
 
-/// How a routed request ended, as RouteCounters has it.
+/// How a routed request ended; each value has its counter in RouteCounters.
 enum class RouteOutcome : std::uint8_t {
   ok,
   refused,
@@ -116,45 +113,45 @@ enum class RouteOutcome : std::uint8_t {
 
 class TrafficBook {
  public:
-  /// In place of a route's number: where broadcasts that no route names are counted, one per line.
+  /// Stands in place of a route's number: broadcasts that no route names are counted here, one per
+  /// line.
   static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 
   TrafficBook();
 
-  /// These are shown from now on. What ends at others is still counted there.
+  /// Sets the routes that Status returns. Requests of removed routes are still counted there.
   void Show(const RouteList& routes);
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
                                       config::Priority priority, WallTime since);
   void Leave(const ClientRecord& client);
 
-  /// A serial port at which a master is awaited: its place in the book.
+  /// Adds a serial port that waits for a master; returns its number in the book.
   std::size_t AddMaster(const config::Listener& listener, WallTime since);
-  /// None is awaited there any more.
   void RemoveMaster(std::size_t master);
-  /// In place of those before.
   void ShowClosed(std::vector<ClosedListener> closed);
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
-  /// The damage before was a message in another framing. True: that is news.
+  /// To be called when damaged bytes were a request in another framing. True if this was not known.
   bool HeardOther(std::size_t master, Framing heard);
-  /// The same of a TCP client.
+  /// Counts a TCP client that used another framing.
   void HeardOther(const std::string& listener, const std::string& peer, Framing heard,
                   Framing expected, WallTime at);
-  /// One of the gateway's own replies, where `echo` is off.
+  /// Counts one of the gateway's own replies that was received, where `echo` is off.
   void HeardEcho(std::size_t master);
 
-  /// `route`: its number, or kBroadcasts.
+  /// Counts a request. `route`: the route's number, or kBroadcasts.
   void Asked(std::size_t route, std::uint8_t unit);
-  /// `reply` may be empty where there was none, and `at` where the client has left.
+  /// Counts the end of a request. `reply` may be empty if there was none, and `at` if the client
+  /// has left.
   void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              WallTime at);
 
-  /// A reply for which no client waits any more.
+  /// Counts a reply for which no client waits any more.
   void CameLate(std::size_t route);
 
-  /// From any thread.
+  /// May be called on any thread.
   TrafficStatus Status(const Now& now) const;
 
  private:
@@ -170,7 +167,8 @@ class TrafficBook {
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
   std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);  // by listener
   std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);             // by number
-  std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);              // their numbers
+  // The numbers of the running file's routes.
+  std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

@@ -14,12 +14,12 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Older trouble of a route is over.
+/// Older trouble of a route is not reported.
 constexpr Duration kRecentTrouble = 10min;
 constexpr std::size_t kMostUnits = 8;
 constexpr const char* kCheckWire = "check bit rate, parity and wiring";
 
-/// What an open port hears, or does not.
+/// Describes the silence of an open port; empty while requests come.
 std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   const bool never = master.last_frame == WallTime{};
   const Duration silent = now - (never ? master.since : master.last_frame);
@@ -36,7 +36,7 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
 
 std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
 
-/// Units that have never answered their clients, beside those that have.
+/// Names units that have never answered, with the advice that follows if others have.
 Sentences DeadUnits(const modbus::RouteStatus& route) {
   const auto good = std::ranges::find_if(
       route.by_unit, [](const auto& unit) { return Answered(unit.second) > 0; });

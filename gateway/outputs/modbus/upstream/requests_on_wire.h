@@ -1,6 +1,7 @@
-// Requests that a server elsewhere has been sent and has not answered: what may join them, whose a
-// reply is, what a deadline means that passes, and what goes out once more when the connection
-// ends. No socket, no clock; for upstream.cpp.
+// `RequestsOnWire` contains the requests that were sent to a remote server and not answered yet. It
+// decides which request may be sent beside them, which request a reply answers, what follows when a
+// deadline passes, and what is sent again when the connection ends. No socket, no clock; used by
+// upstream.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,31 +23,32 @@ namespace baudgate::modbus {
 
 class RequestsOnWire {
  public:
-  /// The last places are for short writes, so that reads of units that do not answer hold up no
-  /// stop.
+  /// The number of requests on the wire at once. The last kKeptForWrites places are for short
+  /// writes only, so that reads of units that do not answer cannot delay a stop command.
   static constexpr std::size_t kMost = 16;
   static constexpr std::size_t kKeptForWrites = 4;
-  /// At most so many of these go to one unit; beyond them only short writes go out.
+  /// The number of requests to one unit at once; beyond it only short writes are sent.
   static constexpr std::size_t kMostPerUnit = 4;
-  /// Deadlines that pass one after the other without a sign of the server: then the connection
-  /// is made again. Without a sign of one unit: then it has one request at a time until it answers.
+  /// The number of deadlines that pass in a row before the connection is renewed, if the server
+  /// sends nothing in that time. A unit that lets as many pass has one request at a time until it
+  /// answers.
   static constexpr int kSilentDeadlines = 3;
   /// A server that closes the connection because of a request does so within this time.
   static constexpr Duration kTriedOut = std::chrono::milliseconds(200);
 
-  /// One of them, with the identical reads that its reply answers as well.
+  /// One request on the wire, with the identical reads that its reply answers as well.
   struct Sent {
     std::uint16_t id = 0;
     std::uint8_t unit = 0;
     Bytes pdu;
     Instant at;
-    Instant deadline;  ///< the last of its requests'
+    Instant deadline;  ///< the latest deadline of `requests`
     bus::RouteQueue::Batch requests;
 
     std::uint8_t function() const { return pdu[0]; }
-    /// Functions that only read, whoever the server is.
     bool only_reads() const { return IsRead(function()); }
-    /// It was on the wire when a connection ended, and may have been the reason.
+    /// True if the request was on the wire before when a connection ended, and may have caused
+    /// that.
     bool repeated() const {
       return std::ranges::any_of(
           requests, [](const bus::RoutedRequest& request) { return request.tries > 0; });
@@ -54,55 +56,60 @@ class RequestsOnWire {
     void Answer(Outcome outcome, View pdu, const std::string& reason) const;
   };
 
-  /// There is a connection to be tried: nothing is known of it.
+  /// To be called when a new connection is attempted: forgets what the last connection has shown.
   void OnConnecting(Instant now);
 
   bool empty() const { return sent_.empty(); }
   bool full() const { return sent_.size() >= kMost; }
-  /// For a request that is no short write. A unit that does not answer takes neither all places
-  /// nor, in the end, more than one.
+  /// True if a request that is no short write may be sent to this unit. A unit that does not answer
+  /// is limited to kMostPerUnit places, and to one place in the end.
   bool HasRoom(std::uint8_t unit) const;
-  /// It overtakes no write to its unit.
+  /// True if the request overtakes no write to its unit.
   bool MayFollow(const bus::RoutedRequest& request) const;
-  /// The server has not closed yet because of the request that is repeated, and may.
+  /// True while a repeated request is so new that the server may still close the connection because
+  /// of it.
   bool IsTryingOut(Instant now) const { return TriedOutAt(now).has_value(); }
+  /// The next time after `now` at which a repeated request stops being on trial; empty: none is.
   std::optional<Instant> TriedOutAt(Instant now) const;
 
-  /// With an id that none of them has.
+  /// Gives `batch` an id that no request on the wire has.
   Sent Number(bus::RouteQueue::Batch batch, Instant now);
   void Add(Sent sent) { sent_.push_back(std::move(sent)); }
 
-  /// The PDU of the request that a reply of this unit answers; empty: there is none.
+  /// The PDU of the request that a reply with this id from this unit answers; empty: there is no
+  /// such request.
   View PduOf(std::uint16_t id, std::uint8_t unit) const;
   struct Replied {
     std::optional<Sent> sent{};  ///< the request with this id, possibly to another unit
     bool late = false;           ///< no request waits, but an expired one had this id
   };
+  /// Removes the request that a reply with this id answers.
   Replied TakeReplied(std::uint16_t id, std::uint8_t unit);
 
-  /// Those whose requests have expired, in part or all of them.
+  /// Removes requests whose deadline has passed, and returns them. Requests with a later deadline
+  /// that share the same exchange stay.
   std::vector<Sent> TakeExpired(Instant now);
   bool IsSilent() const { return silent_ >= kSilentDeadlines; }
-  /// A frame that has begun with this id, if that much of it has come, can only be of those that
-  /// have expired.
+  /// True if an incomplete frame with this id (empty: the id has not come yet) can only be the
+  /// reply to an expired request.
   bool IsOfExpired(std::optional<std::uint16_t> id) const;
-  /// The soonest of all.
   std::optional<Instant> Deadline() const;
 
-  /// What may have been the reason that the server has ended the connection. One that closes
-  /// because of a request does so again when that is repeated, and of those one at a time is on the
-  /// wire: the latest of them was the reason. Null: none is.
+  /// Returns the request that may have made the server close the connection; null: none. A server
+  /// that closes because of a request does so again when the request is repeated. Repeated requests
+  /// are sent one at a time, so the latest of them is the suspect.
   const Sent* Suspect() const;
-  /// What may be sent once more, to be returned in this order. Whether the server has carried out a
-  /// write cannot be known; a read may be sent once more, and again where `reason` was another.
+  /// Removes the reads that may be sent again and returns them, latest first. A write is never sent
+  /// again, because the server may have carried it out. A read is sent again once, and once more
+  /// each time that another request was the `reason`.
   std::vector<bus::RouteQueue::Batch> TakeReads(const Sent* reason);
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
-  /// Answers the requests of a client that has left. What is on the wire stays there, so that its
-  /// reply is known when it comes.
+  /// Answers the requests of a client that has left. The exchange stays on the wire, so that its
+  /// reply is recognised.
   void Abandon(std::uint64_t client);
 
  private:
-  /// Its deadline has passed on the wire, and its reply may still come.
+  /// A request that expired on the wire: its reply may still come.
   struct Expired {
     std::uint16_t id = 0;
     std::uint8_t unit = 0;
@@ -116,9 +123,9 @@ class RequestsOnWire {
   std::vector<Sent> sent_;
   std::vector<Expired> expired_;  // the latest of this connection
   std::uint16_t next_id_ = 0;
-  std::array<int, 256> ignored_{};  // by unit: deadlines that passed since it answered
-  int silent_ = 0;                  // deadlines that passed since the server gave a sign
-  Instant silent_from_;             // what was sent later counts as the next of them
+  std::array<int, 256> ignored_{};  // by unit: deadlines that have passed since its last reply
+  int silent_ = 0;                  // deadlines that have passed since the last reply of the server
+  Instant silent_from_;  // a deadline counts in silent_ only if its request was sent after this
 };
 
 }  // namespace baudgate::modbus

@@ -1,5 +1,4 @@
-// The server elsewhere: requests come in, wait, expire and are answered; the connection is made,
-// and made again.
+// Queues, sends, expires and answers requests to a remote server; makes and renews the connection.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/upstream/upstream.h"
 
@@ -19,7 +18,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-constexpr Duration kConnectTimeout = 5s;  // name look-up and connection together
+constexpr Duration kConnectTimeout = 5s;  // for name look-up and connecting together
 
 }  // namespace
 
@@ -34,7 +33,8 @@ bool Upstream::Link::Submit(bus::RoutedRequest request) {
 }
 
 void Upstream::Link::Abandon(std::uint64_t client) {
-  // At once where it can be, so that it does not meet what the client asks next.
+  // Dispatched, not posted: on the server's thread it is done at once, before the client's next
+  // request comes.
   asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
 
@@ -76,7 +76,7 @@ void Upstream::Link::Drop(std::uint64_t client) {
   on_wire_.Abandon(client);
 }
 
-/// Whatever has happened: does what is to be done now.
+/// Does all work that is due; to be called after any change.
 void Upstream::Link::Work() {
   const Instant now = clock_();
   ExpireWaiting(now);
@@ -131,7 +131,8 @@ void Upstream::Link::RefusePaused(Instant now) {
   }
 }
 
-/// Should the rest of a reply never come that is half here, the next would be taken for it.
+/// Answers expired requests. If a reply has come in part and can only be late, the connection is
+/// renewed: should the rest never come, the start of the next reply would be taken for it.
 void Upstream::Link::ExpireSent(Instant now) {
   const std::vector<Sent> expired = on_wire_.TakeExpired(now);
   for (const Sent& sent : expired) {
@@ -174,7 +175,8 @@ void Upstream::Link::OnConnected() {
   Work();
 }
 
-/// A server that closes after its reply has not looked at what was sent meanwhile.
+/// If the connection ends between two frames, the server has read none of the later requests, so
+/// the reads among them are sent again.
 void Upstream::Link::OnBroken(const std::string& reason) {
   const Instant now = clock_();
   if (connection_->connected() && !connection_->in_frame()) {
@@ -213,11 +215,9 @@ void Upstream::Stop() { link_->Stop(); }
 bool Upstream::Submit(bus::RoutedRequest request) { return link_->Submit(std::move(request)); }
 void Upstream::Abandon(std::uint64_t client) { link_->Abandon(client); }
 
-// Which request goes to the server next, and what its replies say.
-
 namespace {
 
-constexpr std::size_t kShownOfReply = 16;  // bytes, in a reason
+constexpr std::size_t kShownOfReply = 16;  // bytes of a reply that an error message shows
 
 }  // namespace
 
@@ -268,7 +268,8 @@ void Upstream::Link::OnFrame(View frame) {
     return sent->Answer(Outcome::unexpected, {},
                         name_ + " answered for unit " + std::to_string(unit));
   }
-  // Its id says that it answers this request: of whatever form it is, its client judges.
+  // The id assigns the reply to this request. Exception and function code are checked here; the
+  // client checks the rest.
   const View pdu = PduOf(frame);
   const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
   if (refused) return sent->Answer(Outcome::refused, pdu, "");

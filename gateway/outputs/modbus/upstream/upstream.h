@@ -1,6 +1,6 @@
-// A Modbus TCP server elsewhere as the target of routes: requests come from
-// gateway/outputs/modbus/service/router.cpp, go out over one connection, several at a time, and
-// replies go back as they come.
+// `Upstream` is a remote Modbus TCP server as the target of routes. Requests come from
+// gateway/outputs/modbus/service/router.cpp and go out over one connection, several at a time;
+// replies go back in the order in which they come.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,18 +15,18 @@
 
 namespace baudgate::modbus {
 
-/// The connection is made when the first request comes, and kept. A write goes out only after the
-/// one before it to the same unit has ended, and nothing goes out after its deadline. Again goes
-/// only a read that met the end of a connection: once, or as often as others were the reason.
-/// Broadcasts are not waited for: answered ok once they are sent; the server's own answer to one,
-/// if it has any, is dropped.
+/// The connection is made for the first request, and stays open. A write is sent only after the
+/// write before it to the same unit has ended, and nothing is sent after its deadline. A read that
+/// was on the wire when the connection ended is sent again: once, and once more each time that
+/// another request was the cause. A broadcast is answered ok once it is sent; a reply of the server
+/// to it is dropped.
 class Upstream final : public bus::RouteTarget {
  public:
   using OnLate = std::function<void(std::uint8_t unit)>;
   using Clock = std::function<Instant()>;
 
-  /// `host` is a name or an address. `on_late`: a reply of this unit came after its request's
-  /// deadline and was dropped. The io_context outlives the upstream.
+  /// `host` is a name or an address. `on_late` is called when a reply of a unit came after its
+  /// request's deadline and was dropped. The io_context must outlive this object.
   Upstream(
       asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
       Clock clock = [] { return ReadClocks().instant; });
@@ -34,12 +34,13 @@ class Upstream final : public bus::RouteTarget {
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;
 
-  // On the thread that runs the io_context, or while it does not run.
-  /// Lets requests in, also after Rest.
+  // Start, Rest and Stop: on the thread that runs the io_context, or while none does.
+  /// Accepts requests from now on, also after Rest.
   void Start();
-  /// No route leads here any more: the connection is closed once nothing is under way.
+  /// To be called when no route leads here any more: closes the connection once no request is under
+  /// way.
   void Rest();
-  /// Answers what is under way, and lets nothing in from then on.
+  /// Answers all requests that are under way, and accepts none from then on.
   void Stop();
 
   bool Submit(bus::RoutedRequest request) override;

@@ -45,13 +45,11 @@ void UpstreamQueue::QueueIncoming() {
   Count();
 }
 
-// Looks up, connects, cuts what comes into frames.
-
 namespace {
 
 using asio::ip::tcp;
 
-/// A server that vanished without a word is noticed within half a minute.
+/// Sets timeouts so that a server that vanished silently is noticed within half a minute.
 void WatchPeer(tcp::socket& socket) {
   const auto set = [fd = socket.native_handle()](int level, int name, auto value) {
     (void)setsockopt(fd, level, name, &value, sizeof value);
@@ -101,8 +99,8 @@ void UpstreamConnection::Begin() {
   owner_->OnConnected();
 }
 
-/// A kernel that has no room for a few hundred bytes means a server that reads nothing. They do not
-/// wait here, because they would go out after their deadlines.
+/// A kernel without room for a few hundred bytes means that the server reads nothing. Bytes do not
+/// wait here for room, because they would be sent after their deadlines.
 Status UpstreamConnection::Send(View frame) {
   asio::error_code error;
   const std::size_t count = socket_.write_some(asio::buffer(frame.data(), frame.size()), error);
@@ -115,7 +113,8 @@ void UpstreamConnection::Close() {
   owner_ = nullptr;
   look_up_ = {};
   asio::error_code ignored;
-  // A reset, so that neither kernel keeps requests that a client was told are lost.
+  // Closes with a reset, so that neither kernel delivers a request later that was reported to a
+  // client as lost.
   socket_.set_option(asio::socket_base::linger(true, 0), ignored);
   socket_.close(ignored);
 }

@@ -1,6 +1,7 @@
-// The connection to one server elsewhere; upstream.h hides it. Requests that wait for it are in
-// UpstreamQueue, those on the wire in requests_on_wire.h. Reconnect and UnitPauses decide when the
-// server is asked, and UpstreamConnection is one connection.
+// `Upstream::Link` is the implementation of Upstream: the connection to one remote server. Requests
+// that wait for the server are in `UpstreamQueue`, those on the wire in requests_on_wire.h.
+// `Reconnect` decides when a connection may be made, `UnitPauses` which units are not asked for a
+// while, and `UpstreamConnection` is one TCP connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,11 +33,12 @@
 
 namespace baudgate::modbus {
 
-// When the next request may make a connection to a server elsewhere, and why there is none. Time is
-// an argument; for upstream.cpp.
+// `Reconnect` decides when the next request may make a connection to a remote server, and contains
+// the reason of the last failure. Time is an argument; used by upstream.cpp.
 class Reconnect {
  public:
-  /// A server that returns is not kept waiting longer: only a request makes us look for it.
+  /// A short limit, because only a request makes the gateway try again: a server that returns is
+  /// found at the first request after the pause.
   static constexpr Duration kLongestPause = std::chrono::seconds(5);
 
   explicit Reconnect(std::uint32_t seed) : ladder_(seed) {}
@@ -45,8 +47,9 @@ class Reconnect {
     trouble_.clear();
     ladder_.Reset();
   }
-  /// The next request makes a new connection: at once when the server has `accepted` this one, else
-  /// after a pause. True: `why` is news.
+  /// To be called when the connection has ended or could not be made. The next request makes a new
+  /// connection: at once if the server has `accepted` this one, else after a pause. Returns true if
+  /// `why` differs from the last reason.
   bool OnBroken(bool accepted, const std::string& why, Instant now) {
     may_at_ = accepted ? Instant::min() : now + std::min(ladder_.Next(), kLongestPause);
     return std::exchange(trouble_, why) != why;
@@ -62,17 +65,18 @@ class Reconnect {
   std::string trouble_;
 };
 
-// Which units of a server are not asked for a while, because the server closes the connection when
-// they are: all share it. Told and asked by upstream.cpp; time is an argument.
+// `UnitPauses` lists the units of a server that are not asked for a while, because the server
+// closes the connection, which all units share, when they are asked. Used by upstream.cpp; time is
+// an argument.
 class UnitPauses {
  public:
-  /// 0.5 s, then twice as long each time.
+  /// The first pause is 0.5 s; each further pause is twice as long, up to kLongest.
   static constexpr Duration kFirst = std::chrono::milliseconds(500);
   static constexpr Duration kLongest = std::chrono::seconds(5);
 
   void OnAnswer(std::uint8_t unit) { units_[unit] = {.answers = true}; }
-  /// A request of it has ended the connection twice. A unit that has answered others since the last
-  /// such request does not pause for it: other clients are served by it.
+  /// To be called when a request to the unit has ended the connection twice. A unit that has
+  /// answered since its last such request gets no pause, because other clients are served by it.
   void OnClosed(std::uint8_t unit, Instant now) {
     State& state = units_[unit];
     if (state.answers) {
@@ -93,30 +97,31 @@ class UnitPauses {
   std::array<State, 256> units_{};
 };
 
-// Requests that wait for one server elsewhere, with the way in for other threads.
-
-/// All but Submit on one thread.
+/// `UpstreamQueue` contains the requests that wait for one remote server. Other threads hand
+/// requests in by Submit; all other functions are for one thread.
 class UpstreamQueue final : public bus::RouteQueue {
  public:
-  /// Requests that wait to be sent; more are not let in, but for some short writes.
+  /// The number of requests that may wait to be sent; beyond it only some short writes are
+  /// accepted.
   static constexpr std::size_t kMostWaiting = 512;
 
   enum class Entry : std::uint8_t {
     refused,
-    first,  ///< Gather is to be called
-    more,
+    first,  ///< accepted; Gather is to be called
+    more,   ///< accepted; Gather was requested before
   };
-  /// From any thread.
+  /// May be called on any thread.
   Entry Submit(bus::RoutedRequest request);
 
-  /// Lets requests in, also after Close.
+  /// Accepts requests from now on, also after Close.
   void Open();
-  /// Queues what other threads have submitted. False: it is closed.
+  /// Queues the requests that other threads have submitted. False: the queue is closed.
   bool Gather();
-  /// Queues it once more, and lets nothing in from then on. False: it was closed already.
+  /// Queues submitted requests once more, and accepts none from then on. False: it was closed
+  /// already.
   bool Close();
-  /// After requests were taken, before they are answered: whoever is answered may ask again at
-  /// once.
+  /// Updates the length that Submit checks. To be called after requests were taken and before they
+  /// are answered, because a client that is answered may submit the next request at once.
   void Count() { queued_ = size(); }
 
  private:
@@ -125,49 +130,53 @@ class UpstreamQueue final : public bus::RouteQueue {
   Mutex mutex_;
   bool open_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::vector<bus::RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
-  std::atomic<std::size_t> queued_ = 0;  // without those that come in
+  std::atomic<std::size_t> queued_ = 0;  // length without incoming_
 };
 
-// One connection to a Modbus TCP server: look-up, connecting, whole frames in and out. Made and
-// heard by upstream.cpp, which knows what the frames mean.
+// `UpstreamConnection` is one connection to a Modbus TCP server: name look-up, connecting, whole
+// frames in and out. Made by upstream.cpp, which interprets the frames.
 
-/// All on the thread that runs the io_context. Kept alive by its own pending operations.
+/// All calls on the thread that runs the io_context. Pending operations keep the object alive.
 class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnection> {
  public:
-  /// The listener, never called from within a call. May close the connection from within a
-  /// callback.
+  /// Receives the callbacks, which never come from within a call of the connection. May close the
+  /// connection from within a callback.
   class Owner {
    public:
     virtual void OnConnected() = 0;
-    /// Everything that has come together; called for each frame, then OnFramesRead.
+    /// Called for each frame; OnFramesRead follows once all frames that came together were passed.
     virtual void OnFrame(View frame) = 0;
     virtual void OnFramesRead() = 0;
-    /// The length of a frame that begins with `head`: see MbapAssembler::Length.
+    /// Returns the length of the PDU of the frame that begins with `head`: see
+    /// MbapAssembler::Length.
     virtual std::size_t LengthOf(View head, std::size_t told) const = 0;
-    /// Not to be used any more. `reason` goes on where the server's name ends.
+    /// The connection has failed and must not be used any more. `reason` continues a sentence that
+    /// begins with the server's name.
     virtual void OnBroken(const std::string& reason) = 0;
 
    protected:
     ~Owner() = default;
   };
 
-  /// The owner outlives the connection until Close.
+  /// The owner must outlive the connection until Close.
   UpstreamConnection(asio::io_context& io, Owner& owner)
       : io_(io), socket_(io), owner_(&owner), input_([this](View head, std::size_t told) {
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// Once. Takes as long as it takes; Close ends it.
+  /// Looks up the name and connects; to be called once. There is no timeout; Close ends the
+  /// attempt.
   void Open(const std::string& host, std::uint16_t port);
-  /// Hands the whole frame to the kernel; an error when that is not possible now.
+  /// Passes the whole frame to the kernel; an error if the kernel does not take all of it now.
   Status Send(View frame);
-  /// No callback from now on. What neither side has read is dropped, not delivered late.
+  /// No callback comes from now on. Bytes that neither side has read are dropped, not delivered
+  /// late.
   void Close();
 
   bool connected() const { return connected_; }
-  /// A frame has begun to come.
+  /// True if a part of the next frame has come.
   bool in_frame() const { return !input_.empty(); }
-  /// Its transaction id, if that much of it has come.
+  /// The transaction id of that frame, if two bytes of it have come.
   std::optional<std::uint16_t> frame_id() const { return input_.transaction(); }
 
  private:
@@ -212,7 +221,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
-  // upstream.cpp: its coming and going
+  // In upstream.cpp: queue, deadlines and connection.
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
@@ -227,13 +236,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
-  // upstream.cpp: what is sent, and what comes back
+  // In upstream.cpp: requests that are sent, and their replies.
   void Pump(Instant now);
   bus::RouteQueue::Batch Choose(Instant now);
   void Send(bus::RouteQueue::Batch batch, Instant now);
 
   asio::io_context& io_;
-  asio::steady_timer timer_;  // the next deadline, whatever it is for
+  asio::steady_timer timer_;  // for the next deadline of any kind
   const std::string host_;
   const std::uint16_t port_;
   const OnLate on_late_;
@@ -244,8 +253,8 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   RequestsOnWire on_wire_;
   UnitPauses pauses_;
   Reconnect reconnect_;
-  bool resting_ = false;  // no request is left, and the connection is closed after the last
-  std::shared_ptr<UpstreamConnection> connection_;  // null: there is none, nor an attempt
+  bool resting_ = false;  // no route leads here: the connection is closed after the last request
+  std::shared_ptr<UpstreamConnection> connection_;  // null: no connection and no attempt
   Instant connect_by_;
 };
 

@@ -8,14 +8,12 @@
 
 namespace baudgate::modbus {
 
-// Cuts a client's byte stream into Modbus TCP frames, and says when it is none.
-
 namespace {
 
 constexpr std::size_t kShortest = 2;  // unit and function
 constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
 
-/// Why bytes do not begin with a header, as far as they have come; empty: they do.
+/// Returns why bytes, as far as they are here, cannot begin a frame; empty: they can.
 std::string_view DefectOf(View held) {
   const ByteReader header(held);
   if (header.U16Be(2).value_or(0) != 0) return "protocol id is not 0";
@@ -58,14 +56,15 @@ std::string_view MbapAssembler::Defect() const {
   return surplus_ > 0 ? std::string_view() : DefectOf(Held());
 }
 
-/// The size of the next message, whose header is here.
+/// The size of the next frame, whose header must be here.
 std::size_t MbapAssembler::Size() const {
   const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
   if (!length_ || Held().size() <= kMbapHeader) return told;
   return kMbapHeader + length_(Held(), told - kMbapHeader);
 }
 
-/// Behind a message that was shorter than its header has said. Only what is no header is skipped.
+/// Searches for the next header after a frame that was shorter than its header announced. Skips
+/// only bytes that cannot begin a header.
 void MbapAssembler::FindHeader() {
   for (; surplus_ > 0; --surplus_, ++begin_) {
     if (Held().size() < kMbapPrefix) return;
@@ -118,7 +117,8 @@ bool IsTcp(View heard) {
   assembler.Commit(count);
   View frame;
   if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
-  // Only functions whose length is known: six bytes of anything else have such a header, too.
+  // Only functions of known length are accepted: six bytes of another protocol may look like a
+  // header by chance.
   ModbusRequest request;
   return ParseRequest(frame, request) == kNoException;
 }

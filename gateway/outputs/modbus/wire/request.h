@@ -1,11 +1,11 @@
-// From the bytes of a client to checked requests, and how its replies are framed. Pure.
-// ClientFraming cuts Modbus TCP, or RTU or ASCII frames over TCP; inside the server every frame has
-// its Modbus TCP form. MbapAssembler cuts Modbus TCP. ModbusRequest is one request in its frame,
-// checked byte for byte before anything acts on it. Frames lists the protocols, and OtherFraming
-// recognises a client that frames its messages in another way. Bytes come from
+// Turns the bytes of a Modbus client into checked requests, and frames its replies. Pure.
+// `ClientFraming` cuts Modbus TCP frames, or RTU or ASCII frames over TCP; inside the server every
+// frame is in its Modbus TCP form. `MbapAssembler` cuts Modbus TCP. `ModbusRequest` is one request
+// in its frame, checked byte for byte before anything acts on it. `Frames` lists the protocols.
+// `OtherFraming` recognises a client that uses another framing. Bytes come from
 // gateway/outputs/modbus/server/client_session.cpp, requests go to
-// gateway/outputs/modbus/service/own_units.h. What may stand in a PDU is decided by
-// protocols/modbus_pdu/modbus_pdu.h.
+// gateway/outputs/modbus/service/own_units.h. protocols/modbus_pdu/modbus_pdu.h decides which PDUs
+// are valid.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,16 +27,15 @@
 
 namespace baudgate::modbus {
 
-// Cuts the bytes that a Modbus TCP client sends into frames; no sockets, bounded memory.
-// Rule: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
+// `MbapAssembler` cuts the bytes that a Modbus TCP client sends into frames; no sockets, bounded
+// memory. Rule: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
 
-/// Transaction, protocol, length and unit.
+/// Bytes of the header: transaction, protocol, length and unit.
 inline constexpr std::size_t kMbapHeader = 7;
-/// The length field counts the unit and the PDU; it stands in front of them.
+/// Bytes in front of the part that the length field counts, which is the unit and the PDU.
 inline constexpr std::size_t kMbapPrefix = 6;
 inline constexpr std::size_t kMaxAdu = 260;
 
-/// A whole frame: the header in front of unit and PDU.
 Bytes AduOf(std::uint16_t transaction, std::uint8_t unit, View pdu);
 
 class MbapAssembler {
@@ -44,32 +43,33 @@ class MbapAssembler {
   enum class State : std::uint8_t {
     need_more,
     frame,
-    malformed,  ///< no boundary can be trusted any more: close the connection
+    malformed,  ///< no frame boundary can be trusted any more: close the connection
   };
 
-  /// The length of the message that begins with `head`, header included; its header counts `told`
-  /// bytes. It is at most so long.
+  /// Returns the length of a PDU in bytes, at most `told`. `head` begins with the frame's header,
+  /// which announces a PDU of `told` bytes.
   using Length = std::function<std::size_t(View head, std::size_t told)>;
 
-  /// `length`: where headers may count too many. Then the next header is looked for among the bytes
-  /// that were counted and not taken.
+  /// `length` is needed where a header may announce more bytes than its frame has: the next header
+  /// is then searched for among the bytes that were announced and not taken.
   explicit MbapAssembler(Length length = {}) : length_(std::move(length)) {}
 
-  /// Where the next bytes from the socket go. Not empty after Take or Peek said need_more.
-  /// Invalidates the last frame.
+  /// The free space for the next bytes from the socket. Not empty after Take or Peek returned
+  /// need_more. Invalidates the last frame.
   std::span<std::uint8_t> Space();
-  /// `count` bytes, at most Space().size(), were put there.
+  /// Adds `count` bytes that were written to Space(); at most Space().size().
   void Commit(std::size_t count);
 
-  /// Nothing is here but what may belong to the message before.
+  /// True if the buffer contains no byte of the next frame, except bytes that may still belong to
+  /// the frame before.
   bool empty() const { return begin_ + surplus_ >= end_; }
-  /// The transaction of the next frame, if that much of it is here.
+  /// The transaction of the next frame, if two bytes of the frame are here.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
-  /// What Take would say.
+  /// Returns what Take would return.
   State Peek() const;
-  /// Hands out the next whole frame, header included; valid until Space.
+  /// Returns the next whole frame in `frame`, header included; valid until Space.
   State Take(View& frame);
-  /// Why Peek or Take says malformed; empty when it does not.
+  /// The reason why Peek or Take returns malformed; empty when they do not.
   std::string_view Defect() const;
 
  private:
@@ -84,12 +84,13 @@ class MbapAssembler {
   std::array<std::uint8_t, kCapacity> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
-  std::size_t surplus_ = 0;  ///< so many bytes were counted too many, or stand before the header
+  /// Bytes before the next header: announced by the last header, and not part of its frame.
+  std::size_t surplus_ = 0;
 };
 
-/// A checked request of function 1-6, 15 or 16 and the frame that it came in.
+/// A checked request of function 1-6, 15 or 16 and the frame that contains it.
 struct ModbusRequest : PlainRequest {
-  View frame;  ///< header included; valid as long as the frame is
+  View frame;  ///< header included; a view of the caller's frame, and valid as long as that frame
   std::uint8_t unit = 0;
 
   config::Table table() const {
@@ -97,7 +98,6 @@ struct ModbusRequest : PlainRequest {
   }
 };
 
-/// The unit that a whole frame is for.
 inline std::uint8_t UnitOf(View frame) { return frame[kMbapHeader - 1]; }
 inline std::uint8_t FunctionOf(View frame) { return frame[kMbapHeader]; }
 inline std::uint16_t TransactionOf(View frame) {
@@ -106,39 +106,37 @@ inline std::uint16_t TransactionOf(View frame) {
 inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 
-/// Fills `request` from a whole frame (MbapAssembler::Take), or says with which exception to
-/// answer it.
+/// Fills `request` from a whole frame (MbapAssembler::Take), or returns the exception for the
+/// reply.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
-/// Bytes of the whole frame that answers a checked request.
 std::size_t ReplySize(const ModbusRequest& request);
 
-/// The nine bytes that answer `frame` with an exception.
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
-// The protocols whose frames masters of the gateway may send. Null: the module is not loaded.
+// The protocols of the frames that masters of the gateway may send. Null: the module is not loaded.
 struct Frames {
   const protocols::Protocol* rtu = nullptr;
   const protocols::Protocol* ascii = nullptr;
 
-  /// Null, too, of Modbus TCP, which needs none.
+  /// The protocol of a framing. Null as well for Modbus TCP, which needs no module.
   const protocols::Protocol* Of(Framing framing) const {
     return framing == Framing::rtu ? rtu : framing == Framing::ascii ? ascii : nullptr;
   }
 };
 
-// Recognises a client that frames its messages in another way than its listener expects, by the
-// first bytes that it sends. Pure.
+// OtherFraming recognises a client that uses another framing than its listener expects, by the
+// first bytes that the client sends. Pure.
 //
 //   00 01 00 00 00 06 01 03 00 00 00 01     Modbus TCP
 //   01 03 00 00 00 01 84 0A                 Modbus RTU: the CRC is right
 //   :010300000001FB CR LF                   Modbus ASCII: the LRC is right
 
-/// How many of the first received bytes are examined.
+/// So many of the first received bytes are examined, at most.
 inline constexpr std::size_t kMostLookedAt = 520;
 
-/// What `heard`, which has no request in the framing `expected`, is in another. Empty: that
-/// cannot be told.
+/// Returns the framing in which `heard` contains a request, other than `expected`. Empty: no
+/// framing fits.
 std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames);
 
 class ClientFraming {
@@ -147,29 +145,27 @@ class ClientFraming {
 
   virtual ~ClientFraming() = default;
 
-  /// Where the next bytes from the socket go. Not empty after Take or Peek said need_more.
-  /// Invalidates the last frame.
+  /// As MbapAssembler::Space.
   virtual std::span<std::uint8_t> Space() = 0;
-  /// `count` bytes, at most Space().size(), were put there.
   virtual void Commit(std::size_t count) = 0;
-  /// The client has been silent for a while: half a frame will not be completed any more.
+  /// To be called when the client has been silent for a while: the rest of an incomplete frame will
+  /// not come.
   virtual void Settle() = 0;
 
-  /// What Take would say.
+  /// Returns what Take would return.
   virtual State Peek() = 0;
-  /// Hands out the next whole frame in its Modbus TCP form; valid until Space or the
-  /// next Take.
+  /// Returns the next whole frame in `frame`, in its Modbus TCP form; valid until Space or the next
+  /// Take.
   virtual State Take(View& frame) = 0;
-  /// Something has come after the last request that is, or may become, the next one: an answer
-  /// that says not what it answers would be taken for the answer to that.
+  /// True if bytes after the last request are, or may become, the next request. A reply without a
+  /// transaction number would then be mistaken for the reply to that request.
   virtual bool HoldsMore() = 0;
-  /// Why Peek or Take says malformed; empty when it does not.
   virtual std::string_view Defect() const = 0;
 
-  /// Puts a reply, given in its Modbus TCP form, behind `out` as the client is to read it.
+  /// Appends a reply, given in its Modbus TCP form, to `out` in the client's framing.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// Replies carry nothing that tells which request they answer, so a client that asks again has
-  /// given up what it asked before; and they do not look like their Modbus TCP form.
+  /// True if replies carry no transaction number. A client that sends the next request has then
+  /// given up the one before, and replies differ on the wire from their Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };
 
@@ -191,7 +187,7 @@ class MbapFraming final : public ClientFraming {
 
 class SerialFraming final : public ClientFraming {
  public:
-  /// `protocol` has a carrier.
+  /// `protocol` must have a carrier and outlive this object.
   explicit SerialFraming(const protocols::Protocol& protocol);
 
   std::span<std::uint8_t> Space() override;
@@ -210,12 +206,13 @@ class SerialFraming final : public ClientFraming {
   const protocols::PduCarrier& carrier_;
   protocols::Assembler assembler_;
   std::array<std::uint8_t, kCapacity> buffer_;
-  Bytes next_;  ///< looked at by Peek, not taken yet
+  /// A request, in its Modbus TCP form, that Peek has found and Take has not returned yet.
+  Bytes next_;
   Bytes taken_;
   bool settled_ = false;
 };
 
-/// `frames` must have an entry for `framing`.
+/// `frames` must contain the protocol of `framing`, unless `framing` is Modbus TCP.
 std::unique_ptr<ClientFraming> MakeFraming(Framing framing, const Frames& frames);
 
 }  // namespace baudgate::modbus

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The count of alarms and the newest that nobody has acknowledged, on every view.
+// The alarm bar of every view: the number of alarms, and the newest alarm that is not acknowledged.
 import {post} from './api.js';
 import {emit, on} from './bus.js';
 import {age, setAge} from './clock.js';
@@ -31,7 +31,7 @@ export function startAlarmBar(bar) {
   const since = age();
   const button = h('button', {type: 'button', onclick: () => acknowledge(String(button.value))}, 'Acknowledge');
   const newest = h('span', {class: 'alarm-newest'}, priority, source, text, since, button);
-  // Only the sentence is read aloud, not the age that counts on.
+  // A screen reader reads the sentence, but not the age, which changes every second.
   const spoken = h('span', {class: 'hidden', role: 'status'});
   bar.append(shape, total, newest, spoken);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alarms that are not normal, and the events: live, by device, time and state.
+// The view of alarms: alarms that are not normal, live, and events by device, time and state.
 import {get} from './api.js';
 import {acknowledge, alarmSource, priorityMark} from './alarm_bar.js';
 import {on} from './bus.js';

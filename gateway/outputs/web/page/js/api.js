@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests to the gateway. An error carries the gateway's own sentence. Paths are relative to the page: a proxy may show it
-// below a path of its own.
+// Sends requests to the gateway. An error contains the gateway's own sentence. Paths are relative to the page, because a
+// proxy may show it below a path of its own.
 import {emit} from './bus.js';
 
 export class ApiError extends Error {
@@ -25,7 +25,10 @@ async function request(path, options) {
   throw new ApiError(response.status, body?.detail || body?.title || `The gateway answered ${response.status}.`);
 }
 
-/** get('status', {target: 'bay-1'}): parameters without a value are left out. `patience`: milliseconds until it is given up. */
+/**
+ * get('status', {target: 'bay-1'}): parameters without a value are left out. `patience`: the timeout in milliseconds; 0:
+ * none.
+ */
 export function get(name, parameters = {}, patience = 0) {
   return request(address(name, parameters), patience ? {signal: AbortSignal.timeout?.(patience)} : {});
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of the page tell each other: login, link, values, points, alarms, session.
+// Passes events between the parts of the page: login, link, values, points, alarms, session.
 
 const listeners = new Map();
 
-/** Returns the function that ends it. */
+/** Calls `listener` for each event of this name. Returns the function that removes the listener. */
 export function on(event, listener) {
   if (!listeners.has(event)) listeners.set(event, new Set());
   listeners.get(event).add(listener);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The gateway's clock as far as the page knows it, and ages that count on by it.
+// The gateway's clock, estimated from the times that it sends, and ages that advance with this clock.
 import {ageText} from './format.js';
 import {h, setText} from './dom.js';
 
 let ahead = 0;
 
-/** The gateway has just said what time it is (milliseconds since 1970). */
+/** To be called when a time of the gateway arrives (milliseconds since 1970). */
 export function heardTime(ms) {
   ahead = ms - Date.now();
 }
@@ -14,7 +14,7 @@ export const now = () => Date.now() + ahead;
 
 const moments = new WeakMap();
 
-/** An element that shows how long ago something was, and counts on by itself. */
+/** Returns an element that shows the age of a time, and advances by itself. */
 export function age(at = null) {
   const element = h('span', {class: 'age', 'data-age': ''});
   setAge(element, at);

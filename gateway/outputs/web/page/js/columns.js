@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Columns of tables that several views have.
+// Table columns that several views use.
 import {age, setAge} from './clock.js';
 import {h, markedText, setText} from './dom.js';
 import {count} from './format.js';
 import {Bar, HourStrip} from './parts.js';
 
-/** A shape and a word: of(item) is [shape, word]. */
+/** A column with a shape and a word: of(item) returns [shape, word]. */
 export const marked = (title, of) => ({
   title,
   class: 'state',
@@ -17,7 +17,7 @@ export const marked = (title, of) => ({
   paint: (made, item) => made.paint(...of(item)),
 });
 
-/** A name that leads to its view: of(item) is [text, address]. */
+/** A column with a link to a view: of(item) returns [text, address]. */
 export const linked = (title, of, name = 'name') => ({
   title,
   class: name,
@@ -29,7 +29,7 @@ export const linked = (title, of, name = 'name') => ({
   },
 });
 
-/** An age that counts on: of(item) is the gateway's time in milliseconds, or null. */
+/** A column with an age that advances: of(item) returns the gateway's time in milliseconds, or null. */
 export const aged = (title, of, name = 'num') => ({
   title,
   class: name,
@@ -37,7 +37,7 @@ export const aged = (title, of, name = 'num') => ({
   paint: (element, item) => setAge(element, of(item)),
 });
 
-/** A share as a bar: of(item) is [share, text]. */
+/** A column with a share as a bar: of(item) returns [share, text]. */
 export const barred = (title, of) => ({
   title,
   class: 'bar-cell',
@@ -49,7 +49,7 @@ export const barred = (title, of) => ({
   paint: (bar, item) => bar.paint(...of(item)),
 });
 
-/** The last hour of a device in minutes. */
+/** A column with the last hour of a device, minute by minute. */
 export const lastHour = (title) => ({
   title,
   class: 'hour-cell',
@@ -61,7 +61,7 @@ export const lastHour = (title) => ({
   paint: (strip, device) => strip.paint(device.hour),
 });
 
-/** press(value): of(item) is {value, label, hidden?}. */
+/** A column with a button that calls press(value): of(item) returns {value, label, hidden?}. */
 export const pressed = (title, text, press, of) => ({
   title,
   class: 'action no-print',
@@ -80,9 +80,9 @@ export const pressed = (title, text, press, of) => ({
 
 export const counted = (title, of) => ({title, class: 'num', text: (item) => count(of(item))});
 
-/** The sentences of the gateway, one a line. */
+/** A column with the gateway's sentences about the item, one per line. */
 export const said = (title = 'What is wrong') =>
   ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n')});
 
-/** When something was, of which a status heard at `heard` says how long ago. */
+/** The time to which age_ms refers: `heard` is when the status arrived; null: never. */
 export const heardAgo = (one) => (one.age_ms === null ? null : one.heard - one.age_ms);

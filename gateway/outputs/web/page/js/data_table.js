@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of some hundred rows that is painted anew every few seconds: rows keep their elements and their focus.
+// A table of some hundred rows that is updated every few seconds: rows keep their elements and their focus.
 import {h, setText} from './dom.js';
 
 /**
- * columns: {title, text(item)} writes a text, {title, make(cell), paint(made, item, cell)} whatever it likes.
- * `class` goes to every cell of the column; on small screens each cell shows its title, and `wide` ones a line of their own.
+ * columns: {title, text(item)} writes a text; {title, make(cell), paint(made, item, cell)} makes and updates any content.
+ * `class` is set on every cell of the column. On small screens each cell shows its title, and a `wide` cell has a line for
+ * itself.
  */
 export class DataTable {
   constructor({columns, key, caption, empty = 'None.', rowClass}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One device: its points, figures, round trips, last exchanges and its register map.
+// The view of one device: its points, counters, round trips, last exchanges and register map.
 import {get} from './api.js';
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds elements. Texts become text nodes and are never read as HTML.
+// Builds elements. Texts become text nodes and are never parsed as HTML.
 
-/** h('td', {class: 'num', onclick: f}, 'text', node): false, null and undefined children are left out. */
+/** h('td', {class: 'num', onclick: f}, 'text', node): children that are false, null or undefined are left out. */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -13,7 +13,7 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** Writes a text only when it is another one, so that nothing is laid out or read aloud for nothing. */
+/** Writes a text only if it differs, so that no layout and no screen reader runs needlessly. */
 export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
@@ -22,7 +22,7 @@ export function setClass(element, name) {
   if (element.className !== name) element.className = name;
 }
 
-/** As h, of the vocabulary of pictures. */
+/** Makes an SVG element, as h makes an HTML element. */
 export function svg(tag, attributes = {}, ...children) {
   const element = document.createElementNS('http://www.w3.org/2000/svg', tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
@@ -39,7 +39,7 @@ const shapes = {
   new: 'M6 1 11 6 6 11 1 6z',
 };
 
-/** A small shape beside a word: the shape differs as well as the colour. */
+/** A small shape beside a word: states differ in shape as well as in colour. */
 export function mark(kind) {
   const shape = svg('svg', {'viewBox': '0 0 12 12', 'aria-hidden': 'true'}, svg('path'));
   setMark(shape, kind);
@@ -53,7 +53,7 @@ export function setMark(shape, kind) {
   shape.firstChild.setAttribute('d', shapes[kind]);
 }
 
-/** A shape and a word: paint(kind, text). */
+/** Returns a shape with a word; paint(kind, text) sets them. */
 export function markedText() {
   const shape = mark('fine');
   const word = h('span');

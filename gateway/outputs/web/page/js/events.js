@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The events that are kept, newest first, with what is new as it comes.
+// The table of recorded events, newest first; new events are added as they come.
 import {get} from './api.js';
 import {now} from './clock.js';
 import {linked} from './columns.js';
@@ -66,7 +66,7 @@ export function eventsPart(given) {
   };
   const parameters = (after) => ({after, target: chosen.device,
     since_ms: spans[chosen.since] ? Math.round(now() - spans[chosen.since]) : undefined});
-  /** Pages from `next` on; without any limit only the newest would be far away, so it is bounded. */
+  /** Fetches pages from `next` on, at most mostPages per round, because without a time limit there may be very many. */
   const fetchNew = async () => {
     const mine = round;
     for (let pages = 0; pages < mostPages; ++pages) {

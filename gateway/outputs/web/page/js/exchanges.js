@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns the frames of a trace into whole exchanges: one request, its reply, what it means and its outcome.
+// Turns the frames of a trace into whole exchanges: one request, its reply, their meaning and the outcome.
 
 const form = /^(\S+) (\S+) ([<>=])\s?(.*)$/;
 
@@ -7,14 +7,14 @@ const bytesOf = (hex) => hex.split(' ').filter(Boolean);
 const codesOf = (bytes) => bytes.map((b) => (b === '**' ? 42 : parseInt(b, 16)));
 const isText = (code) => code >= 32 && code < 127;
 
-/** What stands behind a frame: what it means, or only its bytes as characters. */
+/** The meaning behind a frame; empty if the text repeats only its bytes as characters. */
 function meaningOf(hex, text) {
   const codes = codesOf(bytesOf(hex));
   const same = codes.every((code, i) => (text[i] ?? '.') === (isText(code) ? String.fromCharCode(code) : '.'));
   return same && text.length <= codes.length ? '' : text;
 }
 
-/** Text where every byte is one, else the bytes in hex. */
+/** Text if every byte is a character, else the bytes in hex. */
 function shown(hex) {
   const bytes = bytesOf(hex);
   const codes = codesOf(bytes);
@@ -22,7 +22,7 @@ function shown(hex) {
   return codes.map((c) => (c === 13 ? '\\r' : c === 10 ? '\\n' : String.fromCharCode(c))).join('');
 }
 
-/** Takes frames one by one and gives back an exchange when one has ended. */
+/** take(record) receives the frames one by one, and returns an exchange when one has ended, else null. */
 export class ExchangeReader {
   constructor() {
     this.open = new Map();
@@ -54,7 +54,7 @@ export class ExchangeReader {
   }
 }
 
-/** The exchanges of a recorder; it may begin in the midst of one, which is left out. */
+/** The exchanges of a recorder. If its records begin inside an exchange, that exchange is left out. */
 export function exchangesOf(records) {
   const reader = new ExchangeReader();
   const first = form.exec(records[0] || '')?.[3] === '<' ? records.findIndex((r) => form.exec(r)?.[3] === '=') + 1 : 0;

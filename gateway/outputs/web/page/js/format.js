@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How numbers, times, values and states are written.
+// Formats numbers, times, values and states.
 
 const grouped = new Intl.NumberFormat('en');
 
@@ -18,7 +18,7 @@ export function ageText(ms) {
 export function percent(share) {
   if (share === null || share === undefined || Number.isNaN(share)) return '–';
   if (share === 1 || share === 0) return `${share * 100} %`;
-  // 99.97 % is not 100 %: nothing is rounded up to it.
+  // Limited to 99.9, because 99.97 % must not be rounded up to 100 %.
   return `${Math.min(99.9, share * 100).toFixed(1)} %`;
 }
 
@@ -28,10 +28,10 @@ export function micros(us) {
   return us < 1e6 ? `${Math.round(us / 1000)} ms` : `${(us / 1e6).toFixed(1)} s`;
 }
 
-/** "Queue full" of "queue full", and "OK" of "ok". */
+/** Makes "Queue full" from "queue full", and "OK" from "ok". */
 const titled = (label) => (label.length < 3 ? label.toUpperCase() : label[0].toUpperCase() + label.slice(1));
 
-/** The counters that the gateway names, {key: label}, as [title, text(of)]. */
+/** Turns the counters that the gateway names, {key: label}, into [title, text(of)]. */
 export const named = (labels) => Object.entries(labels).map(([key, label]) =>
   [titled(label), (of) => (key.endsWith('_us') ? micros : count)(of[key])]);
 
@@ -41,7 +41,7 @@ export function bytes(n) {
   return n < 1e9 ? `${(n / 1e6).toFixed(1)} MB` : `${(n / 1e9).toFixed(2)} GB`;
 }
 
-/** "2026-11-27 01:12:09.908" of a time as the gateway writes it, or of milliseconds. */
+/** Formats a time, as the gateway writes it or in milliseconds, as "2026-11-27 01:12:09.908". */
 export function civil(time) {
   if (time === null || time === undefined || time === '') return '–';
   const text = typeof time === 'number' ? new Date(time).toISOString() : time;
@@ -56,7 +56,7 @@ export function valueText(value) {
   return String(value);
 }
 
-/** good, uncertain or bad of a quality word (docs/modbus.md). */
+/** Returns good, uncertain or bad for a quality word (docs/modbus.md). */
 export function qualityKind(quality) {
   const low = quality & 0xc0;
   return low === 0xc0 ? 'good' : low === 0x40 ? 'uncertain' : 'bad';
@@ -72,7 +72,7 @@ const deviceStates = {
   online: ['fine', 5],
 };
 
-/** The shape of a device's state, and its place among troubles: the smaller, the worse. */
+/** The shape of a device's state, and its rank among troubles: the smaller, the worse. */
 export function deviceTrouble(device) {
   const [shape, rank] = deviceStates[device.state] || ['info', 3];
   const marred = rank === 5 && (device.advice.length > 0 || device.trouble !== '');
@@ -91,11 +91,13 @@ export function lineState(line) {
   return line.echo_lost_since ? `${line.port_state}, no echo` : line.port_state;
 }
 
-/** What the gateway says of a device: while the port is not open, what it says of its line. */
+/**
+ * The gateway's advice about a device; about its line instead, while the port is not open and there is none for the device.
+ */
 export const deviceAdvice = (line, device) =>
   (device.advice.length || line.port_state === 'open' ? device.advice : line.advice);
 
-/** The part of the last hour in which a device answered; nothing where it was not asked. */
+/** The share of the last hour in which a device answered; a dash if it was not polled. */
 export const hourShare = ({answered, failed, availability}) => (answered + failed ? percent(availability) : '–');
 
 export const okShare = (device) => (device.exchanges ? device.outcomes.ok / device.exchanges : null);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The chart of round trips: each row twice as long as the one before, as `baudgate status` prints it.
+// The chart of round trips: each row covers twice the time of the row before, as in `baudgate status`.
 import {barred} from './columns.js';
 import {DataTable} from './data_table.js';
 import {count, micros} from './format.js';

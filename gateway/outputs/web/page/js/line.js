@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line: its port, who uses the wire, its devices, and what goes over it.
+// The view of one line: its port, the use of the wire, its devices, and its bytes.
 import {get} from './api.js';
 import {now} from './clock.js';
 import {aged, barred, counted, heardAgo, linked, marked, said} from './columns.js';

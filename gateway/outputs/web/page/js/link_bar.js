@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Says whether the gateway can be heard, and short notices.
+// Shows whether the gateway can be reached, and short notices.
 import {on} from './bus.js';
 import {age, now, setAge} from './clock.js';
 import {h, setText} from './dom.js';
@@ -9,7 +9,7 @@ const words = {starting: 'connecting', live: 'live', lost: 'connection lost', pa
 
 export function showLink(word, banner) {
   const silent = age();
-  // The age counts on in sight; a screen reader hears the sentence once.
+  // The age advances on the screen; a screen reader reads the sentence once.
   silent.setAttribute('aria-hidden', 'true');
   banner.append(h('strong', {}, 'Connection to the gateway lost. '), 'What stands below is old: nothing was heard for ',
       silent, '. The page tries again by itself.');
@@ -19,7 +19,8 @@ export function showLink(word, banner) {
     banner.hidden = state !== 'lost';
     if (state === 'lost') {
       setAge(silent, now() - (Date.now() - since));
-      // A session that has ended looks the same to the stream; the answer to this brings the login form.
+      // The stream cannot tell a lost connection from a session that has ended; the answer to this request brings up the
+      // login form.
       askSession().then((s) => s.needs_token && !s.logged_in && location.reload(), () => {});
     }
   });

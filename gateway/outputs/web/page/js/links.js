@@ -7,19 +7,19 @@ const made = (path, parameters = {}) => {
 };
 
 export const lineLink = (line) => made(`line/${encodeURIComponent(line)}`);
-/** With a point, its row is shown. */
+/** If `point` is given, the view scrolls to its row. */
 export const deviceLink = ({line, device}, point) => made(`device/${encodeURIComponent(`${line}.${device}`)}`, {point});
 export const trendsLink = (parameters) => made('trends', parameters);
 export const alarmsLink = (parameters) => made('alarms', parameters);
 export const pointsLink = (q) => made('points', {q});
 
-/** Where an event or an alarm comes from; that of the gateway itself is on the view of the system. */
+/** The view of an event's or alarm's source; events of the gateway itself lead to the system view. */
 export function sourceLink({line, device}) {
   if (device) return deviceLink({line, device});
   return line ? lineLink(line) : made('system');
 }
 
-/** {view, thing, parameters} of the address in force. */
+/** Returns {view, thing, parameters} of an address. */
 export function parse(hash) {
   const [path, query = ''] = hash.replace(/^#\/?/, '').split('?');
   const [view, ...rest] = path.split('/');
@@ -27,10 +27,10 @@ export function parse(hash) {
   try {
     thing = decodeURIComponent(thing);
   } catch {
-    // A broken address names nothing that exists, and the gateway says so.
+    // A broken address names nothing that exists; the gateway's answer reports that.
   }
   return {view: view || 'overview', thing, parameters: Object.fromEntries(new URLSearchParams(query))};
 }
 
-/** Writes the address without a step in the browser's history. */
+/** Changes the address without a step in the browser's history. */
 export const replace = (hash) => history.replaceState(null, '', hash);

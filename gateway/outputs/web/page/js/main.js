@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Begins the page: who looks, the frame around the views, and which view is shown.
+// Starts the page: login, the frame around the views, and the view that is shown.
 import {startAlarmBar} from './alarm_bar.js';
 import {emit, on} from './bus.js';
 import {h, setText} from './dom.js';
@@ -10,8 +10,8 @@ import {askSession, logOut, session, showLogin} from './session.js';
 import {start, stop} from './stream.js';
 
 /**
- * name: the title (empty: not in the list on top), and the module whose function of that name shows the view and returns
- * what ends it.
+ * name: the title (empty: not in the list on top), and the module whose function of this name shows the view and returns the
+ * function that ends it.
  */
 const views = {
   overview: ['Overview', () => import('./overview.js')],
@@ -66,7 +66,10 @@ function login() {
   showLogin(main, begin);
 }
 
-/** Once per page: what is wanted only now, and the parts of the other views, so that they are there without a connection. */
+/**
+ * Runs once per page: loads what is needed only after login, and the modules of all views, so that they work without a
+ * connection.
+ */
 function beginOnce() {
   if (begun) return;
   begun = true;
@@ -112,7 +115,7 @@ on('link', async ({state, before}) => {
   if (state !== 'live' || before !== 'lost') return;
   const {version} = session;
   await askSession().catch(() => {});
-  // Another version has another page.
+  // Another version of the gateway has another page.
   if (session.version !== version) location.reload();
 });
 

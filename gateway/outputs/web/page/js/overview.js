@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the gateway, its lines and its devices are, trouble first.
+// The view of the gateway's, the lines' and the devices' state, trouble first.
 import {now} from './clock.js';
 import {aged, barred, counted, heardAgo, lastHour, linked, marked, said} from './columns.js';
 import {DataTable} from './data_table.js';
@@ -33,7 +33,7 @@ const deviceColumns = [
   {title: 'Good points', class: 'num', text: ({points}) => `${points.good} of ${points.count}`},
 ];
 
-/** What the whole gateway has to say beside its lines. */
+/** The advice about the gateway apart from its lines. */
 export function gatewayAdvice(status) {
   const parts = [['DDS', status.dds], ['Events', status.events], ['History', status.history],
     ['Configuration', status.configuration], ['Audit', status.audit]];
@@ -86,7 +86,7 @@ export function overview(root) {
       ({...device, line: line.name, full: `${line.name}.${device.name}`, advice: deviceAdvice(line, device), heard})));
     headline.paint(...health(status, all));
     advice.paint(gatewayAdvice(status));
-    // Sorting is stable: within one rank the order is that of the configuration.
+    // Sorting is stable: within one rank the order of the configuration remains.
     lines.paint([...status.lines].sort((a, b) => lineTrouble(a).rank - lineTrouble(b).rank));
     devices.paint(all.sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));
   }, (error) => problem.paint(error));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small parts that several views share.
+// Small parts that several views use.
 import {h, mark, setMark, setText, svg} from './dom.js';
 import {hourShare} from './format.js';
 
-/** A list of named figures, painted anew from [[title, text], …]. */
+/** A list of named figures; paint([[title, text], …]) updates it. */
 export class Facts {
   constructor() {
     this.element = h('dl', {class: 'facts'});
@@ -27,13 +27,13 @@ export class Facts {
   }
 }
 
-/** The sentences that the gateway says of something; hidden while there are none. */
+/** The gateway's sentences about something; hidden while there are none. */
 export class Sentences {
   constructor() {
     this.element = h('ul', {class: 'sentences', hidden: true});
   }
 
-  /** [{kind, text, href?, from?}, …] or texts. */
+  /** list: [{kind, text, href?, from?}, …] or texts. */
   paint(list) {
     const items = list.map((one) => (typeof one === 'string' ? {kind: 'warn', text: one} : one));
     const signature = JSON.stringify(items.map(({kind, from}) => [kind, from]));
@@ -48,21 +48,21 @@ export class Sentences {
   }
 }
 
-/** A problem of a view: the gateway's sentence, or nothing. */
+/** The problem of a view: the gateway's sentence, or nothing. */
 export class Problem {
   constructor() {
     this.element = h('p', {class: 'problem', role: 'alert', hidden: true});
   }
 
   paint(error) {
-    // The banner on top says it when the gateway cannot be reached.
+    // If the gateway cannot be reached, the banner on top reports that.
     const text = error && error.status !== 0 && error.status !== 401 ? error.message : '';
     setText(this.element, text);
     this.element.hidden = !text;
   }
 }
 
-/** A headline: paint(kind, text) gives it a shape, for what has a state. */
+/** A headline; paint(kind, text) gives it a shape, for things that have a state. */
 export class Headline {
   constructor(text) {
     this.shape = mark('fine');
@@ -90,8 +90,8 @@ export function select(label, options, value, change) {
 }
 
 /**
- * The last hour, a column a minute: below the part in which a device answered, above it the rest. Minutes in which it
- * was not asked are empty. A text beside it says the number.
+ * The last hour of a device, one column per minute: the answered part is drawn below, the rest above. Minutes without a poll
+ * are empty. A text beside the strip shows the number.
  */
 export class HourStrip {
   constructor() {
@@ -114,7 +114,7 @@ export class HourStrip {
   }
 }
 
-/** A share of a whole as a bar; a text beside it says the number. */
+/** A share as a bar; a text beside it shows the number. */
 export class Bar {
   constructor() {
     this.fill = h('span', {class: 'bar-fill'});

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The points that are chosen for trends: at most eight, kept in this browser.
+// The points that are chosen for trends: at most eight, stored in this browser.
 import {emit} from './bus.js';
 
 export const most = 8;
-// A proxy may show several gateways, each below a path of its own.
+// The path is a part of the key, because a proxy may show several gateways, each below its own path.
 const key = `trends ${location.pathname}`;
 let names = [];
 try {
@@ -22,7 +22,7 @@ export function set(given) {
   try {
     localStorage.setItem(key, JSON.stringify(names));
   } catch {
-    // A browser that stores nothing forgets them with the page.
+    // A browser without storage loses the choice with the page.
   }
   emit('picked');
 }

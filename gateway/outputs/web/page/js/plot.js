@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One chart: the points of one unit over time, means as lines and minima to maxima as bands (dygraphs).
+// One chart of the points of one unit over time: means as lines, minima to maxima as bands (dygraphs).
 import {h} from './dom.js';
 import {civil, valueText} from './format.js';
 import {doubtful, onOneGrid} from './series.js';
@@ -8,12 +8,12 @@ export const dashes = [null, [8, 3], [2, 2], [9, 3, 2, 3], [14, 4], [4, 4], [2, 
 
 let loading = null;
 
-/** The library is fetched when the first chart is wanted. */
+/** Loads the chart library when the first chart is needed. */
 export function loadCharts() {
   loading ||= new Promise((resolve, reject) => {
     document.head.append(h('link', {rel: 'stylesheet', href: 'chart.css'}));
     document.head.append(h('script', {src: 'chart.js', onload: () => {
-      // The legend of the library writes HTML with styles, which the page does not allow.
+      // The legend of the library writes HTML with styles, which the page's security policy forbids.
       Dygraph.PLUGINS = Dygraph.PLUGINS.filter((plugin) => plugin !== Dygraph.Plugins.Legend);
       resolve();
     }, onerror: () => {
@@ -26,7 +26,7 @@ export function loadCharts() {
 
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-/** One polygon for each run without a hole. */
+/** Draws one polygon for each run without a hole. */
 function band(e) {
   const {drawingContext: context, plotArea: area, points} = e;
   context.save();
@@ -49,7 +49,9 @@ function band(e) {
 }
 
 export class Plot {
-  /** zoomed(since, until): null where the reader wants the whole again; pointed(time or null) */
+  /**
+   * zoomed(since, until) is called after a zoom, with null for the whole span; pointed(time or null) when the pointer moves.
+   */
   constructor(zoomed, pointed) {
     this.zoomed = zoomed;
     this.pointed = pointed;
@@ -71,7 +73,7 @@ export class Plot {
     };
   }
 
-  /** list: [{number, series}], number: which colour and dash. */
+  /** list: [{number, series}]; number selects colour and dash. */
   show(unit, list, since, until) {
     this.numbers = list.map((one) => one.number);
     this.spans = doubtful(list.map((one) => one.series), until);
@@ -115,13 +117,13 @@ export class Plot {
     });
   }
 
-  /** A drag zooms, a double click leads back; a finger scrolls the page, and the buttons above zoom. */
+  /** A drag zooms, a double click shows the whole span; a finger scrolls the page, and the buttons above zoom. */
   gestures() {
     const {touchstart, touchmove, touchend, ...mouse} = Dygraph.defaultInteractionModel;
     return {...mouse, dblclick: () => this.zoomed(null, null)};
   }
 
-  /** Time in which not every value was good: hatched, so that it does not hang on a colour. */
+  /** Hatches the times in which not every value was good, so that the mark does not depend on a colour. */
   shade(context, area, graph) {
     context.save();
     context.beginPath();

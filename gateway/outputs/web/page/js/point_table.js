@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A table of points with live values. Few rows stand in the page as they are; of many only those in sight exist.
+// A table of points with live values. A short table contains all its rows; a long table only the rows that are visible.
 import {on} from './bus.js';
 import {age, setAge} from './clock.js';
 import {h, mark, setClass, setMark, setText} from './dom.js';
@@ -8,7 +8,10 @@ import {deviceLink} from './links.js';
 import * as picked from './picked.js';
 import {valueOf} from './store.js';
 
-/** Of so many rows all exist: a device can be printed; results of a search come with every letter. */
+/**
+ * Up to this number all rows exist, so a device can be printed. `all` is smaller, because search results change with every
+ * letter.
+ */
 const plainLimit = {device: 400, all: 40};
 
 class Row {
@@ -134,7 +137,7 @@ export class PointTable {
     });
   }
 
-  /** Gives each row its point: row i of the pool shows the index in sight that is i modulo the pool. */
+  /** Assigns points to rows: row i of the pool shows the visible index that equals i modulo the size of the pool. */
   place() {
     const size = this.rows.length;
     if (!size) return;
@@ -151,7 +154,7 @@ export class PointTable {
     }
   }
 
-  /** Brings the row of a point into sight and marks it. */
+  /** Scrolls to the row of a point and marks it. */
   reveal(name) {
     const index = this.points.findIndex((p) => p.point === name);
     if (index < 0) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the gateway keeps no history, the page keeps the chosen points itself while it is open.
+// If the gateway records no history, the page records the chosen points itself while it is open.
 import {link} from './stream.js';
 import {qualityKind} from './format.js';
 import {now} from './clock.js';
@@ -36,6 +36,6 @@ export function startRecorder() {
 
 export async function recordedSeries(point, since, until) {
   const rows = (kept.get(point) || []).filter(([t]) => t >= since && t <= until);
-  // A timer of a browser may be late by a beat: only more than that is a hole.
+  // A browser's timer may be late by one period: only a longer gap is a hole.
   return {point, unit: ids.get(point)?.unit || '', step_ms: 2 * periodMs, rows};
 }

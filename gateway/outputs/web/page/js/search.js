@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search box: typing shows the points that match, Escape leads back to where the reader was.
+// The search box: typing shows the matching points, Escape returns to the view before.
 import {emit} from './bus.js';
 import {parse, pointsLink, replace} from './links.js';
 

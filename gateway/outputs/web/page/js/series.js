@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of the past: fetched, put on one grid of times for a chart, and summed up.
+// Past values: fetches them, puts them on one grid of times for a chart, and summarises them.
 import {address, get} from './api.js';
 import {recordedSeries} from './recorder.js';
 import {session} from './session.js';
 
-/** {point, unit, step_ms, rows: [[t, min, mean, max, good share], …]} */
+/** Returns {point, unit, step_ms, rows: [[t, min, mean, max, good share], …]}. */
 export function fetchSeries(point, since, until, pixels) {
   if (!session.history) return recordedSeries(point, since, until);
   return get('history', {point, since_ms: Math.round(since), until_ms: Math.round(until), pixels});
@@ -13,7 +13,10 @@ export function fetchSeries(point, since, until, pixels) {
 export const csvLink = (point, since, until) =>
   address('history.csv', {point, since_ms: Math.round(since), until_ms: Math.round(until)});
 
-/** Rows for a chart: [t, [min, mean, max] or a hole, …]. A series has a hole where no row came for more than one step. */
+/**
+ * Returns the rows of a chart: [t, [min, mean, max] or a hole, …]. A series has a hole if its next row comes more than one
+ * step later.
+ */
 export function onOneGrid(list) {
   const hole = [null, null, null];
   const grid = new Map();
@@ -36,10 +39,10 @@ export function onOneGrid(list) {
   return [...grid.values()].sort((a, b) => a[0] - b[0]);
 }
 
-/** Less than the whole of a step, beyond what rounding leaves away. */
+/** A smaller share is less than a whole step; the margin is for rounding. */
 const wholeShare = 0.995;
 
-/** Spans [from, until] in which a value was not good all the time; a step that is not over at `end` is not judged. */
+/** Returns the spans [from, until] in which a value was not always good. A step that ends after `end` is not counted. */
 export function doubtful(list, end) {
   const spans = [];
   for (const series of list) {
@@ -71,7 +74,7 @@ export function summary(series) {
   return n ? {min, max, mean: sum / n, last: series.rows.at(-1)[2]} : null;
 }
 
-/** The row of a series at a time, or null: the last that begins before it and still holds. */
+/** Returns the last row of a series that begins before `time` and is not too old for it, or null. */
 export function rowAt(series, time) {
   const {rows} = series;
   let low = 0;

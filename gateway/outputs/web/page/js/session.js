@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who looks at the page and what he may do; the login form.
+// The session of the user and its permissions; the login form.
 import {get, post} from './api.js';
 import {h, setText} from './dom.js';
 
@@ -12,7 +12,7 @@ export async function askSession() {
 
 export const logOut = () => post('logout');
 
-/** Shows the form; done() once the gateway has taken the token. */
+/** Shows the form; calls done() when the gateway has accepted the token. */
 export function showLogin(main, done) {
   const problem = h('p', {class: 'problem', role: 'alert', hidden: true});
   const token = h('input', {id: 'token', type: 'password', autocomplete: 'current-password', required: true});

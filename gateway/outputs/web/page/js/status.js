@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Asks for the status again and again while a view shows it.
+// Requests the status periodically while a view shows it.
 import {get} from './api.js';
 import {on} from './bus.js';
 import {heardTime} from './clock.js';
 
 const periodMs = 2000;
-const patienceMs = 10000;  // an answer that has not come by then may never come
+const patienceMs = 10000;  // timeout: a later answer may never come
 
-/** use(status) every two seconds, or less often where the answer takes long; fail(error). Returns what ends it. */
+/**
+ * Calls use(status) every two seconds, or less often if answers are slow, and fail(error). Returns the function that stops
+ * it.
+ */
 export function watchStatus(target, use, fail) {
   return repeat(async () => {
     const status = await get('status', {target}, patienceMs);
@@ -17,8 +20,8 @@ export function watchStatus(target, use, fail) {
 }
 
 /**
- * Answers that always take long are asked for less often. One slow answer among fast ones changes nothing: the gateway was
- * stopped for a while. What was answered while the link was lost is asked for once more.
+ * Calls `ask` periodically; if answers are always slow, less often. A single slow answer changes nothing, because the
+ * gateway may have been paused. A request that was under way when the link returned is repeated at once.
  */
 export function repeat(ask, use, fail, period) {
   let timer = 0;

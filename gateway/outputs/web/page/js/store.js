@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page knows of points: their descriptions, fetched when a view needs them, and their values, from the stream.
+// The page's store of points: descriptions, fetched when a view needs them, and values from the stream.
 import {get} from './api.js';
 import {emit, on} from './bus.js';
 import {now} from './clock.js';
 
-/** id → {value, quality, text, at}: at is the gateway's time of the reading in milliseconds, or null. */
+/** id → {value, quality, text, at}: `at` is the gateway's time of the reading in milliseconds, or null. */
 const values = new Map();
 let described = null;  // promise of all points
 let dirty = new Set();
@@ -34,7 +34,7 @@ function tellSoon() {
   });
 }
 
-/** A snapshot or the changes of the stream. */
+/** Takes a snapshot (`whole`) or the changes of the stream. */
 export function take(data, whole) {
   if (whole) {
     if (generation !== null && generation !== data.generation) forget();
@@ -65,7 +65,7 @@ function adopt(answer) {
 /** Lets the browser paint between two long steps. */
 const breath = (result) => new Promise((resolve) => setTimeout(resolve, 0, result));
 
-/** All points of the gateway, described; fetched once and again behind a reload. */
+/** Returns all points of the gateway with their descriptions; fetched once, and again after a reload. */
 export function allPoints() {
   if (!described) {
     const mine = get('points').then(breath).then(adopt).then(breath);
@@ -79,7 +79,7 @@ export function allPoints() {
 
 export const pointsOf = (device) => get('points', {device}).then(adopt);
 
-/** Points whose name or description has every word of the text. */
+/** The points whose name or description contains every word of the text. */
 export function matching(points, text) {
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);
   if (!words.length) return points;
@@ -94,7 +94,7 @@ function forget() {
 
 on('reload', forget);
 on('link', ({state, before}) => {
-  // Another gateway, or the same with another configuration, may have come back.
+  // The gateway may have been replaced, or have a new configuration.
   if (state === 'live' && before === 'lost') {
     described = null;
     emit('points');

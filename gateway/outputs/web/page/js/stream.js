@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one event stream of the page: it feeds the store and tells whether the gateway can be heard.
+// The only event stream of the page: it feeds the store and shows whether the gateway can be reached.
 import {emit} from './bus.js';
 import {heardTime} from './clock.js';
 import {take} from './store.js';
 
-const silenceMs = 2500;  // the gateway says something every second
+const silenceMs = 2500;  // the gateway sends a beat every second
 const retryMs = 1000;
-const patienceMs = 5000;  // a new stream has so long to say its first word
+const patienceMs = 5000;  // timeout for the first event of a new stream
 
 let source = null;
 let wanted = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Modbus clients and routes, DDS, what is kept, and the configuration in force.
+// The system view: Modbus clients and routes, DDS, records, and the running configuration.
 import {get} from './api.js';
 import {age, now, setAge} from './clock.js';
 import {aged, counted, heardAgo} from './columns.js';
@@ -31,7 +31,7 @@ const routeColumns = (labels) => [
   {title: 'Last trouble', class: 'said', text: (r) => r.last_trouble || '–'},
 ];
 
-/** A route, and below it a row for each unit where it has served several. */
+/** A route, followed by a row for each unit if it has served several. */
 const withUnits = (route) => [route, ...(route.by_unit.length < 2 ? [] : route.by_unit.map((unit) =>
   ({...unit, units: `unit ${unit.unit}`, target: route.target, last_trouble: ''})))];
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light or dark: as the system says, or as the reader has chosen. Runs before the first paint.
+// Light or dark, by the system's setting or the user's choice. Runs before the first paint.
 (() => {
   const dark = matchMedia('(prefers-color-scheme: dark)');
   const chosen = () => {
@@ -23,7 +23,7 @@
       try {
         localStorage.setItem('theme', select.value);
       } catch {
-        // A browser that stores nothing forgets the choice with the page.
+        // A browser without storage loses the choice with the page.
       }
       apply();
     });

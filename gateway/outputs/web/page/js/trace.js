@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The live trace of a line. It has a stream of its own, which is open only while the reader lets it run.
+// The live trace of a line. It has its own stream, which is open only while the trace runs.
 import {address} from './api.js';
 import {h, setText} from './dom.js';
 import {ExchangeReader} from './exchanges.js';
 
 const most = 100;
 
-/** show(exchanges): the newest first. */
+/** show(exchanges) gets the exchanges, the newest first. */
 export function liveTrace(line, show) {
   let list = [];
   let source = null;

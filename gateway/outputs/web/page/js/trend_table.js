@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The legend of trends: which line is which point, and its figures.
+// The legend of trends: the line style of each point, and its figures.
 import {pressed} from './columns.js';
 import {DataTable} from './data_table.js';
 import {h, setText, svg} from './dom.js';

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Up to eight points over an hour to a year.
+// The view of trends: up to eight points over an hour to a year.
 import {on} from './bus.js';
 import {now} from './clock.js';
 import {h, setText} from './dom.js';
@@ -20,7 +20,7 @@ const ranges = {'1h': ['1 hour', hour], '6h': ['6 hours', 6 * hour], '24h': ['1 
 const mostPixels = 1200;
 const shortest = 10e3;
 
-/** The time shown: the last hours up to now, or a span that the reader has chosen. */
+/** The time that is shown: the last hours up to now, or a span that the user has chosen. */
 class Span {
   constructor({range, from, until}) {
     this.range = range in ranges ? range : '1h';
@@ -45,7 +45,7 @@ class Span {
     this.fixed = [Math.min(from, end - shortest), end];
   }
 
-  /** Moves by parts of its length, or makes it so many times as long around its middle. */
+  /** Moves the span by `move` times its length, and scales its length around its middle. */
   change(move, scale) {
     const [from, until] = this.now();
     const length = (until - from) * scale;

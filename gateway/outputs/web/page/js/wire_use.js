@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who used the wire: the difference of two statuses up to a minute apart; of the first alone, since the start.
+// The use of a line's wire, as the difference of two statuses up to a minute apart; with one status only, since the start.
 const windowMs = 60000;
 
 export class WireUse {
@@ -37,7 +37,7 @@ const kinds = [
   ['drains', 'silence behind exchanges'],
 ];
 
-// What the last minute of a line went to.
+// The use of the wire in the last minute.
 export function minuteOf(line) {
   const rows = kinds.map(([key, name]) => ({name, share: line.minute[key]}));
   const idle = 1 - rows.reduce((sum, row) => sum + row.share, 0);
