@@ -100,7 +100,7 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   answer.remedy = reply.remedy;
   for (const std::size_t i : places_.ReadBy(exchanged.command.text)) {
     // If the points read one command with two decoders, the decoder of the first point counts; the
-    // // points with the other decoder are wrongly configured.
+    // points with the other decoder are wrongly configured.
     const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
@@ -307,8 +307,8 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // The module has answered this question before, so silence is treated as for any other //
-    // request: repeat, then fail the task.
+    // The module has answered this question before, so silence is treated as for any other request:
+    // repeat, then fail the task.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;

@@ -23,7 +23,7 @@ std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool
                      std::size_t channels) {
   if (settings.identify || !polls) return kAskName;
   // If a point is read with another command that begins with '#', a single channel may itself be a
-  // // poll, so it cannot serve as the probe.
+  // poll, so it cannot serve as the probe.
   bool all_together = false;
   for (const auto& read : reads) {
     if (!read || read->command[0] != '#') continue;

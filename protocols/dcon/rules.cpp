@@ -282,7 +282,7 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   line.remove_prefix(lead);
   if (line.size() < 3 || !IsText(line)) return std::nullopt;
   if (kAsks.find(line[0]) != std::string_view::npos) {
-    // Without a checksum a damaged reply may look like a request, so only short lines count: //
+    // Without a checksum a damaged reply may look like a request, so only short lines count:
     // commands that read are never longer.
     const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
