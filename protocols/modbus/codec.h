@@ -37,7 +37,9 @@ Bytes PackBits(const std::vector<bool>& bits);
 
 using config::kLastSlave;
 
-// rtu    address, PDU, CRC-16 low byte first
+// The frame of each framing:
+//
+//   rtu    address, PDU, CRC-16 low byte first
 //   ascii  ':', address, PDU and LRC in hex, CR LF
 //   tcp    transaction, protocol (0), length of the rest (2 bytes each), unit, PDU
 //
