@@ -141,8 +141,7 @@ struct MeterReplies::Row {
 };
 
 const MeterReplies::Row MeterReplies::kRows[] = {
-    // > 05 08 00     < 05 00 89 A2 61 …: checked before the table     < 05 01: number is not
-    // available
+    // > 05 08 00     < 05 00 89 A2 61 …: checked before the table     < 05 01: no number
     {RequestKind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        if (!its.IsOwn(step) || its.parts_.session.needs_number()) {

@@ -198,8 +198,8 @@ class MeterArchive {
   /// Call with the serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
-  /// `journals`: also for journals. They are excluded after single replies, because a meter may
-  /// never have a refused journal.
+  /// Lets refused requests be sent again. `journals`: those of journals as well. Automatic retries
+  /// leave journals out, because a meter may never have a journal that it has refused.
   void ForgetRefusals(bool journals);
 
   // For tasks of events: the next PDU, its data, its refusal, and its failure.

@@ -13,16 +13,18 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// The question of another master to the same meter is as long as the reply to such a question. No
-/// check value tells them apart.
+/// True if `body` looks like a request of another master to the same meter. Such a request may have
+/// the length of the reply, and its check value is correct, too.
 ///
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
-  constexpr std::uint8_t kLastWay = 0x03;  // of reading floats: single, latched, group, both
+  constexpr std::uint8_t kLastWay =
+      0x03;  // of the ways to read floats: single, latched, group, both
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
-  // Codes of measures: phase in the low bits. Other integers of three bytes may begin so.
+  // A parameter of integers has the phase in its low bits. Other bytes here may belong to an
+  // integer reply of three bytes.
   return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
 }
 
@@ -57,7 +59,8 @@ Reply ReplyReader::Read(View request, View frame) const {
                       (extended ? "; if it is the right one, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
-  // A float read and its reply are equally long; only the link test is answered by its own bytes.
+  // The request for a float is as long as its reply. Only the link test is answered by the same
+  // bytes.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
     return unexpected("the request came back; does the adapter echo? set `echo: strip`");
   }
@@ -115,7 +118,7 @@ void ReplyReader::ReadData(Reply& reply) const {
   const auto matches = fields_.Matches(reply.pdu);
   for (const Match& match : matches) {
     Decoded decoded = DecodeField(match.field, reply.data, known);
-    // By the table of another type a bit would be called what it is not.
+    // The table of another type would give the bit a wrong name.
     if (IsFlag(match.field) && !identification_.KnowsStatusWord()) {
       decoded = {{}, {Quality::bad_configuration, Reason::not_fitted}};
     }
@@ -124,9 +127,9 @@ void ReplyReader::ReadData(Reply& reply) const {
   if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
 }
 
-/// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
-/// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
-/// either.
+/// CRC-16 has no final XOR, so a zero after a good frame gives a good frame again: C8 03 09 30 C8
+/// has two data bytes, and C8 03 09 30 C8 00 has three. It is unknown here whether a zero follows,
+/// so the frame is accepted if one of the two forms fits.
 Outcome ReplyReader::Check(View request, View frame) const {
   const Outcome outcome = Read(request, frame).answer.outcome;
   if (outcome != Outcome::unexpected) return outcome;
@@ -204,7 +207,7 @@ bool PointReads::ReadsLatched(std::size_t query) const {
   return set4tm::ReadsLatched(fields_.PduOf(plan_, query));
 }
 
-/// What it does not give so, it may give by 08 1B.
+/// If a value of the trial is not good, 08 1B is used, which may still return that value.
 Answer PointReads::TakeTrial(Answer answer) {
   const bool whole = std::ranges::all_of(
       answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });

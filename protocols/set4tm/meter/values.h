@@ -1,5 +1,5 @@
-// The data bytes of a reply to values and back, by the decoder of a field. FromCp1251 and ToCp1251
-// convert texts.
+// Converts the data bytes of a reply to values and back, by the decoder of a field. FromCp1251 and
+// ToCp1251 convert texts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,16 +12,18 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Windows-1251 text of a meter (its metering point's name) to and from UTF-8.
+// Texts of a meter (the name of its metering point) are in Windows-1251.
 
-/// Up to the first zero byte, without blanks at the end; control bytes become '?'.
+/// Converts the text up to the first zero byte, without trailing blanks. Control bytes become '?'.
 std::string FromCp1251(View bytes);
-/// Characters that Windows-1251 does not have become '?'.
+/// Characters that Windows-1251 does not contain become '?'.
 Bytes ToCp1251(std::string_view utf8);
 
-/// Never a number for what the meter marks as missing, nor for a scale that is not known.
+/// Returns a bad quality without a number if the meter marks the value as missing, or if a needed
+/// constant is unknown.
 Decoded DecodeField(const Field& field, View data, const Scale& scale);
-/// Writes `value` into the reply's data as the meter would; false leaves the data as it was.
+/// Writes `value` into the reply's data as the meter would. Returns false, and changes nothing, if
+/// it does not fit.
 bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
 
 }  // namespace baudgate::protocols::set4tm
