@@ -1,6 +1,5 @@
-// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR. The frame rules
-// (rules.h) cut frames out of the received bytes, decode.h reads the parsed replies, and
-// conversation.h builds the requests.
+// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR. rules.h cuts frames
+// out of received bytes, decode.h reads parsed replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

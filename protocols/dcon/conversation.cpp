@@ -255,7 +255,6 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
 
 namespace {
 
-/// Returns how often a count is read again in one poll.
 constexpr int MostCounts(Totals::Again why) {
   if (why == Totals::Again::no) return 0;
   return why == Totals::Again::has_moved ? 1 : 2;

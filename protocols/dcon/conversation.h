@@ -1,7 +1,7 @@
 // DconConversation plans the requests of one DCON module and turns the replies into readings. One
-// request serves all points that are read by its command. The module is identified before it is
-// polled (identification.h). Requests, ReplyReader and WriteJob handle single exchanges of one
-// module; Sampling and DconBus handle broadcasts to all modules of a line.
+// request serves all points that its command reads. The module is identified before it is polled
+// (identification.h). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
+// DconBus handle broadcasts to all modules of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +26,7 @@
 
 namespace baudgate::protocols::dcon {
 
-// Builds the request frames of one module: the module's commands, broadcasts, and the questions of
+// Requests builds the request frames of one module: its commands, broadcasts, and the questions of
 // its identification, which are sent with and without a checksum.
 
 class Requests {
@@ -39,7 +39,6 @@ class Requests {
   Request Question(const Identification::Question& question) const;
   /// True if the request is an identification question in the checksum mode that is not configured.
   bool IsInOtherMode(View request) const;
-  /// Returns the settings to parse the reply to `request` with.
   const Settings& SettingsFor(View request) const {
     return IsInOtherMode(request) ? other_mode_ : settings_;
   }
@@ -74,7 +73,6 @@ class ReplyReader {
 
   /// Returns nothing if `request` is not a DCON request.
   std::optional<Exchanged> Read(View request, View frame) const;
-  /// Returns one reading for each point that the command reads.
   Answer ReadingsOf(const Exchanged& exchanged) const;
   /// See Conversation::Interpret. `polled`: the device has points.
   Answer Interpret(View request, View frame, bool polled) const;
@@ -121,7 +119,6 @@ class WriteJob {
   void OnWord(const std::string& command, std::uint64_t word) { words_[command] = word; }
   /// Call if another request is sent between the steps of a write.
   void OnOther() { certain_.reset(); }
-  /// Call if another module may be connected.
   void OnReconnect();
 
  private:
@@ -190,7 +187,6 @@ class Sampling {
   /// fetched for the first time. Returns the reason to reject the sample, or nothing if it is
   /// valid.
   std::optional<std::string> WhyNot(bool first);
-  /// Call if another module may be connected.
   void OnReconnect() { fetched_.reset(); }
 
   /// True if other modules repeatedly take new samples between two polls of this module.
@@ -242,17 +238,15 @@ class DconConversation : public Conversation {
   Answer TakeWritten(const Task& task, const Exchanged& exchanged, Instant now);
   Answer TakeRead(const Task& task, const Exchanged& exchanged, Instant now);
   void TakeSample(const Exchanged& exchanged, Answer& answer);
-  /// Updates the plan from the reply to a poll or probe: the query is supported or refused.
   void LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now);
-  /// Updates from the same reply what is known of the module and its outputs.
   void LearnModule(const Task& task, const Exchanged& exchanged, const Answer& answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
   Then OnQuestionFailed(const Task& task, const Identification::Question& question, Outcome outcome,
                         bool behind_read);
 
   const config::Device& device_;
-  Settings settings_;            ///< `enabled` is replaced by the mask that the module reports
-  const std::uint32_t enabled_;  ///< the configured mask
+  Settings settings_;  ///< `enabled` is replaced by the mask that the module reports
+  const std::uint32_t enabled_;
   DconBus::Group& group_;
   const Places places_;
   QueryPlan<Read> plan_;
@@ -264,8 +258,8 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
-  bool withheld_ = false;  ///< the write under way cannot be sent: the module's checksum mode is
-                           ///< unknown. The next Ask returns the error
+  bool withheld_ =
+      false;  ///< the write under way cannot be sent because the checksum mode is unknown
   int counted_again_ = 0;  ///< how often a count was read again in this poll
 };
 

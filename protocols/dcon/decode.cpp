@@ -135,7 +135,6 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
   return decoded;
 }
 
-/// Returns the smallest and the largest number of digits in a reply of this form.
 std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
   if (form == Form::hex) return HexDigits(command);
   if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY, $AAX1
@@ -176,7 +175,6 @@ DecodedReply DecodeText(std::string_view command, std::string_view payload) {
   return One(Form::text, std::string(payload));
 }
 
-/// True if replies of this form may begin with `lead`.
 bool LeadFits(Form form, char lead) {
   switch (form) {
     case Form::numbers:

@@ -102,7 +102,6 @@ std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   return ParseInteger<std::uint8_t>(std::string_view(text).substr(begin.size()), 16);
 }
 
-/// Returns "$8C2" for input 2.
 std::string_view QuestionOfInput(unsigned input) { return kTypeQuestions[input]; }
 
 }  // namespace

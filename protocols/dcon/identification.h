@@ -80,8 +80,8 @@ class ChannelTypes {
   /// Returns the factor that converts a number to the point's unit. Empty: the input measures
   /// another quantity.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// Describes all points whose unit does not fit their input, for the inputs in `enabled` (bit 0:
-  /// input 0). Empty: none.
+  /// Describes all points whose unit does not fit their input, for the inputs in `enabled` (a bit
+  /// mask). Empty: none.
   std::string Remark(std::uint32_t enabled) const;
 
  private:
@@ -127,7 +127,6 @@ class Identification {
   std::optional<Question> Next(std::string_view command);
   /// Returns a question that is due again and is asked after `command`. Empty: none is due.
   std::optional<Question> NextAnew(std::string_view command, Instant now);
-  /// True if the round of questions is complete.
   bool is_done() const { return done_; }
   /// True if the command may be sent now: the round of questions is complete and found no trouble.
   /// If the module answered none of them, harmless commands are allowed, and others only with
@@ -219,7 +218,6 @@ class Questions {
   const std::optional<Question>& anew() const { return anew_; }
   /// Call if the task has failed. Returns true if its read had succeeded and anew() was asked.
   bool ForgetAnew();
-  /// Resets the number of questions in the task.
   void ForgetCount() { count_ = 0; }
 
   /// Call after the read of a task. Returns how the task continues.

@@ -111,12 +111,10 @@ struct Places {
   /// Returns how many values the reply to `command` must have, from the options or the points. 0:
   /// unknown.
   std::size_t ChannelsOf(std::string_view command, const Settings& settings) const;
-  /// Returns the form of the reply to `command`, or nothing if no point reads it.
   std::optional<Form> FormOf(std::string_view command) const;
   /// True if a point writes a setting (not an output) with `command`.
   bool IsSetting(std::string_view command) const;
 
-  /// Returns the indices of the points that `command` reads.
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;

@@ -49,8 +49,8 @@ Result<ReadAddress> ParseRead(std::string_view text);
 /// command, or its reply form differs between modules.
 std::optional<Form> DefaultForm(std::string_view command);
 
-/// Returns the smallest and the largest number of digits of a Form::hex reply to `command`. The
-/// range is exact, because two more digits would be a checksum that nobody expects.
+/// Returns the smallest and the largest number of digits in a Form::hex reply to `command`. The
+/// range is exact, because two more digits would be an unexpected checksum.
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 
 /// True if the same request may be sent again after a failure: a read without side effects, or a
@@ -61,7 +61,8 @@ struct WriteAddress {
   enum class Kind : std::uint8_t { bit, hex, number, decimal, flag, action };
   std::string command;  ///< the characters before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
-  /// The command writes a setting, not an output: it is confirmed by `!AA` and never repeated.
+  /// The command writes a setting, not an output: it is confirmed by `!AA`, and not repeated after
+  /// a failure.
   bool setting = false;
   std::size_t digits = 2;  ///< digits of hex and decimal; for a number, digits before the point
   std::size_t decimals = 0;
@@ -80,7 +81,6 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value);
 /// the command matches, but a module would refuse its data.
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command);
 
-/// Returns which numbers the reply can contain for `read`.
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
 /// True if `command` may change the value that `point` reads. Bits, states, hex values and outputs
@@ -88,7 +88,6 @@ config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 /// that begin with $ or %.
 bool Changes(std::string_view command, const config::Point& point);
 
-/// Checks that `read`, `write` and type of the point fit together.
 Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();

@@ -1,3 +1,4 @@
+// The descriptor of the DCON protocol: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/protocol.h"
 

@@ -19,8 +19,6 @@ namespace baudgate::protocols::dcon {
 /// twin waits for.
 Expectation Expect(View request, const Settings& settings);
 
-// The rules that cut DCON messages out of the received bytes (protocols/assembler.h).
-
 /// Cuts requests: from one of $ # % @ ~ ^ to CR.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 

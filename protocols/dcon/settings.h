@@ -1,5 +1,4 @@
-// The options of a DCON device: OptionTable lists them for users, Settings contains their parsed
-// values. The codec, the conversation and the twin use Settings.
+// The options of a DCON device: OptionTable lists them for users, Settings contains their values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

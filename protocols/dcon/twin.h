@@ -1,5 +1,5 @@
-// DconTwin simulates a DCON module. It answers requests as a real module does, from the points of
-// its profile. gateway/tools/simulate/simulator.h passes it the requests and sends its replies.
+// DconTwin simulates a DCON module for gateway/tools/simulate/simulator.h. It answers requests as a
+// real module does, from the points of its profile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

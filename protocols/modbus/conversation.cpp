@@ -65,7 +65,6 @@ constexpr Duration kWorkWait = 1s;
 
 bool IsLoopback(View request) { return request[0] == kDiagnostics && IsMirrored(request); }
 
-/// Returns the outcome of an exchange that was answered with an exception.
 Outcome OutcomeOf(std::uint8_t exception, bool write) {
   switch (exception) {
     case kIllegalFunction:
@@ -94,7 +93,6 @@ bool IsOfManual(View request) {
   return TableOf(request[0]) && begin && *begin >= kFirst && *begin <= kLast;
 }
 
-/// Returns advice for the user about an exception.
 const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
@@ -414,8 +412,6 @@ void ModbusConversation::OnReconnect() {
   identification_.OnReconnect();
   next_object_.reset();
 }
-
-// Readings from replies.
 
 namespace {
 

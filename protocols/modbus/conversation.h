@@ -95,13 +95,12 @@ class ModbusConversation : public Conversation {
     Bytes request;  ///< request and reply are PDUs
     Bytes reply;
     std::uint8_t exception = 0;
-    std::optional<Data> data{};  ///< for a good reply to a read
+    std::optional<Data> data{};  ///< set for a good reply to a read
   };
 
   /// Checks request and reply, without decoding the values.
   Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
-  /// Returns where a point that is read begins.
   std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
   /// Returns the points that begin in the block, ordered by index. For a table without addresses:
   /// all points of its space.

@@ -21,7 +21,6 @@ namespace baudgate::protocols::modbus {
 // The areas of a slave and the functions that read them: tables of registers and bits, files,
 // queues, line counters, and the identification. Source: MODBUS Application Protocol V1.1b3, 6.
 
-/// Returns the table that `function` reads. Nothing: no reading function.
 std::optional<Table> TableOf(std::uint8_t function);
 
 /// Returns the PDU that reads the block: 03 00 C8 00 02. For an identification: from object
@@ -35,7 +34,6 @@ inline Block<Space> BlockOf(const Location& place) {
 /// Returns the place in the words of `read`: "holding 200", "file 4:1", "identification 0".
 std::string LabelOf(const Space& space, std::size_t address);
 
-/// The data of a good reply to a read.
 struct Data {
   Space space;
   std::size_t address = 0;
@@ -43,10 +41,9 @@ struct Data {
   /// The reply contains everything there is, even if it is shorter than requested: a queue with two
   /// entries, a server id.
   bool whole = false;
-  std::map<std::size_t, std::string>
-      texts{};  ///< of an identification, by object; of a server id, at 0
+  std::map<std::size_t, std::string> texts{};  ///< identification by object, or server id at 0
   std::optional<std::uint8_t>
-      follows{};  ///< of an incomplete identification: the next object to read
+      follows{};  ///< next object to read, if an identification is incomplete
 
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };

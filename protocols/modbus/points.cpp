@@ -76,7 +76,6 @@ std::optional<std::string_view> InParentheses(std::string_view word, std::string
   return word.substr(name.size() + 1, word.size() - name.size() - 2);
 }
 
-/// Sets form and count from the point's type.
 void TakeType(const Point& point, Location& place) {
   if (point.type == Type::string) {
     place.form = Form::string;
@@ -156,7 +155,6 @@ Status TakeAddress(std::string_view text, std::string_view word, Location& place
   return TakeBits(text, word.substr(open), place);
 }
 
-/// Parses "scale(203)".
 Status TakeScale(std::string_view text, std::string_view word, Location& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
   if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
@@ -258,7 +256,6 @@ Result<Location> ParseLocation(std::string_view text, const Point& point, const 
   return place;
 }
 
-/// Checks that the form fits the point's type.
 Status CheckType(std::string_view text, const Point& point, const Location& place) {
   const bool truth = place.form == Form::flag || place.form == Form::bit;
   const bool words = place.form == Form::string || place.form == Form::text ||

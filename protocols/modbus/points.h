@@ -39,7 +39,6 @@ struct Space {
   auto operator<=>(const Space&) const = default;
 };
 
-/// How the registers are decoded.
 enum class Form : std::uint8_t {
   flag,  ///< one coil or discrete input
   bit,   ///< one bit of a register
@@ -73,18 +72,18 @@ enum class Form : std::uint8_t {
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
-  DateForm date = DateForm::unix;          ///< for Form::date
+  DateForm date = DateForm::unix;          ///< used with Form::date
   std::optional<config::WordOrder> order;  ///< set if the point has its own order
   std::uint16_t which = 0;                 ///< see Space
   std::uint16_t address = 0;               ///< 0-based, as in the PDU
-  unsigned bit = 0;                        ///< for Form::bit and bits: lowest bit, 0…15
-  unsigned width = 1;                      ///< for Form::bits: number of bits
+  unsigned bit = 0;                        ///< lowest bit of Form::bit and bits, 0…15
+  unsigned width = 1;                      ///< number of bits of Form::bits
   /// Address of the register, in the same table, that contains the exponent n: the value is
   /// multiplied by 10 to the n, -10…10.
   std::optional<std::uint16_t> scale;
-  std::size_t count = 1;   ///< registers or bits
-  std::size_t length = 0;  ///< for Form::string: characters
-  std::string texts{};     ///< for Form::text: name of the text table
+  std::size_t count = 1;   ///< number of registers or bits
+  std::size_t length = 0;  ///< number of characters of Form::string
+  std::string texts{};     ///< name of the text table of Form::text
 
   std::size_t end() const { return std::size_t{address} + count; }
   Space space() const { return {table, which}; }
@@ -106,10 +105,8 @@ bool IsWritable(Table table);
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
-/// Returns which numbers the registers can contain; for a float, whether it has 32 bits.
 config::RawNumbers NumbersOf(const Location& place);
 
-/// Checks that `read`, `write` and access of the point fit together.
 Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
@@ -124,7 +121,6 @@ enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;
 
-/// Returns an error such as "'holding 200[b16]' names no bits ...".
 Error Wrong(std::string_view text, const std::string& why);
 
 /// Parses "[b3]" or "[b3-b5]".

@@ -1,3 +1,4 @@
+// The descriptors of Modbus RTU, ASCII and TCP: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/protocol.h"
 

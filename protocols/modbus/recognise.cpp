@@ -14,7 +14,6 @@ constexpr std::size_t kFarthest = 300;
 
 /// Size of an exception in bytes: slave, function and code.
 constexpr std::size_t kException = 3;
-/// Size of a check value in bytes.
 constexpr std::size_t kRtuCheck = 2;
 constexpr std::size_t kAsciiCheck = 1;
 /// Size of the PDU of a request that reads, or writes one value: function, address, and count or

@@ -383,7 +383,6 @@ namespace {
 constexpr std::size_t kHeader = kTcpOverhead - kTcpCounted;
 constexpr std::size_t kTcpException = kTcpOverhead + 2;
 
-/// Cuts a message of `size` bytes.
 Cut CutMessage(View held, std::size_t size, bool idle) {
   return held.size() < size ? cut::Wait(idle, held.size()) : Cut::Frame(size);
 }

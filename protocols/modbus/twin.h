@@ -1,5 +1,5 @@
-// ModbusTwin simulates a Modbus slave. It answers requests from the points of its device.
-// gateway/tools/simulate/simulator.h passes it the requests and sends its replies.
+// ModbusTwin simulates a Modbus slave for gateway/tools/simulate/simulator.h. It answers requests
+// from the points of its device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

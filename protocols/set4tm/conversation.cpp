@@ -108,7 +108,7 @@ Request MeterRequests::Read(std::size_t query) {
 }
 
 /// Also true for a background task if no archive job is due: the task was due for the broadcast,
-/// which the task of another meter has sent meanwhile.
+/// which the task of another meter may have sent meanwhile.
 bool MeterRequests::AsksLatchTime(const Task& task, Instant now) const {
   if (!parts_.latched.tells()) return false;
   if (task.kind == Task::Kind::background)
@@ -199,7 +199,6 @@ const MeterReplies::Row MeterReplies::kRows[] = {
     {RequestKind::latch, Plain, Plain},
 };
 
-/// Returns the answer of the reply unchanged.
 Answer MeterReplies::Plain(MeterReplies& /*its*/, Step& step) {
   return std::move(step.reply.answer);
 }
@@ -309,7 +308,6 @@ Answer MeterReplies::TakeRead(Step& step) {
   return EndedBy(reply, Then::ask_again);
 }
 
-/// Handles the refusal of a poll's own request.
 Answer MeterReplies::ReadRefused(Step& step) {
   Reply& reply = step.reply;
   parts_.identification.OnRefused(reply.pdu);

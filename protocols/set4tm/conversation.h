@@ -63,11 +63,10 @@ struct MeterParts {
 
 /// The purpose of a request.
 enum class RequestKind : std::uint8_t {
-  latch,       ///< the latch broadcast, which no meter answers
-  link,        ///< link test
-  other_mode,  ///< serial number in the other checksum mode; the reply only explains the silence in
-               ///< the status
-  open,        ///< open the channel
+  latch,  ///< the latch broadcast, which no meter answers
+  link,
+  other_mode,  ///< ask the serial number in the other checksum mode, only for the status
+  open,
   serial,      ///< ask the serial number
   question,    ///< ask type or ratios before a request that depends on them
   latch_time,  ///< ask for the time of the latest latch: was the broadcast received?
@@ -88,7 +87,6 @@ class MeterRequests {
   RequestKind kind() const { return kind_; }
 
  private:
-  /// Builds a request of this kind and sets kind().
   Request Make(RequestKind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
   /// Returns the request that the session needs first. Nothing: the task's own request may be sent.
@@ -110,9 +108,8 @@ class MeterReplies {
   /// `parts` must stay valid for the lifetime of this object.
   explicit MeterReplies(MeterParts& parts) : parts_(parts) {}
 
-  /// A reply that fits its request, with its context.
   struct Step {
-    RequestKind asked;  ///< kind of the request
+    RequestKind asked;
     const Task& task;
     Reply reply;
     std::size_t bytes = 0;  ///< size of the whole reply frame

@@ -46,7 +46,8 @@ void MeterMemory::Recall(std::string_view text, Now now) {
       for (std::size_t i = 3; i < words.size() && !given_up(); ++i) {
         const auto at = ParseInteger<std::int64_t>(words[i]);
         if (!at) continue;
-        // If the clock was set back, the refusal counts as of now and not as long ago.
+        // If the clock was set back, the stored time may be in the future: the refusal then counts
+        // as of now.
         const auto ago = now.wall - WallTime(Seconds(*at));
         refused_.push_back(now.instant - std::max<Duration>(ago, {}));
       }

@@ -77,8 +77,8 @@ class MeterSession {
   explicit MeterSession(const Settings& settings);
 
   enum class Need : std::uint8_t {
-    nothing,  ///< the task's own request may be sent
-    link,     ///< the password must not be tried, so a link test proves presence
+    nothing,
+    link,  ///< the password must not be tried, so a link test proves presence
     open,
     serial,
   };
@@ -95,7 +95,6 @@ class MeterSession {
 
   /// Call after each reply with data: the meter keeps the channel open for another 20 s.
   void OnGood(Instant now) { last_good_ = now; }
-  /// Call when a task has ended.
   void OnTaskEnd() {
     reopened_ = repeated_ = 0;
     doubted_.reset();
@@ -123,7 +122,6 @@ class MeterSession {
   bool TakeSerial(std::uint32_t serial);
   /// Returns the answer to any request while another meter is connected.
   Answer OtherMeter() const;
-  /// Takes the refusal of the serial number.
   Answer TakeNoSerial(Answer answer);
   /// Takes the same refusal if a poll has asked for the number itself, so that no other request
   /// follows.

@@ -128,7 +128,6 @@ class BillingSession final : public BackgroundJob {
   bool reads_registers() const { return today_ && pass_ && pass_->step < 2 * tariffs(); }
   Answer OnDay(Day day, const Scale& scale);
   void OnRegister(View data);
-  /// Call when the reading under way is complete.
   Answer Finish(const Scale& scale);
   std::string Said(BillingPeriod kind, Day day) const;
 
@@ -195,7 +194,6 @@ class MeterArchive {
   bool IsDue(Instant now) const;
   /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
-  /// Call with the serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
   /// Lets refused requests be sent again. `journals`: those of journals as well. Automatic retries
@@ -218,7 +216,6 @@ class MeterArchive {
   Answer TakeRefusal(Answer answer, Instant now) {
     return job().TakeRefusal(std::move(answer), now);
   }
-  /// Call if the task has failed.
   void OnFailure(Instant now) { job().OnFailure(now); }
 
   /// Describes what was learned, for the status. Empty: nothing.

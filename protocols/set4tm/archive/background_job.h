@@ -60,8 +60,8 @@ class KeptMeter {
   bool is_open() const { return kept_ && !serial_; }
 
  private:
-  std::optional<std::uint32_t> serial_;  // of the meter that answers
-  std::optional<std::uint32_t> kept_;    // of the meter whose parts are kept
+  std::optional<std::uint32_t> serial_;  // serial number of the meter that answers
+  std::optional<std::uint32_t> kept_;    // serial number of the meter whose parts are stored
 };
 
 class BackgroundJob {
@@ -79,7 +79,6 @@ class BackgroundJob {
     recalled_ = true;
     Recall(said);
   }
-  /// Call with the serial number of the meter that answers.
   virtual void OnMeter(std::uint32_t /*serial*/) {}
   /// Call with the type of the meter; empty: unknown.
   virtual void OnType(std::optional<std::uint8_t> /*type*/) {}
@@ -100,16 +99,13 @@ class BackgroundJob {
     answer.readings.clear();
     return Refused(std::move(answer));
   }
-  /// Call if the PDU of Next was not answered.
   virtual void OnFailure(Instant now) = 0;
   virtual void OnReconnect() = 0;
-  /// Lets all refused requests be sent again.
   virtual void ForgetRefusals() = 0;
   /// Describes the progress, for the status. Empty: nothing to report.
   virtual std::string Shown() const = 0;
 
  protected:
-  /// The time of the latest exchange.
   Instant latest() const { return latest_; }
 
  private:

@@ -96,18 +96,14 @@ class JournalSession {
 
   /// True if the stored state is known, and the meter has not refused all journals.
   bool has_events() const;
-  /// True if the meter has refused all journals.
   bool has_refused() const;
   /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
-  /// Call with the serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
 
   /// Returns the PDU to send next, until it is answered or has failed. Call only if has_events().
   Bytes Next(Instant now);
-  /// Takes the reply to the PDU of Next.
   Answer Take(View record, const JournalReader& reader, Instant now);
-  /// Takes the refusal of the PDU of Next; `answer` contains the reason.
   Answer TakeRefusal(Answer answer, Instant now);
   void OnFailure(Outcome outcome, Instant now);
   void OnReconnect();

@@ -39,10 +39,9 @@ class MemoryRead {
 
   /// Returns the next piece to read. Call only while not done().
   Stretch Next() const;
-  /// Takes the bytes of the piece that Next returned.
   void OnPiece(View bytes);
   bool done() const { return done_; }
-  /// The bytes of all ranges, when done(). Empty: the two readings differ.
+  /// Returns the bytes of all ranges, when done(). Empty: the two readings differ.
   const Bytes& bytes() const { return bytes_; }
 
  private:
@@ -58,7 +57,7 @@ class MemoryRead {
 inline constexpr std::size_t kLoadRecord = 8;
 
 struct LoadHeader {
-  CivilZone::Civil begin{};  ///< of the hour, in the meter's local time
+  CivilZone::Civil begin{};  ///< begin of the hour, in the meter's local time
   bool summer = false;
   unsigned minutes = 30;  ///< length of a slice
 
@@ -83,12 +82,11 @@ struct LoadSlice {
 };
 LoadSlice ParseLoadSlice(View record);
 
-/// The position at which the meter writes.
 struct LoadPointer {
   CivilZone::Civil hour{};
   unsigned minute = 0;  ///< minute in the hour, at the beginning of the current slice or within it
   bool wrapped = false;
-  std::size_t address = 0;  ///< of the current slice
+  std::size_t address = 0;  ///< address of the current slice
 };
 std::optional<LoadPointer> ParseLoadPointer(View data);
 

@@ -28,7 +28,6 @@ Bytes BytesOf(CivilZone::Civil civil);
 //   > 05 04 00 63 01     the last byte arrives at 12:00:00.000
 //   < 05 30 00 15 …      15:00:30 at +03:00; the first byte comes at 12:00:00.020       +30.49 s
 
-/// True if the request asks for the meter's clock.
 bool AsksClock(View pdu);
 
 class ClockDrift {

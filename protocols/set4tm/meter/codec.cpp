@@ -1,4 +1,3 @@
-// The length table of requests and replies, and the functions on addresses and checksums.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/codec.h"
 

@@ -63,7 +63,6 @@ Result<Bytes> ParseAddress(std::string_view text);
 /// Reverses ParseAddress: returns "200" or "sn:9020001".
 std::string FormatAddress(View address);
 Bytes ExtendedAddress(std::uint32_t number);
-/// Returns the length of an address that begins with `first`: 5 for the prefix FC, else 1.
 constexpr std::size_t AddressLength(std::uint8_t first) { return first == kExtendedPrefix ? 5 : 1; }
 
 /// Accepts six characters, or "hex:01 02 03 04 05 06".

@@ -1,4 +1,3 @@
-// Meter constant, coefficients and ratios, and the factor of each measure.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/constants.h"
 

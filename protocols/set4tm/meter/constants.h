@@ -27,7 +27,7 @@ struct Scale {
       voltage_in_floats{};  ///< ratios that the meter has already applied to its floats
   std::optional<double> current_in_floats{};
 
-  std::optional<CivilZone> zone{};  ///< of the meter's clock
+  std::optional<CivilZone> zone{};  ///< zone of the meter's clock
 };
 
 /// Returns the constants of `first`; those that are empty are taken from `second`.

@@ -22,10 +22,8 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Returns the PDU of the broadcast.
 Bytes LatchPdu();
 bool IsLatch(View pdu);
-/// Returns the PDU that asks for the time of the latest latch.
 Bytes AskLatchTime();
 /// True if the request reads latched values: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
 bool ReadsLatched(View pdu);
@@ -40,7 +38,6 @@ class LineLatch {
   /// Call when a broadcast was sent, after OnClock with the time at which its last byte arrives.
   void OnSent();
 
-  /// Number of broadcasts sent.
   unsigned number() const { return number_; }
   /// Time of the latest broadcast.
   WallTime sent_at() const { return base_.wall; }
@@ -51,7 +48,6 @@ class LineLatch {
   unsigned number_ = 0;
 };
 
-/// State that the meters of a line share.
 struct MeterBus final : Bus {
   LineLatch latch;
 };
@@ -77,7 +73,6 @@ class MeterLatch {
   bool Heard(unsigned number) const { return heard_ && asked_ == number && !doubted_; }
   /// True if it is certain that the meter has not received the latest broadcast.
   bool Missed(unsigned number) const { return missed_ && asked_ == number; }
-  /// Call if another meter may be connected.
   void Forget() { *this = {}; }
 
  private:

@@ -1,4 +1,3 @@
-// Groups points into requests, and finds the points that a reply serves.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/plan.h"
 
@@ -9,8 +8,6 @@
 #include "protocols/set4tm/meter/codec.h"
 
 namespace baudgate::protocols::set4tm {
-
-// The mask of 08 23: the bit of each float parameter, in both directions.
 
 namespace {
 

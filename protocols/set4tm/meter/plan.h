@@ -32,7 +32,6 @@ std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
-/// True if the request is a masked read (08 23).
 bool IsMasked(View pdu);
 /// Returns the PDU that reads these bits: 08 23 id 00 m1…m8.
 Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
@@ -62,13 +61,11 @@ struct Match {
 /// are mask bits.
 using PduPlan = QueryPlan<Bytes>;
 
-/// The parsed fields of a device's points.
 class PointFields {
  public:
   /// `points` must stay valid for the lifetime of this object.
   explicit PointFields(std::span<const config::Point> points);
 
-  /// True if a point reads a live float.
   bool HasFloats() const;
   std::optional<Decoder> DecoderOf(std::size_t point) const {
     const auto& field = fields_[point];
@@ -92,7 +89,6 @@ class PointFields {
   /// Returns the points of the group that masked reads serve.
   std::vector<std::size_t> MaskedPoints(config::Group group) const;
 
-  /// Builds by_pdu_ and by_bit_.
   void Index();
 
   std::span<const config::Point> points_;

@@ -19,7 +19,7 @@ namespace {
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
   constexpr std::uint8_t kLastWay =
-      0x03;  // of the ways to read floats: single, latched, group, both
+      0x03;  // last way to read floats: 0 single, 1 latched, 2 group, 3 both
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;

@@ -28,7 +28,7 @@ namespace baudgate::protocols::set4tm {
 
 struct Reply {
   Answer answer;
-  View pdu;                            ///< of the request; empty if the frame does not answer it
+  View pdu;  ///< PDU of the request; empty if the frame does not answer it
   std::optional<std::uint8_t> status;  ///< the status, if the reply has one byte
   View data;                           ///< the data of any other reply
 };
@@ -74,10 +74,8 @@ class PointReads {
   void Number(Bytes& pdu);
   /// True if `pdu` is the planned request of the query, not a trial.
   bool Reads(View pdu, std::size_t query) const;
-  /// True if the query reads latched values.
   bool ReadsLatched(std::size_t query) const;
 
-  /// Takes the answer to a trial of a masked read.
   Answer TakeTrial(Answer answer);
   void EndTrial() { tries_masks_ = false; }
   /// Chooses floats or integers by the meter's type. Returns true if the queries have changed.
@@ -95,7 +93,6 @@ class PointReads {
   bool OnHeard(std::size_t query, Instant now) {
     return plan_.OnHeard(query, now) != PlanChange::nothing;
   }
-  /// Lets masked reads be tried again.
   void TryMasks() { tries_masks_ = MasksMayHelp(); }
   /// Returns true if the queries have changed.
   bool ForgetRefusals();

@@ -1,4 +1,3 @@
-// The `read` grammar: parsing, printing, and the value type of each decoder.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 

@@ -46,9 +46,8 @@ enum class Decoder : std::uint8_t {
 struct Field {
   Bytes pdu;
   Decoder decoder = Decoder::u8;
-  std::size_t offset =
-      0;  ///< of the value's first byte, 0 is the first data byte; for `flag` its number, E-01 is 1
-  std::size_t count = 0;  ///< bytes of bcd(n) and text_cp1251(n)
+  std::size_t offset = 0;  ///< first byte of the value, from 0; for `flag` its number, E-01 is 1
+  std::size_t count = 0;   ///< bytes of bcd(n) and text_cp1251(n)
 };
 
 /// The error names the wrong part and what would be correct.
@@ -60,7 +59,6 @@ std::string FieldText(const Field& field);
 /// Checks that `read` is a field and fits the point's type, and that only the clock correction is
 /// written.
 Status CheckPoint(const config::Point& point);
-/// Checks that the field's value fits the point's type.
 Status CheckType(const Field& field, const config::Point& point);
 /// Returns which numbers the field can contain; any, if it is multiplied by constants.
 config::RawNumbers NumbersOf(const Field& field);

@@ -19,7 +19,6 @@ constexpr std::size_t kTime = 7;
 constexpr std::size_t kInteger = 3;
 constexpr std::uint8_t kStatusJournal = 0x3C;
 
-/// Collects the readings of one reply.
 class Printed {
  public:
   Printed(View pdu, View data, const Scale& scale)

@@ -1,5 +1,4 @@
-// The options of a SET-4TM meter: OptionTable lists them for users, Settings contains their parsed
-// values. The conversation and the twin use Settings.
+// The options of a SET-4TM meter: OptionTable lists them for users, Settings contains their values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +29,7 @@ enum class BillingPeriod : std::uint8_t { day, month };
 
 struct Settings {
   Bytes password;                              ///< six bytes
-  std::optional<std::uint32_t> serial_number;  ///< of the meter that must answer
+  std::optional<std::uint32_t> serial_number;  ///< serial number of the meter that must answer
   std::optional<double> meter_constant;
   std::optional<double> voltage_ratio;
   std::optional<double> current_ratio;
@@ -39,7 +38,7 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::optional<CivilZone> time_zone;   ///< of the meter's clock
+  std::optional<CivilZone> time_zone;   ///< zone of the meter's clock
   Duration correct_clock{};             ///< smallest drift that the gateway corrects; zero: never
   Duration correct_clock_most{};        ///< largest drift that the gateway corrects
   Duration latch{};                     ///< time between latch broadcasts to the line; zero: never

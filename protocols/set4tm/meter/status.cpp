@@ -1,4 +1,3 @@
-// Converts a status byte to outcome, quality, pause and a sentence for the log.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/status.h"
 

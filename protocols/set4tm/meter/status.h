@@ -37,7 +37,7 @@ constexpr std::uint8_t CodeOf(std::uint8_t status) { return status & 0x0FU; }
 struct StatusMeaning {
   Outcome outcome = Outcome::ok;
   std::string reason;              ///< empty when ok
-  std::optional<Quality> quality;  ///< of the requested points
+  std::optional<Quality> quality;  ///< quality of the requested points
   Duration wait{};  ///< pause before the next request: that in the high four bits (in s), or a
                     ///< longer one by code
   std::string_view remedy{};  ///< advice for `baudgate status`

@@ -1,5 +1,3 @@
-// The simulated meter: addresses, a channel that stays open for 20 s, the password, and data from
-// the profile's points.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/twin/twin.h"
 

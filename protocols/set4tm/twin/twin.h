@@ -1,6 +1,5 @@
 // MeterTwin simulates a SET-4TM meter. It answers requests as a meter of its type does, with the
-// values of a profile's points. A simulator passes it the requests from a pty and sends its
-// replies. TwinAddress and TwinClock are its addresses and its clock.
+// values of a profile's points. TwinAddress and TwinClock are its addresses and its clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -72,8 +71,7 @@ class TwinClock {
 
 class MeterTwin : public Twin {
  public:
-  /// `device` and `values` must stay valid while the twin uses them: `values` for the twin's
-  /// lifetime.
+  /// `device` and `values` must stay valid for the lifetime of the twin.
   MeterTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
