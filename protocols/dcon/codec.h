@@ -41,8 +41,8 @@ Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum
 /// Builds a request to all modules: "#**" returns `#**77\r`.
 Bytes BuildBroadcast(std::string_view text, bool checksum);
 
-/// Returns nothing unless the whole frame is a request with a valid address. `checksum`: the frame
-/// must end with a correct checksum.
+/// Returns nothing unless the whole frame is a valid request, if `checksum` with a correct
+/// checksum.
 std::optional<Command> ParseRequest(View frame, bool checksum);
 
 /// True if `text` contains at least one digit and no other characters.

@@ -306,8 +306,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // The module has answered this question before, so silence is treated as for any other request:
-    // repeat, then fail the task.
+    // The module has answered this question before, so it is repeated after silence.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;
@@ -340,8 +339,7 @@ bool DconConversation::IsHostDue(Instant now) const {
   return period > Duration::zero() && (!group_.told_at || now - *group_.told_at >= period);
 }
 
-/// Sends a due `~**` before a failed request is repeated: the host watchdogs of other modules must
-/// not trip because one module is silent.
+/// Sends a due `~**` before a failed request is repeated, so that no host watchdog trips meanwhile.
 std::optional<Request> DconConversation::Instead(const Request& request, Outcome, Instant now) {
   if (!request.expect.repeatable || !IsHostDue(now)) return std::nullopt;
   return requests_.Broadcast(kHostIsThere);

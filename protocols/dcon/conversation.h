@@ -31,7 +31,7 @@ namespace baudgate::protocols::dcon {
 
 class Requests {
  public:
-  /// `settings` must stay valid for the lifetime of this object.
+  /// `settings` must outlive this object.
   Requests(std::uint8_t address, const Settings& settings);
 
   Request Own(std::string_view command) const;
@@ -61,8 +61,7 @@ struct Exchanged {
 
 class ReplyReader {
  public:
-  /// `counts`: the device has totals. The references must stay valid for the lifetime of this
-  /// object.
+  /// `counts`: the device has totals. The references must outlive this object.
   ReplyReader(const Settings& settings, const Requests& requests, const Places& places,
               const Identification& identification, bool counts)
       : settings_(settings),
@@ -99,7 +98,7 @@ class ReplyReader {
 //                              Next  #0003    Take  >           done
 class WriteJob {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   WriteJob(const config::Device& device, const Places& places);
 
   /// Returns how many of `writes`, counted from the first, one command can carry.
@@ -155,8 +154,8 @@ inline constexpr const char* kHostIsThere = "~**";
 inline constexpr const char* kTakeSample = "#**";
 inline constexpr const char* kAskSample = "$4";
 
-/// What the modules of a line share. A module receives only broadcasts in its own checksum mode, so
-/// a line has up to two groups of modules.
+/// State that the modules of a line share. They form two groups, with and without a checksum,
+/// because a module ignores broadcasts in the other checksum mode.
 class DconBus : public Bus {
  public:
   struct Group {
@@ -173,19 +172,16 @@ class DconBus : public Bus {
 /// Decides for one module when to sample and whether a fetched sample is valid.
 class Sampling {
  public:
-  /// `group` must stay valid for the lifetime of this object. `period`: the poll period of the
-  /// module; an older sample is not fetched.
+  /// `group` must outlive this object. `period`: of the polls; an older sample is not fetched.
   Sampling(DconBus::Group& group, Duration period) : group_(group), period_(period) {}
 
-  /// True if `#**` must be sent before `$AA4`: this module was already asked for the latest sample,
-  /// or that sample is older than the period.
+  /// True if `#**` must be sent before `$AA4`: the latest sample was asked already, or is too old.
   bool WantsNew(Instant now) const;
   void OnSampled(Instant now);
   /// Call after each `$AA4`, answered or failed.
   void OnAsked() { asked_ = group_.samples; }
-  /// Call after a reply to `$AA4`. `first`: the reply contains the digit 1, so the sample was
-  /// fetched for the first time. Returns the reason to reject the sample, or nothing if it is
-  /// valid.
+  /// Call after a reply to `$AA4`. `first`: the sample was fetched for the first time. Returns why
+  /// the sample must be rejected, or nothing.
   std::optional<std::string> WhyNot(bool first);
   void OnReconnect() { fetched_.reset(); }
 

@@ -95,8 +95,7 @@ Form GuessForm(const Command& request, const Reply& reply, const Settings& setti
                                                                                : Form::number;
 }
 
-/// Returns the body after the address, or the whole body if not `addressed`. Nothing: the address
-/// is that of another module.
+/// Returns the body after the address. Nothing: the address is that of another module.
 std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address, bool addressed) {
   const std::string_view body = reply.body;
   if (!addressed) return body;
@@ -196,9 +195,8 @@ bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   return true;
 }
 
-/// Decodes the reply to `$AA4`, the sample of the last `#**`: `>AAS(data)` of an analog module, or
-/// `!S(data)00` of a digital one, which contains no address. S is 1 when the sample is fetched for
-/// the first time.
+/// Decodes the reply to `$AA4`: `>AAS(data)` of an analog module, or `!S(data)00` of a digital one,
+/// which contains no address. S is 1 when the sample is fetched for the first time.
 DecodedReply DecodeSample(const Command& request, Form form, const Reply& reply,
                           const Settings& settings, View frame) {
   std::string_view payload = reply.body;
@@ -343,8 +341,7 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// True if the last two characters are a correct checksum. Use if no checksum is configured: these
-/// characters then belong to no number.
+/// True if the frame ends with a correct checksum, although none is configured.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;
@@ -442,8 +439,7 @@ std::optional<Reading> ReadChannelType(const Command& request, std::string_view 
   return Labelled(request, "type code", std::string(text));
 }
 
-/// Parses `!AA` (done) and `!AA` with data. The data is read by kBehind; if no row fits, it is
-/// text.
+/// Parses `!AA` (done), or `!AA` with data: by kBehind, or as text if no row fits.
 std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
                                     const Settings& settings) {
   const std::string who = HexByte(ReplyAddress(request));
@@ -509,8 +505,7 @@ std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) 
   return answer;
 }
 
-/// Parses the counter of a digital input without leading zeros: `#AAN` → `!AA` and fewer than five
-/// digits.
+/// Parses the counter of a digital input without leading zeros: `#AAN` → `!AA` and 1 to 4 digits.
 std::optional<Answer> ReadShortCounter(const Command& request, View frame, const Reply& reply) {
   const std::string who = HexByte(request.address);
   if (!FitsPrinted("#n", request.text) || reply.lead != '!' || !reply.body.starts_with(who)) {
@@ -524,8 +519,7 @@ std::optional<Answer> ReadShortCounter(const Command& request, View frame, const
   return answer;
 }
 
-/// Parses the reply of OWEN 110-224.1T: fifteen characters, with the value in the first nine and
-/// the frequency in the last five.
+/// Parses 15 characters of OWEN 110-224.1T: the value in the first 9, the frequency in the last 5.
 std::optional<Answer> ReadFifteenCharacters(const Command& request, const Reply& reply) {
   if (request.text.front() != '#' || reply.lead != '>' || reply.body.size() != 15) {
     return std::nullopt;
@@ -570,8 +564,7 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   return answer;
 }
 
-/// True if the frame ends with a correct checksum, or is a valid reply without its last two
-/// characters, which may then be a checksum.
+/// True if the last two characters may be a checksum: a correct one, or behind a valid reply.
 bool MayEndWithSum(const Command& request, View frame, const Settings& settings) {
   if (EndsWithItsSum(frame)) return true;
   const std::string_view text = Trim(AsText(frame));

@@ -55,9 +55,8 @@ std::string_view UnitOfType(std::uint8_t type) {
   }
 }
 
-/// Returns the unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter:
-/// "volt" is "V", "MV" is "mV", "°C" is "degC". An unknown unit ("bar", "uV") is returned
-/// unchanged.
+/// Returns the unit in the spelling of UnitOfType, or "Hz": "volt" is "V", "MV" is "mV", "°C" is
+/// "degC". Any other unit ("bar", "uV") is returned unchanged.
 std::string_view PlainUnit(std::string_view unit) {
   std::string text = Lower(unit);
   std::erase(text, ' ');
@@ -65,8 +64,7 @@ std::string_view PlainUnit(std::string_view unit) {
   return found == kSpellings.end() ? unit : found->unit;
 }
 
-/// True if some type measures in `unit` ("V", "°C", not "bar"), so that a module of another type
-/// contradicts it.
+/// True if some type measures in `unit` ("V", "°C", not "bar").
 bool IsUnitOfTypes(std::string_view unit) {
   const std::string_view plain = PlainUnit(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
@@ -301,8 +299,8 @@ Identification::Identification(const config::Device& device, const Settings& set
   }
 }
 
-/// Only `#AA` and `#AAN` are harmless: with a checksum that the module does not expect, `#0184` is
-/// at most a read of channel 84.
+/// Only `#AA` and `#AAN` are harmless: with an unexpected checksum, `#0184` reads channel 84 at
+/// most.
 bool Identification::IsHarmless(std::string_view command) {
   return command.starts_with('#') && command.size() <= 2;
 }
@@ -489,8 +487,7 @@ std::optional<double> Identification::FactorOf(std::size_t point) const {
 
 namespace {
 
-/// The most questions in one task. Two broadcasts and, for a counter, three reads take the
-/// remaining exchanges.
+/// The most questions in one task. Two broadcasts and three reads of a counter may be added.
 constexpr int kMostQuestions = kMostSteps - 5;
 
 }  // namespace
@@ -507,9 +504,8 @@ std::optional<Questions::Question> Questions::Before(std::string_view command) {
 
 bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_value(); }
 
-/// A type question is asked after the read, not before it: its reply contains the module's address.
-/// The read must be the first request of the task, because only the first request waits for the
-/// proof that its reply needs.
+/// A type question is asked after the read, because its reply contains the module's address. The
+/// reply to the read needs a proof, for which only the first request of a task waits.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();
   if (count_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);

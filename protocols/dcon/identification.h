@@ -47,8 +47,7 @@ bool IsAnalogOutput(std::uint8_t type);
 //
 //   > $018C2   < !01C2R0D      input 2 measures mA: a point in V that reads it has a bad quality
 
-/// Returns the input that the address reads: 2 for "#[2]" and for "#2". Nothing: it reads no input,
-/// or an input whose type cannot be asked.
+/// Returns 2 for "#[2]" and "#2". Nothing: the address reads no input whose type can be asked.
 std::optional<unsigned> InputOf(const ReadAddress& read);
 
 /// Returns 2 for "$8C2". Nothing: `command` does not ask for the type of an input.
@@ -61,27 +60,24 @@ bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
 
 class ChannelTypes {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   ChannelTypes(const config::Device& device, const Settings& settings);
 
   /// Returns an input whose type must be asked before `command` is sent: one that `command` reads
   /// for a point whose unit can be judged. Empty: all are asked.
   std::optional<unsigned> Next(std::string_view command) const;
-  /// Returns an input whose type must be asked again. Each input is due once per slow period,
-  /// evenly spread.
+  /// Returns an input whose type is due again. Each is due once per slow period, evenly spread.
   std::optional<unsigned> NextAnew(std::string_view command, Instant now);
   void OnAnswer(unsigned input, const DecodedReply& reply);
-  /// Call if the question got no reply or an unexpected one. After the second time the module
-  /// counts as unable to report types.
+  /// Call if no reply or a strange one came. After the second time no types are asked.
   void OnNothing(unsigned input);
   /// Call if another module may be connected. Known types stay valid until they are asked again.
   void Forget();
 
-  /// Returns the factor that converts a number to the point's unit. Empty: the input measures
-  /// another quantity.
+  /// Returns the factor from the input's unit to the point's. Empty: another quantity is measured.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// Describes all points whose unit does not fit their input, for the inputs in `enabled` (a bit
-  /// mask). Empty: none.
+  /// Describes all points whose unit does not fit their input, for the inputs in the mask
+  /// `enabled`.
   std::string Remark(std::uint32_t enabled) const;
 
  private:
@@ -112,7 +108,7 @@ inline constexpr const char* kAskMask = "$6";
 
 class Identification {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   Identification(const config::Device& device, const Settings& settings);
 
   struct Question {
@@ -122,20 +118,19 @@ class Identification {
     bool operator==(const Question&) const = default;
   };
 
-  /// Returns the question to ask before `command` (without address) may be sent. Empty: no question
-  /// is left.
+  /// Returns the question to ask before `command` (without address). Empty: none is left.
   std::optional<Question> Next(std::string_view command);
   /// Returns a question that is due again and is asked after `command`. Empty: none is due.
   std::optional<Question> NextAnew(std::string_view command, Instant now);
   bool is_done() const { return done_; }
-  /// True if the command may be sent now: the round of questions is complete and found no trouble.
-  /// If the module answered none of them, harmless commands are allowed, and others only with
+  /// True if the command may be sent now: the round of questions is complete without trouble. If
+  /// the module answered none of them, harmless commands are allowed, and others only with
   /// `checksum: false`, because a module whose checksum is on ignores them. The caller must also
-  /// check IsTakenCutShort, the exception.
+  /// check IsTakenCutShort.
   bool Allows(std::string_view command) const;
-  /// True if the module's checksum might be on and such a module would take the last two characters
-  /// of this request for the checksum. Example: `#01+03.070` ends with the correct checksum of
-  /// `#01+03.0`, which sets another value.
+  /// True if the module's checksum might be on and the last two characters of this request are a
+  /// correct checksum of the rest. Example: a module would take `#01+03.070` for `#01+03.0`, which
+  /// sets another value.
   bool IsTakenCutShort(View request) const;
   /// True if the module did not answer a whole round, so writes are not sent. False if a point is
   /// read with a harmless command, because its reply shows the checksum mode.
@@ -158,8 +153,7 @@ class Identification {
   void AskMaskAgain() { asked_mask_ = false; }
 
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// Returns the factor that converts a number to the point's unit. Empty: the channel of the point
-  /// measures another quantity.
+  /// Returns the factor to the point's unit. Empty: its channel measures another quantity.
   std::optional<double> FactorOf(std::size_t point) const;
   /// Returns the channels that are enabled in the module (bit 0: channel 0). Empty: unknown.
   std::optional<std::uint32_t> mask() const { return mask_; }
@@ -203,7 +197,7 @@ class Questions {
  public:
   using Question = Identification::Question;
 
-  /// `identification` must stay valid for the lifetime of this object.
+  /// `identification` must outlive this object.
   explicit Questions(Identification& identification) : identification_(identification) {}
 
   /// The question in the request under way. Empty: the request is the task's own.

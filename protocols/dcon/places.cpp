@@ -22,8 +22,7 @@ std::size_t Cost(Form form, std::size_t points) {
 std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool polls,
                      std::size_t channels) {
   if (settings.identify || !polls) return kAskName;
-  // If a point is read with another command that begins with '#', a single channel may itself be a
-  // poll, so it cannot serve as the probe.
+  // If single channels are polled as well, no channel can serve as a probe that no poll sends.
   bool all_together = false;
   for (const auto& read : reads) {
     if (!read || read->command[0] != '#') continue;
@@ -57,9 +56,8 @@ bool Probing::IsInOtherMode() const {
   return settings_.identify && unanswered_ % (kProbesOfOwnMode + 1) == kProbesOfOwnMode;
 }
 
-/// If a read is due in place of the module's own probe, the cheapest read that was answered before
-/// is used. If none was answered yet, the first read is used, because profiles begin with a read
-/// that always works.
+/// Prefers the cheapest read that was answered before. If none was, the first read is used, because
+/// profiles begin with a read that always works.
 std::string Probing::Command(const Identification& identification) const {
   std::vector<std::string> reads;
   std::size_t best = 0;

@@ -1,6 +1,5 @@
-// Plans how the points of one module are read and written. Places contains their parsed addresses,
-// Probing chooses the request for a silent module, and OutputGroup sets several outputs with one
-// command.
+// Plans how the points of a module are read and written. Places contains their addresses, Probing
+// chooses the request for a silent module, and OutputGroup sets several outputs at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,8 +43,7 @@ class Probing {
   Probing(const Settings& settings, const Reads& reads, const QueryPlan<Read>& plan,
           std::size_t channels);
 
-  /// True if the next probe is `$AAM` in the checksum mode that is not configured. Every fourth
-  /// probe of a silent module is.
+  /// True if the next probe is `$AAM` in the other checksum mode, as every fourth unanswered one.
   bool IsInOtherMode() const;
   std::string Command(const Identification& identification) const;
   /// True if no poll sends `command`, so its reply cannot be a late reply to a poll.
@@ -54,8 +52,7 @@ class Probing {
   /// Call after each answered probe (OnAnswered) and each answered poll (OnPolled).
   void OnAnswered(std::string_view command);
   void OnPolled();
-  /// Call after a failed probe. `own`: see IsOwn. Returns true if another probe is worth sending at
-  /// once.
+  /// `own`: see IsOwn. Returns true if another probe is worth sending at once.
   bool OnFailed(bool own, bool silent);
   void OnReconnect() { choice_.OnReconnect(); }
 
@@ -108,8 +105,7 @@ std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 struct Places {
   Places(const config::Device& device, const Settings& options);
 
-  /// Returns how many values the reply to `command` must have, from the options or the points. 0:
-  /// unknown.
+  /// Returns how many values the reply must have, by the options or the points. 0: unknown.
   std::size_t ChannelsOf(std::string_view command, const Settings& settings) const;
   std::optional<Form> FormOf(std::string_view command) const;
   /// True if a point writes a setting (not an output) with `command`.

@@ -9,8 +9,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// A command that may be polled. In `pattern`, 'n' is any hex digit. `forms` are the decoder words
-/// for the command, the default first.
+/// A command that may be polled. 'n' is any hex digit; `forms` are decoder words, the default
+/// first.
 struct ReadRule {
   std::string_view pattern;
   std::string_view forms;
@@ -348,8 +348,8 @@ bool IsRepeatable(std::string_view command) {
 namespace {
 
 /// True if the output command may change what `read` shows. "#0+04.500" sets analog output 0,
-/// "#000A" digital outputs. Neither changes the value of another output ("$81"), of power-up
-/// ("$7N"), or of the host watchdog ("~…").
+/// "#000A" digital outputs. Neither changes another output ("$81") or values for power-up ("$7N")
+/// or the watchdog ("~…").
 bool IsOutputOf(std::string_view read, std::string_view command) {
   if (read.starts_with('~') || read.starts_with("$7")) return false;
   const bool analog = command.size() > 2 && (command[2] == '+' || command[2] == '-');

@@ -53,16 +53,15 @@ std::optional<Form> DefaultForm(std::string_view command);
 /// range is exact, because two more digits would be an unexpected checksum.
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 
-/// True if the same request may be sent again after a failure: a read without side effects, or a
-/// write of an absolute value.
+/// True if the command may be sent again after a failure: a read without side effects, or an
+/// absolute write.
 bool IsRepeatable(std::string_view command);
 
 struct WriteAddress {
   enum class Kind : std::uint8_t { bit, hex, number, decimal, flag, action };
   std::string command;  ///< the characters before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
-  /// The command writes a setting, not an output: it is confirmed by `!AA`, and not repeated after
-  /// a failure.
+  /// The command writes a setting, not an output: confirmed by `!AA`, not repeated after a failure.
   bool setting = false;
   std::size_t digits = 2;  ///< digits of hex and decimal; for a number, digits before the point
   std::size_t decimals = 0;
@@ -83,9 +82,9 @@ std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view co
 
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
-/// True if `command` may change the value that `point` reads. Bits, states, hex values and outputs
-/// that are read back may change with every write; counters, decimals and texts only with commands
-/// that begin with $ or %.
+/// True if `command` may change the value that `point` reads. Every write may change bits, states,
+/// hex values and outputs that are read back; only $ and % commands may change counters, decimals
+/// and texts.
 bool Changes(std::string_view command, const config::Point& point);
 
 Status CheckPoint(const config::Point& point);

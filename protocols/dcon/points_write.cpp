@@ -14,8 +14,7 @@ Error WriteError(std::string_view text, std::string_view what) {
   return Error{"write '" + std::string(text) + "' " + std::string(what)};
 }
 
-/// True for output commands: "#", "@", and "#" with a channel, a bit group, or `C` and a channel
-/// (ADAM-4024).
+/// True for "#", "@", and "#" with a channel, a bit group, or `C` and a channel (ADAM-4024).
 bool IsOutputCommand(std::string_view command) {
   if (command == "@" || command == "#") return true;
   if (!command.starts_with('#') || command.size() > 3) return false;
@@ -23,8 +22,7 @@ bool IsOutputCommand(std::string_view command) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); });
 }
 
-/// A command that writes a setting. In `pattern`, 'n' is any digit. Source: dcon reference, 8.1,
-/// 9.1, 10, 14.
+/// A command that writes a setting; 'n' is any digit. Source: dcon reference, 8.1, 9.1, 10, 14.
 struct SettingRule {
   std::string_view pattern;
   std::string_view data;

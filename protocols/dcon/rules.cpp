@@ -208,8 +208,7 @@ namespace {
 constexpr std::string_view kLeads = "$#%@~^";
 constexpr std::string_view kPlace = "XX";
 
-/// Completes a typed command: `$01MXX` returns `$01MD2` and CR. `$01M` returns the same if the
-/// option checksum is on.
+/// Completes `$01MXX`, and `$01M` if the option checksum is on, to `$01MD2` and CR.
 Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (text.size() < 3 || kLeads.find(text[0]) == std::string_view::npos) {
@@ -282,8 +281,8 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   line.remove_prefix(lead);
   if (line.size() < 3 || !IsText(line)) return std::nullopt;
   if (kAsks.find(line[0]) != std::string_view::npos) {
-    // Without a checksum a damaged reply may look like a request, so only short lines count:
-    // commands that read are never longer.
+    // Without a checksum a damaged reply may look like a request, so only lines as short as a read
+    // count.
     const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,

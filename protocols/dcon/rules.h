@@ -15,8 +15,7 @@
 
 namespace baudgate::protocols::dcon {
 
-/// Returns which reply may answer `request`. For an empty request: how the requests look that a
-/// twin waits for.
+/// Returns which reply may answer `request`. For an empty request: what requests look like (twins).
 Expectation Expect(View request, const Settings& settings);
 
 /// Cuts requests: from one of $ # % @ ~ ^ to CR.
@@ -25,15 +24,13 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 /// Cuts replies: from one of > ! ? to CR.
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-// The requests of a scan: only `$AAM` and `$AA2`, with and without a checksum, because no module
-// takes them for a write in either mode. Modules that support neither (OWEN's) are not found.
-// gateway/tools/scan uses this rule.
+// The requests of a scan: only `$AAM` and `$AA2`, in both checksum modes, because no module takes
+// them for a write in either mode. Modules that support neither (OWEN's) are not found.
 
 extern const ScanRule kScan;
 
 // The rule for telegrams typed by hand. A final XX is replaced by the checksum. Only `$AAM` and
-// `$AA2` are certainly reads: any other command is a write on some module, or in the other checksum
-// mode.
+// `$AA2` are certainly reads: any other command is a write on some module, or in the other mode.
 
 extern const TelegramRule kTelegram;
 

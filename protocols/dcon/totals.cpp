@@ -13,8 +13,7 @@ constexpr std::uint64_t kModulusOfDecimal = 65536;
 constexpr int kUnansweredTotals = 2;
 constexpr Duration kSlack = 2s;  // tolerance for the time at which a count was taken
 
-/// A count that decreases is a roll-over if the step is at most a quarter of the counter's range.
-/// Otherwise the counter was cleared.
+/// A decrease is a roll-over if the step is at most a quarter of the range, otherwise a clear.
 constexpr std::uint64_t kPartOfRollOver = 4;
 
 std::string_view Cut(std::string_view& text, char at) {
@@ -90,15 +89,13 @@ void Totals::Believe(Counter& counter, const Seen& seen, std::uint64_t step) {
   counter.begins_anew = false;
 }
 
-/// True if the reading is not lower than the last confirmed count and the step between them is
-/// possible.
+/// True if the count has not decreased since it was confirmed, and the step is possible.
 bool Totals::Follows(const Counter& counter, const Seen& seen) const {
   return seen.count < counter.modulus && seen.count >= *counter.count &&
          (!counter.at || CanCount(seen.count - *counter.count, seen.at - *counter.at));
 }
 
-/// Returns what to add for a confirmed reading that does not follow (Follows): the step over a
-/// roll-over, or 0 after a clear.
+/// Returns what to add for a confirmed reading that does not follow: 0 after a clear.
 std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
   if (seen.count >= *counter.count || seen.count >= counter.modulus) return 0;
   const std::uint64_t step = seen.count + counter.modulus - *counter.count;

@@ -39,8 +39,7 @@ class Totals {
   bool empty() const { return counters_.empty(); }
   /// True if `$AA5` must be asked before `command` is sent.
   bool WantsRestart(std::string_view command) const;
-  /// Call with the reply to `$AA5`. Empty: the module refuses the command, so it is not asked
-  /// again.
+  /// Call with the reply to `$AA5`. Empty: the module refuses it, so it is not asked again.
   void OnRestart(std::optional<bool> restarted);
   /// Call if `$AA5` was not answered. After the second time it counts as unsupported.
   void OnNothing();
@@ -52,14 +51,13 @@ class Totals {
 
   /// Why the same count must be read again: it has changed, or it is not confirmed yet.
   enum class Again : std::uint8_t { no, has_moved, unconfirmed };
-  /// Replaces the counts in `answer`, whose outcome is ok, by totals. Removes them while the count
-  /// is unconfirmed.
+  /// Replaces the counts in `answer` (outcome ok) by totals, or removes them while unconfirmed.
   Again Take(std::string_view command, Answer& answer, Instant now);
   /// Removes the totals from an answer that may come from another module.
   void Leave(Answer& answer) const;
 
-  /// Conversation::Memory: count and total of each counter, as "#0 4294967280 8589934576; #1 5 5".
-  /// Changes at most once a minute.
+  /// Conversation::Memory: command, count and total of each counter, "#0 4294967280 8589934576; #1
+  /// 5 5". Changes at most once a minute.
   const std::string& memory() const { return memory_; }
   void Recall(std::string_view memory);
 

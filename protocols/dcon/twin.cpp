@@ -143,8 +143,8 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
   return text;
 }
 
-/// Returns the values of all points of the command in one word. All digital commands but `$L` show
-/// the same word, such as `@AA` and `$AA6`.
+/// Returns the values of all points of the command. All digital commands but `$L` show the same
+/// word.
 std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
   std::uint64_t word = 0;
   for (const Known& known : points_.all()) {
@@ -157,8 +157,7 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
   return IsDigital(form) ? DigitalWire(word, settings_) : word;
 }
 
-/// Returns `told` with the format byte that follows from the options. Example: "080600" with a
-/// checksum is "080640".
+/// Returns `told` with the format byte of the options: "080600" with a checksum is "080640".
 std::string DconTwin::Configuration(std::string told) const {
   if (told.size() != 6) return told;
   const unsigned checksum = settings_.checksum ? 0x40 : 0;

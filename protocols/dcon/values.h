@@ -15,8 +15,7 @@
 
 namespace baudgate::protocols::dcon {
 
-/// The value of one channel. It is empty unless the quality is good: a fault code is never a
-/// number.
+/// The value of one channel; empty unless the quality is good: a fault code is never a number.
 struct Field : Decoded {
   unsigned channel = 0;
   std::string note;  ///< the reason for a bad quality: "over range (+99999)"
@@ -42,8 +41,7 @@ Fields CutFields(std::string_view text, const Settings& settings, bool hex);
 /// 0: any. If the count is wrong, the whole reply is rejected.
 void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected);
 
-/// Converts a digital word from the 16 bits of the reply to the bits that points read; DigitalWire
-/// converts it back.
+/// Converts the 16 bits of a reply to the word that points read; DigitalWire converts it back.
 inline std::uint64_t DigitalWord(std::uint64_t wire, const Settings& settings) {
   if (settings.swap_bytes) wire = (wire & 0xFFU) << 8U | (wire >> 8U & 0xFFU);
   return wire ^ settings.invert;

@@ -15,8 +15,7 @@
 
 namespace baudgate::protocols::modbus {
 
-// Builders of request PDUs, the same in all framings. Function codes, lengths and checks:
-// protocols/modbus_pdu/modbus_pdu.h.
+// Builders of request PDUs. Function codes, lengths, checks: protocols/modbus_pdu/modbus_pdu.h.
 
 using namespace baudgate::modbus;  // rules that the gateway shares
 
@@ -68,12 +67,10 @@ struct Adu {
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction = 0);
 /// Returns nothing unless the whole frame is valid, with a correct check value.
 std::optional<Adu> Unwrap(Framing framing, View frame);
-/// Unwraps a frame that a reply rule has cut. For tcp the length in the header may be too large, as
-/// some servers send it.
+/// Unwraps a frame that a reply rule has cut. The length in a tcp header may be too large.
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
-/// Returns the frame's size from its header, which must have at least six bytes. Empty: not a
-/// Modbus TCP header.
+/// Returns the frame's size by its header (six bytes or more). Empty: no Modbus TCP header.
 std::optional<std::size_t> TcpSize(View header);
 /// True if no slave answers a request to `slave`. With tcp, unit 0 is an ordinary address.
 constexpr bool IsBroadcast(Framing framing, std::uint8_t slave) {

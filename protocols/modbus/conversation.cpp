@@ -34,8 +34,7 @@ void Identification::OnAnswer(const std::optional<Data>& data) {
   step_ = step_ == Step::objects ? Step::server : Step::over;
 }
 
-/// The device fits if the profile lists one of `names`. Otherwise the most serious contradiction
-/// counts.
+/// The device fits if the profile lists one of `names`. Otherwise the worst contradiction counts.
 void Identification::Judge(const std::vector<std::string>& names) {
   trouble_ = {};
   DeviceTrouble worst;
@@ -84,8 +83,7 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
   }
 }
 
-/// True if the read address looks like one of a manual: 3xxxx are input registers, 4xxxx holding
-/// registers, both counted from 1.
+/// True if the address looks like one of a manual: 3xxxx (inputs), 4xxxx (holding), from 1 on.
 bool IsOfManual(View request) {
   constexpr unsigned kFirst = 30001;
   constexpr unsigned kLast = 49999;
@@ -208,8 +206,7 @@ std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   return static_cast<std::size_t>(found - own.begin());
 }
 
-/// Objects of an identification are read from the first of their category on, or from where the
-/// last reply ended.
+/// Reads identification objects from the first one on, or from where the last reply ended.
 Bytes ModbusConversation::PollPdu(std::size_t query) const {
   Block<Space> block = plan_.block(query);
   if (block.key.table == Table::identity) {
@@ -270,8 +267,8 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
   return exchanged;
 }
 
-/// Compares only the PDUs for Modbus TCP: number and unit in the header come from the next hop, and
-/// the frame rule has already compared them.
+/// Compares only the PDUs for Modbus TCP: the next hop has filled in the header, and the frame rule
+/// has already compared it.
 Outcome ModbusConversation::Check(View request, View frame) const {
   if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
     return Judge(request, frame).answer.outcome;
@@ -458,8 +455,7 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   }
 }
 
-/// Returns a bad quality if the device has no data for the point: an empty queue, an unknown
-/// object.
+/// Returns a bad quality if the device has no such data: an empty queue, an unknown object.
 Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const {
   const Location& place = *places_[point];
   const Quality absent = place.table == Table::queue

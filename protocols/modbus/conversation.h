@@ -1,6 +1,5 @@
 // ModbusConversation plans the requests of one Modbus device and turns its replies into readings,
-// in any framing. gateway/bus/poller/poller.h takes the readings. Identification checks that the
-// device fits its profile.
+// in any framing. Identification checks that the device fits its profile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,7 +28,7 @@ namespace baudgate::protocols::modbus {
 //   > 2B 0E 01 00    < 2B 0E 01 01 00 00 03  00 08 "KBR GmbH"  01 10 "multicomp F144-3"  02 …
 class Identification {
  public:
-  /// `identity` must stay valid for the lifetime of this object.
+  /// `identity` must outlive this object.
   explicit Identification(const config::Identity& identity) : identity_(identity) {}
 
   /// Returns the PDU to ask before a poll. Empty: no question is left.
@@ -38,8 +37,7 @@ class Identification {
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
   /// Call with the data of the reply; empty if it was an exception or did not come.
   void OnAnswer(const std::optional<Data>& data);
-  /// Call after an answered poll. If the device contradicts its profile, the questions are
-  /// repeated.
+  /// Call after an answered poll. The questions are repeated if the device contradicts its profile.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
   /// Call if another device may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
@@ -59,8 +57,7 @@ class Identification {
   DeviceTrouble trouble_;
 };
 
-/// The transaction counter of all devices behind one TCP connection: each request has a different
-/// number.
+/// The transaction counter of the devices behind one TCP connection: all requests differ in number.
 class Transactions : public Bus {
  public:
   std::uint16_t Next() { return ++last_; }
@@ -71,8 +68,7 @@ class Transactions : public Bus {
 
 class ModbusConversation : public Conversation {
  public:
-  /// The references must stay valid for the lifetime of the conversation. `transactions` is for tcp
-  /// only.
+  /// The references must outlive the conversation. `transactions` is for tcp only.
   ModbusConversation(Framing framing, const config::Device& device, const Settings& settings,
                      Transactions* transactions = nullptr);
 
@@ -102,15 +98,14 @@ class ModbusConversation : public Conversation {
   Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
   std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
-  /// Returns the points that begin in the block, ordered by index. For a table without addresses:
-  /// all points of its space.
+  /// Returns the points that begin in the block, or all of its space for a table without addresses.
   std::vector<std::size_t> PointsIn(const Block<Space>& block) const;
   void AddReadings(Exchanged& exchanged) const;
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
-  /// Returns the probes that no poll sends: a loopback, or up to three reads. If the device refuses
-  /// one, the next is sent.
+  /// Returns the probes that no poll sends: a loopback, or up to three reads. The next one is used
+  /// if the device refuses one.
   std::vector<Bytes> OwnProbes() const;
   Bytes PollPdu(std::size_t query) const;
   Reading ReadingOf(std::size_t point, const Data& data) const;

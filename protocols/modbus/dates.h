@@ -1,5 +1,4 @@
-// Converts dates and times between the register layouts of meters and text. The registers must be
-// in the order ABCD (values.h).
+// Converts dates and times between text and the register layouts of meters, in the order ABCD.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,8 +22,8 @@ enum class DateForm : std::uint8_t {
 std::optional<DateForm> DateFormNamed(std::string_view name);
 std::size_t RegistersOf(DateForm form);
 
-/// Returns "2026-11-23 04:45:00" in the device's time, or a bad quality for an impossible date.
-/// `words`: RegistersOf(form) registers.
+/// Returns "2026-11-23 04:45:00" in the device's time; bad: an impossible date. `words`:
+/// RegistersOf(form) registers.
 Decoded DecodeDate(DateForm form, const std::vector<std::uint16_t>& words);
 /// For twins. Returns nothing if the text is no such date.
 std::optional<std::vector<std::uint16_t>> EncodeDate(DateForm form, std::string_view text);

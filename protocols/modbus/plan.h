@@ -23,8 +23,7 @@ namespace baudgate::protocols::modbus {
 
 std::optional<Table> TableOf(std::uint8_t function);
 
-/// Returns the PDU that reads the block: 03 00 C8 00 02. For an identification: from object
-/// `block.begin`.
+/// Returns the PDU that reads the block, "03 00 C8 00 02"; for an identification from its begin on.
 Bytes ReadOf(const Block<Space>& block);
 /// Returns what a request reads. Empty: no read, or an incomplete one.
 std::optional<Block<Space>> BlockOf(View request);
@@ -38,8 +37,7 @@ struct Data {
   Space space;
   std::size_t address = 0;
   Registers words;  ///< registers; bits as 0 and 1; for a server id its bytes
-  /// The reply contains everything there is, even if it is shorter than requested: a queue with two
-  /// entries, a server id.
+  /// The reply contains all there is, even if less than requested: a short queue, a server id.
   bool whole = false;
   std::map<std::size_t, std::string> texts{};  ///< identification by object, or server id at 0
   std::optional<std::uint8_t>
@@ -64,8 +62,7 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 
 /// Returns reads whose number of registers (for bits: bytes) no query of the same table has, so
 /// their replies differ from all replies to polls. Each begins where a query begins. Reads inside
-/// their query come first, because a device may refuse the others. Empty: no query reads bits or
-/// registers.
+/// their query come first, because a device may refuse the others.
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

@@ -67,8 +67,7 @@ enum class Form : std::uint8_t {
   text,    ///< a code, shown as its text in the option `texts`
 };
 
-/// The place of a point. A large gateway has 100,000 locations, so the small members are grouped to
-/// save memory.
+/// The place of a point. A large gateway has 100,000 places, so small members are grouped.
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
@@ -78,8 +77,8 @@ struct Location {
   std::uint16_t address = 0;               ///< 0-based, as in the PDU
   unsigned bit = 0;                        ///< lowest bit of Form::bit and bits, 0…15
   unsigned width = 1;                      ///< number of bits of Form::bits
-  /// Address of the register, in the same table, that contains the exponent n: the value is
-  /// multiplied by 10 to the n, -10…10.
+  /// Address of the scale register in the same table: its n multiplies the value by 10 to the n
+  /// (-10…10).
   std::optional<std::uint16_t> scale;
   std::size_t count = 1;   ///< number of registers or bits
   std::size_t length = 0;  ///< number of characters of Form::string
@@ -95,8 +94,7 @@ std::size_t EndOf(const Location& place);
 
 /// Returns where the point is read. The error says what is wrong and what would be correct.
 Result<Location> ReadLocation(const config::Point& point);
-/// Returns where the point is written: by `write`, else `read`. If `write` has no form, the form of
-/// `read` is used.
+/// Returns where the point is written: by `write`, else `read`. A missing form is that of `read`.
 Result<Location> WriteLocation(const config::Point& point);
 
 bool IsBits(Table table);
@@ -114,8 +112,7 @@ std::span<const DecoderSpec> DecoderTable();
 // Places of `read` with a name in place of a table and an address ("event counter", "identification
 // product"), and bits in brackets ("[b3-b5]").
 
-/// Function 43/14: categories of identification objects. The maker's own objects begin at
-/// kFirstOwnObject.
+/// Function 43/14: categories of identification objects. The maker's objects begin at 0x80.
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
 /// The first two objects of an identification.
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
@@ -126,8 +123,7 @@ Error Wrong(std::string_view text, const std::string& why);
 /// Parses "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
-/// Parses "exception status[b3]", "server id[2]", "identification 0x80". Empty: `words` is no named
-/// place.
+/// Parses "exception status[b3]", "server id[2]", "identification 0x80". Empty: none of these.
 std::optional<Result<Location>> ParseNamed(std::string_view text,
                                            std::span<const std::string_view> words);
 

@@ -16,8 +16,7 @@ constexpr std::size_t kFarthest = 300;
 constexpr std::size_t kException = 3;
 constexpr std::size_t kRtuCheck = 2;
 constexpr std::size_t kAsciiCheck = 1;
-/// Size of the PDU of a request that reads, or writes one value: function, address, and count or
-/// value.
+/// Size of the PDU of a request that reads, or writes one value: function, address, count or value.
 constexpr std::size_t kShortRequest = 5;
 constexpr std::uint8_t kLastRead = 4;
 constexpr std::uint8_t kLastOfOneValue = 6;
@@ -51,8 +50,7 @@ std::optional<Seen> FirstRtu(View heard) {
   return std::nullopt;
 }
 
-/// True if the bytes begin with a request that reads or writes one value, or with the reply to a
-/// read.
+/// True if the bytes begin with a request for one value or a read, or with the reply to a read.
 bool IsPlainRtu(View held) {
   if (held.size() < kShortRequest + kRtuOverhead || held[0] == 0 || held[0] > kLastSlave)
     return false;
@@ -154,8 +152,7 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
 
 }  // namespace
 
-/// Explains a reply whose check value is wrong or missing, or correct with a wrong function or
-/// count.
+/// Explains a wrong or missing check value, or a wrong function or count with a correct one.
 std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
     return Recognised{Recognised::What::other_setting, cause,

@@ -1,5 +1,5 @@
-// Explains bytes that came in place of a Modbus reply: another framing, another slave, another
-// master, or a wrong header.
+// Explains bytes that came in place of a Modbus reply: another framing, slave or master, a wrong
+// header.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

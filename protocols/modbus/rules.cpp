@@ -142,9 +142,8 @@ Fit FitOf(View held, PduLength length) {
   return EndsInCrc16(held.first(size)) ? Fit::whole : Fit::none;
 }
 
-/// Classifies the bytes that a listener receives. More bytes change the result only for `open` and
-/// `by_silence`. A loopback is accepted as soon as it is complete with two data bytes, its usual
-/// length.
+/// Classifies the bytes that a listener receives. More bytes change only `open` and `by_silence`. A
+/// loopback is accepted as soon as it has two data bytes, its usual length.
 Head LookAt(View held, bool idle) {
   if (held[0] > kLastSlave) return {};
   if (held.size() < 2) return {Head::Kind::open};
@@ -262,8 +261,7 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const bool over = idle || held.size() > kMaxRtu;
   if (!over && head.kind != Head::Kind::neither) return Cut::NeedMore();
   if (head.kind == Head::Kind::by_silence) {
-    // At one length in thousands the CRC fits by chance, so the rest of the burst must consist of
-    // frames.
+    // A CRC fits at one length in thousands by chance, so the rest must consist of frames.
     const View burst = held.first(std::min(held.size(), kMaxRtu));
     const std::size_t size = EndOfUnknown(burst);
     if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
@@ -556,8 +554,7 @@ namespace {
 
 constexpr std::string_view kLrcPlace = "XX";
 
-/// Completes typed bytes: `01 03 00 00 00 01` gets its CRC. A frame that already has a correct CRC
-/// is unchanged.
+/// Completes typed bytes: `01 03 00 00 00 01` gets its CRC, unless it has one.
 Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   if (written.size() < 2 || written.size() > kMaxRtu) {
     return Error{"a Modbus telegram is slave, function and data in hex, as in '01 03 00 00 00 01'"};

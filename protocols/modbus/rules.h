@@ -47,8 +47,7 @@ Cut TcpReplyRule(View held, const Expectation& expect, bool idle);
 /// Returns null for tcp: units behind TCP are not searched for.
 const ScanRule* ScanOf(Framing framing);
 
-// The rule for telegrams typed by hand: adds a missing check value, and tells which telegrams are
-// certainly reads.
+// The rule for telegrams typed by hand: adds a missing check value, and decides which are reads.
 
 /// Returns null for tcp: a frame needs a transaction number, so none is typed by hand.
 const TelegramRule* TelegramOf(Framing framing);

@@ -14,8 +14,7 @@
 
 namespace baudgate::protocols::modbus {
 
-/// The longest time until a reply, by function code, for functions that take longer than the reply
-/// time.
+/// The longest reply time by function code, for functions that need more than the device's.
 using FunctionTimes = std::map<std::uint8_t, Duration>;
 
 /// The texts of register codes, by table name.

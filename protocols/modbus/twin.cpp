@@ -263,8 +263,7 @@ Bytes ModbusTwin::ReadWrite(View pdu, Instant now) {
   return reply;
 }
 
-// Replies to functions that read neither registers nor bits: line counters, files, queues, and the
-// identification.
+// Replies of functions without registers or bits: counters, files, queues, identification.
 
 namespace {
 
@@ -354,8 +353,7 @@ std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) con
   return object == 2 ? "1.0" : "";
 }
 
-/// Returns all objects of a category from one on, in several replies if they do not fit into one,
-/// or a single object.
+/// Returns the objects of a category, as many as fit into a reply, or one object.
 Bytes ModbusTwin::Identify(View pdu, Instant now) const {
   if (pdu.size() != 4 || pdu[1] != kIdentification) {
     return Exception(pdu[0], kIllegalFunction);

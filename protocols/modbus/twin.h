@@ -1,5 +1,5 @@
-// ModbusTwin simulates a Modbus slave for gateway/tools/simulate/simulator.h. It answers requests
-// from the points of its device.
+// ModbusTwin simulates a Modbus slave for gateway/tools/simulate/simulator.h, from a device's
+// points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -21,8 +21,7 @@ constexpr std::uint16_t Swapped(std::uint16_t word) {
   return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
 }
 
-/// The device's order applies to numbers in several registers; a point's own order applies to every
-/// register.
+/// The device's order applies to numbers in several registers, a point's own to every register.
 WordOrder OrderOf(const Location& place, const Settings& settings) {
   if (place.order) return *place.order;
   const bool apart = place.form == Form::date && place.date != DateForm::unix;
@@ -46,8 +45,7 @@ std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, 
   return swaps ? Swapped(registers[from]) : registers[from];
 }
 
-/// Converts registers between `order` and ABCD (first register first, high byte first). The
-/// function is its own inverse.
+/// Converts registers between `order` and ABCD (high byte first). It is its own inverse.
 Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
   Registers ordered(registers.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) ordered[i] = WordIn(registers, order, i);
@@ -116,8 +114,8 @@ Error NoFit(const Value& value, std::string_view why) {
 /// Tolerance for rounding errors after the division by the scale: 30.3 / 0.1 is 302.99999999999994.
 constexpr double kNoise = 1e-6;
 
-/// Returns a whole number within the range; 64-bit integers are not rounded. A negative number is
-/// returned in two's complement.
+/// Returns a whole number in the range, a negative one in two's complement; 64 bits are not
+/// rounded.
 Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
   const std::string range =
       "is outside " + std::to_string(lowest) + "..." + std::to_string(highest);
@@ -225,8 +223,7 @@ Result<Registers> EncodeString(const Location& place, const Value& value) {
   return registers;
 }
 
-/// Applies the exponent of a scale register, -10…10 (SunSpec and others). Other exponents, such as
-/// 8000 hex, mean that there is no value.
+/// Applies the exponent of a scale register, -10…10 (SunSpec and others). Others mean no value.
 Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
   const int n = static_cast<std::int16_t>(exponent);
   if (!HasValue(decoded.value)) return decoded;

@@ -28,8 +28,7 @@ Registers WordsFrom(View bytes, std::size_t at);
 Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
-/// Decodes and scales a value. `block`: the registers from BeginOf to EndOf, including the scale
-/// register.
+/// Decodes and scales a value. `block`: registers from BeginOf to EndOf, with the scale register.
 Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
@@ -37,8 +36,7 @@ Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
 /// clamped or wrapped. Not for Form::bit, Form::bits and Form::text (use CodeOf).
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);
 
-/// Returns the code of the text `value` in the place's text table. Nothing: the table does not
-/// contain it.
+/// Returns the code of the text `value` in the place's text table, or nothing.
 std::optional<std::uint16_t> CodeOf(const Location& place, const Value& value,
                                     const Settings& settings);
 

@@ -126,8 +126,7 @@ Result<Writing::Bits> Writing::BitsOf(const std::vector<Part>& parts) {
   return bits;
 }
 
-/// Returns a mask write, or with `bits_by_read` two reads and then a write of the register with
-/// these bits changed.
+/// Returns a mask write, or with `bits_by_read` two reads, then a write with the bits changed.
 Writing::Step Writing::StepOf(const Bits& bits) {
   const auto keep = static_cast<std::uint16_t>(~bits.mask);
   if (!settings_.bits_by_read) return {MaskWriteRequest(bits.address, keep, bits.set)};
@@ -184,8 +183,7 @@ Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
 
 namespace {
 
-/// Returns the range that a request of function 5, 6, 15, 16, 22 or 23 writes. Empty: another
-/// function.
+/// Returns the range that a request of function 5, 6, 15, 16, 22 or 23 writes, or nothing.
 std::optional<Block<Table>> WrittenBlock(View pdu) {
   const auto word = [&](std::size_t at) {
     return static_cast<std::size_t>(pdu[at]) << 8U | pdu[at + 1];

@@ -16,7 +16,7 @@ namespace baudgate::protocols::modbus {
 
 class Writing {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   Writing(const config::Device& device, const Settings& settings)
       : device_(device), settings_(settings) {}
 
@@ -31,8 +31,7 @@ class Writing {
   /// Returns the next request of the task. The error says which value does not fit.
   Result<Step> Next(const Task& task);
 
-  /// Call with the register value that a preparing read returned. Returns an error if it differs
-  /// from the first read.
+  /// Call with the register that a preparing read returned. Error: it differs from the first read.
   Status OnRead(std::uint16_t value);
   /// Call when the task has ended or starts again.
   void Forget() { seen_.clear(); }

@@ -407,8 +407,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return answer;
 }
 
-/// `request` may be older than the latest request: one that waits behind a probe may fail without
-/// having been sent.
+/// `request` need not be the latest: one that waits behind a probe may fail without being sent.
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
   const auto parts = SplitFrame(request.bytes, parts_.settings.checksum);
@@ -421,8 +420,8 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (task.kind == Task::Kind::background && !of_latch) parts_.archive.OnFailure(now);
   parts_.session.OnFailure(opens, outcome, now);
   if (was_sent && requests_.kind() == RequestKind::trial && IsMasked(pdu)) {
-    // Some meters do not answer unknown requests. The poll continues with 08 1B, whose reply shows
-    // that the meter is present.
+    // Some meters do not answer unknown requests. The reply to 08 1B shows that the meter is
+    // present.
     parts_.reads.EndTrial();
     return Then::ask_again;
   }

@@ -20,10 +20,10 @@
 
 namespace baudgate::protocols::set4tm {
 
-// MeterParts contains the state of one meter: what is known of it, and the jobs that read it.
-// MeterRequests and MeterReplies share it.
+// MeterParts contains the state of one meter and the jobs that read it, for MeterRequests and
+// MeterReplies.
 struct MeterParts {
-  /// `its_device` and `bus` must stay valid for the lifetime of this object.
+  /// `its_device` and `bus` must outlive this object.
   MeterParts(const config::Device& its_device, const Settings& its_settings, MeterBus& bus)
       : device(its_device),
         settings(its_settings),
@@ -79,7 +79,7 @@ enum class RequestKind : std::uint8_t {
 
 class MeterRequests {
  public:
-  /// `parts` must stay valid for the lifetime of this object.
+  /// `parts` must outlive this object.
   explicit MeterRequests(MeterParts& parts);
 
   /// Returns the next request of the task, or an error if the task's value cannot be written.
@@ -105,7 +105,7 @@ class MeterRequests {
 // MeterReplies decides what follows from a reply, by a table of request kinds (conversation.cpp).
 class MeterReplies {
  public:
-  /// `parts` must stay valid for the lifetime of this object.
+  /// `parts` must outlive this object.
   explicit MeterReplies(MeterParts& parts) : parts_(parts) {}
 
   struct Step {

@@ -106,8 +106,7 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
-/// Adds a remark for each point that is scaled twice: by its own `scale` and by a ratio in the
-/// options.
+/// Adds a remark for each point that is scaled twice, by `scale` and by a ratio in the options.
 std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   const Scale scale = ReadSettings(device.options).scale();
@@ -151,8 +150,7 @@ std::vector<ConfigRemark> Doubts(const config::Device& device) {
 }
 
 /// Silence of 7 characters ends a frame (8 ms at 9600 bit/s), and the meter answers within 100 ms
-/// after it (reference, chapter 4). The gap inside a frame covers the delays of adapters and serial
-/// servers.
+/// after it (reference, chapter 4). The gap covers delays of adapters and serial servers.
 constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
                                 .reply = {.least = 300ms, .characters = 14, .plus = 200ms},
                                 .gap = {.least = 50ms, .characters = 7},

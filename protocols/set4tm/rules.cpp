@@ -13,8 +13,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Adds both address forms: a meter may answer a request to its short address with the extended
-/// one.
+/// Adds both address forms: a meter may answer with its short or its extended address.
 void Allow(Expectation& expect, std::size_t tail, std::size_t least, std::size_t most) {
   expect.shapes.push_back({kShortForm, 1 + least + tail, 1 + most + tail});
   expect.shapes.push_back({kExtendedForm, 5 + least + tail, 5 + most + tail});
@@ -74,8 +73,7 @@ bool IsStatusAndZeros(View frame, Checksum checksum) {
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// True if a short address in the reply is not the requested one. The conversation checks extended
-/// addresses.
+/// True if the reply has a wrong short address. The conversation checks extended addresses.
 bool IsFromAnother(View frame, const Expectation& expect) {
   if (frame[0] == kExtendedPrefix || expect.address.size() != 1) return false;
   return frame[0] != expect.address[0] && expect.address[0] != kCommonAddress;
@@ -255,8 +253,7 @@ std::string RemedyFor(const Parts& reply) {
   return "set serial_number: " + number + " in the configuration, if that is the right meter";
 }
 
-/// Finds a whole request that this gateway has not sent. Requests shorter than a read look like
-/// replies and are skipped.
+/// Finds a whole request of another master. Shorter requests than a read look like replies.
 std::optional<Recognised> FindRequest(View request, View heard, Checksum checksum) {
   const std::size_t tail = SizeOf(checksum);
   for (std::size_t at = 0; at < heard.size(); ++at) {

@@ -14,8 +14,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Returns which reply may answer `request`. For an empty request: how the requests look that a
-/// twin waits for.
+/// Returns which reply may answer `request`. For an empty request: what requests look like (twins).
 Expectation Expect(View request, const Settings& settings);
 
 // Pure functions that cut requests and replies out of the bytes of a line, for the frame assembler.
@@ -28,8 +27,7 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
 // The requests of a scan: only the link test, whose reply equals its echo, and the serial number,
-// which proves that a meter has answered. A meter returns its serial number only if its channel is
-// open. gateway/tools/scan uses this rule.
+// which proves that a meter has answered. A meter returns it only if its channel is open.
 
 extern const ScanRule kScan;
 
@@ -38,8 +36,7 @@ extern const ScanRule kScan;
 
 extern const TelegramRule kTelegram;
 
-// Explains bytes that came in place of a meter's reply: another check value, another meter or
-// another master.
+// Explains bytes that came in place of a reply: another check value, meter or master.
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 

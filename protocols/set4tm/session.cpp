@@ -46,8 +46,8 @@ void MeterMemory::Recall(std::string_view text, Now now) {
       for (std::size_t i = 3; i < words.size() && !given_up(); ++i) {
         const auto at = ParseInteger<std::int64_t>(words[i]);
         if (!at) continue;
-        // If the clock was set back, the stored time may be in the future: the refusal then counts
-        // as of now.
+        // After the clock was set back, the stored time may be in the future: the refusal counts as
+        // of now.
         const auto ago = now.wall - WallTime(Seconds(*at));
         refused_.push_back(now.instant - std::max<Duration>(ago, {}));
       }
@@ -100,8 +100,7 @@ void MeterMemory::Write() {
 
 namespace {
 
-/// The channel stays open for 20 s; with less than a quarter left it is opened again (reference,
-/// 14.5).
+/// The channel stays open for 20 s. It is opened again with a quarter left (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
 /// The most of each in one task.
 constexpr int kReopens = 1;
@@ -131,8 +130,7 @@ Bytes MeterSession::OpenPdu() const {
 
 void MeterSession::OnFailure(bool opens, Outcome outcome, Instant now) {
   if (opens) open_ = false;
-  // A strange reply to the password after a refusal counts as another refusal. Otherwise each query
-  // would try the password again.
+  // A strange reply after a refusal counts as another one, or each query would try the password.
   if (opens && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
     memory_.OnRefused(now);
   }
@@ -175,8 +173,7 @@ bool MeterSession::Doubts(std::uint32_t serial) {
   return !again && doubts_++ < kDoubts;
 }
 
-/// The expected meter is the configured one, else the first that has answered since a person
-/// enabled it.
+/// The expected meter is the configured one, else the first that answered since OnEnabled.
 bool MeterSession::TakeSerial(std::uint32_t serial) {
   const auto expected = Expected();
   if (!expected) memory_.OnSerial(serial);
@@ -196,8 +193,7 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
 
 Answer MeterSession::OtherMeter() const { return NotThisMeter(kWrongMeter, trouble_.text); }
 
-/// If a serial number is configured, the values are rejected, because they may come from another
-/// meter. Otherwise they are accepted.
+/// Without the configured serial number the values may be another meter's, so they are rejected.
 Answer MeterSession::TakeNoSerial(Answer answer) {
   if (!settings_.serial_number) {
     verified_ = true;

@@ -48,8 +48,8 @@ class MeterMemory {
   /// The serial number of the meter that answered first. Empty: none is known yet.
   std::optional<std::uint32_t> serial() const { return serial_; }
   void OnSerial(std::uint32_t serial);
-  /// Call if a person has accepted the connected meter: the next meter that answers is the expected
-  /// one, and the password is tried again.
+  /// A person has accepted the connected meter: it becomes the expected one, and the password is
+  /// tried again.
   void OnEnabled();
 
   bool MayTry(Instant now) const;
@@ -57,8 +57,7 @@ class MeterMemory {
   void OnAccepted();
   /// True if the password is not tried any more before OnEnabled.
   bool given_up() const { return refused_.size() >= kMostTries; }
-  /// Returns the time until the password may be tried again. If it is given up: how long the meter
-  /// is not asked.
+  /// Returns the time until the next try, or for how long not to ask the meter if given_up().
   Duration Wait(Instant now) const;
 
  private:
@@ -73,7 +72,7 @@ class MeterMemory {
 
 class MeterSession {
  public:
-  /// `settings` must stay valid for the lifetime of this object.
+  /// `settings` must outlive this object.
   explicit MeterSession(const Settings& settings);
 
   enum class Need : std::uint8_t {
@@ -110,21 +109,18 @@ class MeterSession {
   /// Set if the password is refused, or another meter answers.
   const DeviceTrouble& trouble() const { return trouble_; }
 
-  // Each of these functions takes a reply that changes the session, and returns how the task
-  // continues.
+  // Each of these functions takes a reply and returns how the task continues.
 
   /// Takes the status `code` in the reply to OpenPdu.
   Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
-  /// Returns true if the serial number must be asked again: with a check value of one byte, a
-  /// damaged reply may look correct.
+  /// True if the serial number must be asked again: with a KS a damaged reply may look correct.
   bool Doubts(std::uint32_t serial);
   /// Returns false if `serial` belongs to another meter.
   bool TakeSerial(std::uint32_t serial);
   /// Returns the answer to any request while another meter is connected.
   Answer OtherMeter() const;
   Answer TakeNoSerial(Answer answer);
-  /// Takes the same refusal if a poll has asked for the number itself, so that no other request
-  /// follows.
+  /// Takes the same refusal if a poll has asked for the number itself.
   void AcceptUnnamed() { verified_ = true; }
   bool needs_number() const { return settings_.serial_number.has_value(); }
   Answer TakePasswordRefused(Answer answer, Instant now);

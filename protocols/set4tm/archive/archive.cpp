@@ -24,8 +24,7 @@ constexpr std::size_t kShortReply = 16;
 constexpr std::size_t kLongReply = 88;
 constexpr std::array<std::uint8_t, 4> kShortTypes = {0, 2, 4, 9};
 
-/// The request for the first profile omits the profile number, because all meters support that
-/// form.
+/// Omits the number of the first profile, because all meters support that form.
 Bytes Ask(std::uint8_t parameter, unsigned profile) {
   Bytes pdu = {kRead, parameter};
   if (profile > 1) pdu.push_back(static_cast<std::uint8_t>(profile - 1));
@@ -141,8 +140,7 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
   return answer;
 }
 
-/// If the meter refuses to read memory by 0C, 06 is used. Any other refusal means that the meter
-/// does not have this profile.
+/// If the meter refuses 0C, memory is read by 06. Otherwise it does not have this profile.
 Answer LoadSession::Refused(Answer answer) {
   State& state = states_[asked_];
   state.due = latest();

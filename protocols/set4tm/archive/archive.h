@@ -102,8 +102,7 @@ class BillingSession final : public BackgroundJob {
     bool refused = false;
     Instant rests_until{};  // pause: a reading of a period that has just begun may not exist yet
   };
-  /// A reading under way: the meter's date, the registers of all tariffs forwards and backwards,
-  /// and the date again.
+  /// A reading under way: date, registers of all tariffs forwards, then backwards, and date again.
   struct Pass {
     std::size_t period = 0;
     Day begin{};
@@ -139,9 +138,8 @@ class BillingSession final : public BackgroundJob {
   Instant due_{};
 };
 
-// KeptTexts joins the stored texts of the three jobs in EventBatch::said: "journals|load
-// profiles|billing readings". A batch changes one part and repeats the stored texts of the other
-// parts.
+// KeptTexts joins the stored texts of the three jobs in EventBatch::said, "journals|load
+// profiles|billing readings". A batch changes one part and repeats the others.
 class KeptTexts {
  public:
   static constexpr std::size_t kJournals = 0;
@@ -162,8 +160,7 @@ class KeptTexts {
   }
   const std::string& part(std::size_t part) const { return parts_[part]; }
 
-  /// Returns `answer` with the texts of all parts in its batch. `answer` contains only the text of
-  /// `part`.
+  /// Returns `answer` with all parts in its batch, which contains only the text of `part`.
   Answer With(std::size_t part, Answer answer) const {
     if (!answer.batch) return answer;
     std::array<std::string, kParts> parts = parts_;
@@ -182,8 +179,7 @@ class KeptTexts {
 
 class MeterArchive {
  public:
-  /// `events`: the configuration asks for events. The references must stay valid for the lifetime
-  /// of this object.
+  /// `events`: the configuration asks for them. The references must outlive this object.
   MeterArchive(bool events, const Settings& settings, Identification& identification);
 
   bool has_events() const { return journals_.has_events(); }

@@ -41,22 +41,20 @@ struct KeptParts {
   static std::optional<KeptParts> Parse(std::string_view said);
 };
 
-/// Compares the meter of the stored parts with the meter that answers. What was read from another
-/// meter does not apply to this one.
+/// Compares the meter of the stored parts with the meter that answers: the state of another meter
+/// is not used.
 class KeptMeter {
  public:
   /// Call with the meter of the stored parts; 0: unknown. Returns true if another meter answers.
   bool OnKept(std::uint32_t meter);
   /// Call if no valid text is stored.
   void Forget() { kept_.reset(); }
-  /// Call with the serial number of the meter that answers. Returns true if the stored parts are of
-  /// another meter.
+  /// Call with the number of the meter that answers. True: the stored parts are another meter's.
   bool OnMeter(std::uint32_t serial);
 
   /// The meter that answers; 0: unknown.
   std::uint32_t serial() const { return serial_.value_or(0); }
-  /// True if the stored parts may be of another meter, because no meter has returned its number
-  /// yet.
+  /// True if the stored parts may be another meter's: the present number is not known yet.
   bool is_open() const { return kept_ && !serial_; }
 
  private:

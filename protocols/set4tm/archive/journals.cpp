@@ -154,8 +154,7 @@ std::optional<std::size_t> Newest(const Records& records) {
 }
 
 /// Calls `report` for each of `records` that is not in `kept`, in order, with the kept record that
-/// has ended as this one, or with an empty record. Returns how many of `kept` are still in the
-/// journal.
+/// has ended as this one, or with an empty record. Returns how many of `kept` are left.
 template <typename Report>
 std::size_t Compare(const Records& records, Records kept, const Report& report) {
   std::erase_if(kept, [](const Bytes& record) { return IsEmpty(record); });
@@ -256,8 +255,7 @@ bool JournalSession::Begin(Instant now) {
   return first.has_value();
 }
 
-/// Chooses the next journal to look at, among the urgent ones or the others. Returns false if none
-/// can be read.
+/// Chooses the next urgent (or other) journal to look at. Returns false if none can be read.
 bool JournalSession::LookAt(bool urgent, Instant now) {
   std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -270,8 +268,8 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   return false;
 }
 
-/// Chooses the journal of a task, once per task. While all records of a journal are read, every
-/// other task is a look at another journal.
+/// Chooses the journal of a task, once per task. While one journal is read whole, every other task
+/// looks at another one.
 void JournalSession::Choose(Instant now) {
   chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
@@ -378,9 +376,8 @@ Answer JournalSession::OnWhole(State& state, Records records, const JournalReade
   return End();
 }
 
-/// Returns the events of the new records. They count as reported only when OnKept confirms that
-/// they are stored. Until then state.kept is unchanged, so a later look finds the new records
-/// again.
+/// Returns the events of the new records. They count as reported when OnKept confirms them; until
+/// then state.kept is unchanged, so a later look finds the new records again.
 Answer JournalSession::Report(State& state, Records records, const JournalReader& reader,
                               Instant now) {
   EventBatch batch;

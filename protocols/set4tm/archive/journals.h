@@ -56,8 +56,7 @@ struct JournalReader {
   std::optional<CivilZone>
       zone{};  ///< empty: events have no time, and their texts contain the civil time
   bool knows_status = false;  ///< the bits of the status word have the meaning in the reference
-  /// Returns the events in `record`. `before`: the record as it was when its events were last
-  /// reported; empty: never reported.
+  /// Returns the events in `record`. `before`: the record as last reported; empty: never reported.
   std::vector<DeviceEvent> EventsOf(const Journal& journal, View record, View before) const;
 
  private:

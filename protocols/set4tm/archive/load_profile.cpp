@@ -398,8 +398,7 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   return moved;
 }
 
-/// Skips a record that was reported before. A gap before the first new record becomes a record
-/// without values.
+/// Skips a record that was reported before. A gap becomes a record without values.
 void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
   if (floor_) {
     const Duration floor = floor_->time_since_epoch();

@@ -68,8 +68,7 @@ struct LoadHeader {
 std::optional<LoadHeader> ParseLoadHeader(View record);
 Bytes BytesOf(const LoadHeader& header);
 
-/// Returns the hour as UTC. When the clock is set back, the season tells which of the two equal
-/// hours it is.
+/// Returns the hour as UTC. The season tells which of two equal hours in autumn it is.
 CivilZone::Utc UtcOf(const LoadHeader& header, const CivilZone& zone);
 
 /// The counts of one slice: P+, P-, Q+, Q-.
@@ -183,8 +182,7 @@ class LoadReader {
 
   /// Returns the end of the last slice that was read, for the status.
   std::optional<CivilZone::Utc> end() const;
-  /// True if the pointer names an hour whose header is not written yet, and all hours before it
-  /// were read.
+  /// True if all was read but the current hour, whose header is not written yet.
   bool waits() const { return waits_; }
   /// Why nothing can be read, for the status. Empty: no trouble.
   const std::string& trouble() const { return trouble_; }

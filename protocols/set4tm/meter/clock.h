@@ -1,6 +1,6 @@
 // Civil times as meters send them: BCD second, minute, hour, weekday (1 = Monday), day, month, year
-// (reference, 8.1). Example: 31 30 15 01 02 09 02 is 2002-09-02T15:30:31. ClockDrift measures how
-// far a meter's clock is off.
+// (reference, 8.1). 31 30 15 01 02 09 02 is 2002-09-02T15:30:31. ClockDrift measures a clock's
+// error.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -43,9 +43,8 @@ class ClockDrift {
   /// Call each time the request is sent. `arrives`: when its last byte arrives.
   void OnSent(Now arrives, Duration character);
 
-  /// Returns the drift in seconds, positive if the meter is ahead; good only while this machine's
-  /// clock is known to be synchronised. `data`: of the reply, whose frame of `bytes` bytes was
-  /// complete at `now`.
+  /// Returns the drift in seconds, positive if the meter is ahead; good while this machine's clock
+  /// is synchronised. `data`: of the reply, whose `bytes` bytes were complete at `now`.
   Decoded Of(View data, std::size_t bytes, const Scale& scale, Instant now);
   /// Returns the last result of Of, if it was good and is not older than kFresh.
   std::optional<double> Latest(Instant now) const;
@@ -61,8 +60,7 @@ class ClockDrift {
   Instant latest_at_{};
 };
 
-/// Returns the PDU that corrects the clock, 03 0B, or an error. `value`: seconds; or true, which
-/// reverses the measured drift.
+/// Returns the PDU that corrects the clock, or an error. `value`: seconds, or true for the drift.
 Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Instant now);
 
 }  // namespace baudgate::protocols::set4tm

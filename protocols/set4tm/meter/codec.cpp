@@ -9,8 +9,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Lengths for one parameter of code 08: bytes of the request's PDU, and of the reply's data (0: it
-/// depends).
+/// Lengths for one parameter of code 08: request PDU, and data of the reply (0: it depends).
 struct ParameterRow {
   std::uint8_t parameter;
   std::uint8_t min_request;

@@ -18,9 +18,8 @@ inline constexpr std::uint8_t kCommonAddress = 0x00;
 inline constexpr std::size_t kMaxData = 156;
 inline constexpr std::size_t kPasswordSize = 6;
 
-/// The checksum at the end of a frame: CRC-16, low byte first; or one byte KS in meters .01, and
-/// .02 with firmware below 23 (reference, chapter 3). The values are those of
-/// Expectation::checksum.
+/// The end of a frame: CRC-16, low byte first; or one byte KS in meters .01, and .02 with firmware
+/// below 23 (reference, chapter 3). The values are those of Expectation::checksum.
 enum class Checksum : std::uint8_t { crc, ks };
 constexpr std::size_t SizeOf(Checksum checksum) { return checksum == Checksum::crc ? 2 : 1; }
 constexpr Checksum Other(Checksum checksum) {
@@ -84,14 +83,12 @@ struct RequestLength {
   std::size_t max = 93;
   bool known = false;  ///< the reference lists the lengths; otherwise min and max are only limits
 };
-/// Returns the length by the first one or two bytes of a PDU. Nothing: the second byte is needed
-/// and missing.
+/// Returns the length by the first bytes of a PDU. Nothing: the second byte is needed first.
 std::optional<RequestLength> LengthOfRequest(View pdu);
 
 /// True for requests that are answered by one status byte alone: link test, channel, writes.
 bool AnsweredByStatus(View pdu);
-/// Returns the number of data bytes in the reply to a read. Nothing: the reference does not define
-/// it.
+/// Returns the data bytes in the reply to a read. Nothing: the reference does not define it.
 std::optional<std::size_t> LengthOfData(View pdu);
 
 }  // namespace baudgate::protocols::set4tm

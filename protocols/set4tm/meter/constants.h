@@ -18,9 +18,8 @@ struct Scale {
   std::optional<double> voltage_ratio;        ///< Kn
   std::optional<double> current_ratio;        ///< Kt
 
-  // Floats are primary values, already multiplied by the ratios in the meter (reference, 9.7). To
-  // apply other ratios, they are divided by the `…_in_floats` ratios and multiplied by the ratios
-  // above.
+  // Floats are primary values by the ratios in the meter (reference, 9.7). To apply other ratios,
+  // they are divided by `…_in_floats` and multiplied by the ratios above.
   bool convert_voltage = false;
   bool convert_current = false;
   std::optional<double>
@@ -33,14 +32,12 @@ struct Scale {
 /// Returns the constants of `first`; those that are empty are taken from `second`.
 Scale Merge(const Scale& first, const Scale& second);
 
-/// Parses the three data bytes of 08 12 (reference, 9.3 and 9.6). Constants that the reference does
-/// not define for this build stay empty.
+/// Parses the data of 08 12 (reference, 9.3 and 9.6). Undefined constants stay empty.
 Scale ParseVariant(View data);
 /// Parses the ten data bytes of 08 02. A ratio of 0 stays empty.
 Scale ParseRatios(View data);
 
-/// value = count * multiply / divide. The two numbers are separate so that 10001 / 10000 is exactly
-/// 1.0001.
+/// value = count * multiply / divide; two numbers, so that 10001 / 10000 is exactly 1.0001.
 struct Factor {
   double multiply = 1;
   double divide = 1;

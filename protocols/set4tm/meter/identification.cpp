@@ -144,8 +144,7 @@ void Identification::Learn(View pdu, View data) {
   }
 }
 
-/// An old meter that refuses to report its type contradicts no profile, but its status word has no
-/// good value.
+/// A meter that refuses to report its type fits any profile, but its status word is not decoded.
 bool Identification::OnRefused(View pdu) {
   if (Is(pdu, kAskRatios)) asked_ratios_ = true;
   if (Is(pdu, kAskVariant)) {
@@ -156,8 +155,7 @@ bool Identification::OnRefused(View pdu) {
   return Is(pdu, kAskVariant) || Is(pdu, kAskRatios);
 }
 
-/// Codes above B are newer than the reference: such a meter gets a remark, and its status word is
-/// not decoded.
+/// Codes above B are newer than the reference: they give a remark, not a trouble.
 void Identification::Judge() {
   trouble_ = {};
   if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;

@@ -22,8 +22,7 @@
 namespace baudgate::protocols::set4tm {
 
 // The meters of the family by type code (08 12, reference 9.3), and what the type decides: the
-// flags of the status word and the supported requests. The identification, the twin and `baudgate
-// decode` use this table.
+// flags of the status word and the supported requests.
 
 /// Which table names the bits of 08 0A. The manufacturer prints the table of .02M and .03M
 /// (reference, 9.4) and states that the tables of other types differ.
@@ -48,11 +47,10 @@ std::optional<std::uint8_t> ParseType(std::string_view text);
 
 class Identification {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   Identification(const config::Device& device, const Settings& settings);
 
-  /// Call if another meter may be connected: all is asked again. A trouble stays until a reply
-  /// disproves it.
+  /// Call if another meter may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
   /// Call if a request was not answered: the type is asked again if the option types is set.
   void OnLost();
@@ -60,8 +58,7 @@ class Identification {
   /// Lets refused questions be asked again: a refusal may have answered another request.
   void ForgetRefusals();
 
-  /// Returns the question to ask before the request that reads `matches`. Empty: the request may be
-  /// sent.
+  /// Returns the question to ask before the request that reads `matches`. Empty: none.
   std::optional<Bytes> Question(std::span<const Match> matches) const;
   /// Learns from any request and its data.
   void Learn(View pdu, View data);
@@ -83,8 +80,7 @@ class Identification {
   /// Returns true once after the meter's date has changed.
   bool TakeNewDay() { return std::exchange(new_day_, false); }
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// Returns the answer to any request to a meter of a wrong type. Only its type is asked until it
-  /// is correct.
+  /// Returns the answer to any request to a meter of a wrong type.
   Answer OtherType() const;
 
  private:

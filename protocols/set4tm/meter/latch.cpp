@@ -12,8 +12,7 @@ namespace {
 constexpr std::uint8_t kLatch = 0x08;    // parameter of kWrite
 constexpr std::uint8_t kLatched = 0x14;  // parameter of kRead
 constexpr std::uint8_t kLatchTime = 0x50;
-/// A clock that is set back by less than this does not cause a second broadcast for the same
-/// multiple of the period.
+/// A clock that is set back by less than this does not cause a second broadcast.
 constexpr Duration kGuard = 1s;
 
 }  // namespace

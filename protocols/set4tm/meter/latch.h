@@ -28,8 +28,7 @@ Bytes AskLatchTime();
 /// True if the request reads latched values: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
 bool ReadsLatched(View pdu);
 
-/// Decides when the broadcast of one line is due: at whole multiples of a period since 1970, by
-/// this machine's clock.
+/// Decides when a line's broadcast is due: at whole multiples of a period since 1970.
 class LineLatch {
  public:
   /// Call with the time of this machine. Before the first call no broadcast is due.
@@ -52,9 +51,8 @@ struct MeterBus final : Bus {
   LineLatch latch;
 };
 
-/// Decides for one meter whether its latched values are of the line's latest broadcast. The meter
-/// is asked for its latch time once before a broadcast and once after each. `number`: the number of
-/// broadcasts so far.
+/// Decides whether the latched values of one meter are of the latest broadcast. The meter is asked
+/// once before a broadcast and once after each. `number`: broadcasts so far.
 class MeterLatch {
  public:
   bool WantsTime(unsigned number) const { return !refused_ && (asked_ != number || doubted_); }
@@ -96,8 +94,7 @@ class MeterLatch {
 // 12:15.
 class LatchedReads {
  public:
-  /// `period`: time between broadcasts; zero: never. `line` must stay valid for the lifetime of
-  /// this object.
+  /// `period`: between broadcasts; zero: never. `line` must outlive this object.
   LatchedReads(Duration period, LineLatch& line) : period_(period), line_(line) {}
 
   /// True if the broadcast must be sent before any other request.

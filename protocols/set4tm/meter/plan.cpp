@@ -27,8 +27,7 @@ constexpr std::array<std::uint8_t, 56> kByBit = {
     0xE4, 0xE5, 0xE6, 0xE7, kNone, kNone, kNone, kNone,  // m2: Q of losses
 };
 
-/// True for modes in which phase 0 means phase 1: voltage, current, distortion, and the averaged
-/// values.
+/// True for modes in which phase 0 means phase 1: voltage, current, distortion, averaged values.
 bool ZeroIsPhaseOne(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;
   return mode == 1 || mode == 2 || mode == 8 || mode == 0xA || mode == 0xB;

@@ -27,8 +27,7 @@ inline constexpr std::size_t kMostMaskedFloats = 23;
 /// float read, single or group. In a group reply slot 0 is the sum, or repeats phase 1.
 std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 
-/// Returns the bit of a parameter; 0 is the lowest bit of the last mask byte. Nothing: the mask
-/// does not contain the parameter.
+/// Returns the mask bit of a parameter, 0 for the lowest bit of the last byte, or nothing.
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
@@ -44,8 +43,7 @@ std::vector<unsigned> MaskBits(View pdu);
 //   08 1B 02 10 float_le@4  →  08 16 10 voltage_be@3     voltage of phase 1, in a group of four
 //   08 1B 00 40 float_le@0  →  08 11 40 hundredths_be@0  frequency, single
 
-/// Returns the decoder of the integers in replies to 08 11, 08 14 and 08 16, by parameter (RWRI
-/// byte).
+/// Returns the decoder for a parameter (RWRI byte) in replies to 08 11, 08 14 and 08 16.
 Decoder IntegerDecoder(std::uint8_t parameter);
 
 /// Returns the integer field in place of a live float. Empty: `field` is no live float.
@@ -57,13 +55,12 @@ struct Match {
   Field field;
 };
 
-/// A plan whose keys are the PDUs of requests. The key of masked reads is 08 23, and their places
-/// are mask bits.
+/// A plan whose keys are PDUs. For masked reads the key is 08 23, and places are mask bits.
 using PduPlan = QueryPlan<Bytes>;
 
 class PointFields {
  public:
-  /// `points` must stay valid for the lifetime of this object.
+  /// `points` must outlive this object.
   explicit PointFields(std::span<const config::Point> points);
 
   bool HasFloats() const;
@@ -71,12 +68,10 @@ class PointFields {
     const auto& field = fields_[point];
     return field ? std::optional(field->decoder) : std::nullopt;
   }
-  /// Replaces all float fields by integers, for meters without floats, or restores the fields of
-  /// the points.
+  /// Replaces float fields by integers, or restores the fields of the points.
   void UseIntegers(bool integers);
 
-  /// Plans the requests. `masked`: the live floats of a group are read together, up to 23 in one
-  /// masked read.
+  /// `masked`: the live floats of a group are read together, up to 23 in one masked read.
   PduPlan MakePlan(bool masked, Often is_often = IsFast) const;
   /// Returns the PDU of a query in `plan`. The id byte of a masked read is 0.
   Bytes PduOf(const PduPlan& plan, std::size_t query) const;

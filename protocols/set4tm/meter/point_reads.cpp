@@ -23,8 +23,7 @@ bool IsQuestionLike(View pdu, View body) {
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
-  // A parameter of integers has the phase in its low bits. Other bytes here may belong to an
-  // integer reply of three bytes.
+  // A parameter has the phase in its low bits. Other bytes may belong to an integer reply.
   return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
 }
 
@@ -59,8 +58,8 @@ Reply ReplyReader::Read(View request, View frame) const {
                       (extended ? "; if it is the right one, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
-  // The request for a float is as long as its reply. Only the link test is answered by the same
-  // bytes.
+  // The request for a float is as long as its reply. Only the reply to a link test equals its
+  // request.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
     return unexpected("the request came back; does the adapter echo? set `echo: strip`");
   }

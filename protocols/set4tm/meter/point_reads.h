@@ -35,7 +35,7 @@ struct Reply {
 
 class ReplyReader {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   ReplyReader(const Settings& settings, const PointFields& fields,
               const Identification& identification)
       : settings_(settings), fields_(fields), identification_(identification) {}
@@ -56,7 +56,7 @@ class ReplyReader {
 
 class PointReads {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   PointReads(const config::Device& device, const Settings& settings,
              const Identification& identification);
 
@@ -69,8 +69,7 @@ class PointReads {
   };
   /// Returns the request that reads a query. A masked read has no number yet.
   Read ReadOf(std::size_t query) const;
-  /// Sets the number of a masked read. The meter repeats it, so a late reply to the previous masked
-  /// read is detected.
+  /// Numbers a masked read. The meter repeats the number, so a late reply is detected.
   void Number(Bytes& pdu);
   /// True if `pdu` is the planned request of the query, not a trial.
   bool Reads(View pdu, std::size_t query) const;
@@ -81,8 +80,7 @@ class PointReads {
   /// Chooses floats or integers by the meter's type. Returns true if the queries have changed.
   bool ChooseIntegers();
 
-  /// Call if a planned masked read was refused: the meter's firmware may be older than before. The
-  /// points stay.
+  /// Call if a planned masked read was refused (older firmware). The points are kept.
   void OnMasksRefused() { UseMasks(false); }
   void OnRefused(std::size_t query, Instant now) { plan_.OnRefused(query, now); }
   // These two return true if the queries have changed.

@@ -1,5 +1,4 @@
-// Parses the `read` text of points, such as "08 1B 00 11 float_le@0", into a request, a decoder and
-// an offset.
+// Parses `read` texts, "08 1B 00 11 float_le@0", into a request, a decoder and an offset.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -56,8 +55,7 @@ Result<Field> ParseField(std::string_view read);
 inline constexpr std::string_view kCorrectsClock = "03 0B";
 /// Returns the text that ParseField accepts: "08 1B 00 11 float_le@0".
 std::string FieldText(const Field& field);
-/// Checks that `read` is a field and fits the point's type, and that only the clock correction is
-/// written.
+/// Checks that `read` fits the point's type, and that only the clock correction is written.
 Status CheckPoint(const config::Point& point);
 Status CheckType(const Field& field, const config::Point& point);
 /// Returns which numbers the field can contain; any, if it is multiplied by constants.

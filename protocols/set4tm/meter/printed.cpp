@@ -68,8 +68,8 @@ std::string DirectionOf(std::uint8_t first) {
          ((first & 0x40U) != 0 ? "reverse" : "forward");
 }
 
-/// Adds an integer and its direction bits. The value is primary if the ratios are known, else
-/// secondary, else the bare count.
+/// Adds an integer (primary if the ratios are known, else secondary, else the count) and its
+/// direction.
 void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
   const Field field = printed.FieldAt(IntegerDecoder(parameter), offset);
   const std::string place = "@" + std::to_string(offset);
@@ -130,8 +130,8 @@ Decoded DecodeMoment(std::uint8_t minute, View hour_and_date) {
   return DecodeField({{}, Decoder::time_min, 0, 0}, bytes, {});
 }
 
-/// Adds memory bytes. A load profile has a header for each hour: hour, date, season, minutes of a
-/// slice, and the sum of these six bytes.
+/// Adds memory bytes. The header of a load profile is hour, date, season, minutes of a slice, and
+/// their sum.
 void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
   const View data = printed.data().subspan(std::min(from, printed.data().size()));
   const bool profile = memory == 0x03 || memory == 0x08 || memory == 0x09;
@@ -171,8 +171,7 @@ void AddVariant(Printed& printed) {
   }
 }
 
-/// Adds the pointer of a load profile: minute (bit 7: the memory has wrapped), hour, day, month,
-/// year, and the address of the next slice.
+/// Adds a pointer: minute (bit 7: wrapped), hour, day, month, year, address of the next slice.
 void AddPointer(Printed& printed) {
   const Decoded moment = DecodeMoment(printed.at(0) & 0x7FU, printed.data().subspan(1));
   printed.AddNamed("current slice", moment.value, moment.quality);

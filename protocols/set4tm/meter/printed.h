@@ -1,6 +1,5 @@
-// Decodes replies that no point of the device reads, for `baudgate decode`: by the layouts in the
-// reference, or as bytes if the reference has none. Polling uses this file only for values without
-// a point.
+// Decodes replies that no point reads, for `baudgate decode`: by the layouts in the reference, or
+// as bytes if the reference has none. Polling uses it only for values without a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +15,7 @@ namespace baudgate::protocols::set4tm {
 /// 00 11 float_le@0". `scale`: the constants for integers, as far as they are known.
 std::vector<Reading> ReadPrinted(View pdu, View data, const Scale& scale);
 
-/// Returns the flags in the five bytes of a status word, "E-05 E-40", numbered as for .02M and .03M
-/// (reference, 9.4).
+/// Returns the flags in a status word, "E-05 E-40", numbered as for .02M, .03M (reference, 9.4).
 std::string FlagsOf(View word);
 
 /// True if a reply to `pdu` may have `length` data bytes in a capture: the length in the reference,

@@ -38,13 +38,11 @@ struct StatusMeaning {
   Outcome outcome = Outcome::ok;
   std::string reason;              ///< empty when ok
   std::optional<Quality> quality;  ///< quality of the requested points
-  Duration wait{};  ///< pause before the next request: that in the high four bits (in s), or a
-                    ///< longer one by code
+  Duration wait{};  ///< pause that the meter asks for (high four bits, in s), or a longer one
   std::string_view remedy{};  ///< advice for `baudgate status`
 };
 
-/// `opening`: the status answers a request to open the channel, where code 3 means a wrong
-/// password.
+/// `opening`: the request was to open the channel, where code 3 means a wrong password.
 StatusMeaning Explain(std::uint8_t status, bool opening);
 
 inline const Bytes kAskSerial = {kRead, kSerialNumber};

@@ -150,9 +150,8 @@ Decoded DecodeVersion(View digits) {
   return {text, Quality::good};
 }
 
-/// Decodes seconds (only with `seconds`), minute, hour, weekday, day, month and year; or only a
-/// date without `clock`. All zeros mean that there is no time (an open journal record): an empty
-/// text.
+/// Decodes seconds (if `seconds`), minute, hour, weekday and date; only a date without `clock`. All
+/// zeros mean no time (an open journal record): an empty text.
 Decoded DecodeTime(View bytes, bool seconds, bool clock) {
   if (std::ranges::all_of(bytes, [](std::uint8_t byte) { return byte == 0; })) {
     return {std::string(), Quality::good};
@@ -207,7 +206,7 @@ Decoded DecodeInteger(const Field& field, View data, const Scale& scale) {
   return Scaled(negative ? -magnitude : magnitude, MeasureOf(field), scale);
 }
 
-/// The byte after the time is 0 in summer. It decides which of two equal hours is meant (reference,
+/// The byte after the time is 0 in summer: it tells which of two equal hours it is (reference,
 /// 8.1).
 Decoded DecodeClock(const Field& field, View data, const Scale& scale) {
   if (!scale.zone) return Bad({Quality::bad_configuration, Reason::not_fitted});

@@ -1,5 +1,4 @@
-// Converts the data bytes of a reply to values and back, by the decoder of a field. FromCp1251 and
-// ToCp1251 convert texts.
+// Converts the data bytes of a reply to values and back, by a field's decoder, and its texts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,11 +18,9 @@ std::string FromCp1251(View bytes);
 /// Characters that Windows-1251 does not contain become '?'.
 Bytes ToCp1251(std::string_view utf8);
 
-/// Returns a bad quality without a number if the meter marks the value as missing, or if a needed
-/// constant is unknown.
+/// Returns a bad quality, never a number, for a missing value or an unknown constant.
 Decoded DecodeField(const Field& field, View data, const Scale& scale);
-/// Writes `value` into the reply's data as the meter would. Returns false, and changes nothing, if
-/// it does not fit.
+/// Writes `value` into the data as the meter would. Returns false, unchanged, if it does not fit.
 bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
 
 }  // namespace baudgate::protocols::set4tm

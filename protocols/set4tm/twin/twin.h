@@ -22,8 +22,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The addresses of a simulated meter: the short one, the extended one of its serial number, and the
-// configured one.
+// The addresses of a simulated meter: short, extended (its serial number), and configured.
 class TwinAddress {
  public:
   /// A meter that is configured by its extended address has a short address as well. `serial`: the
@@ -56,8 +55,7 @@ class TwinClock {
   void Set(Now now) { set_ = now; }
   /// Returns the meter's time. Empty: the clock was never set.
   std::optional<CivilZone::Utc> At(Instant now) const;
-  /// Corrects the clock and returns the status. Access level 1 may correct it by up to two minutes,
-  /// once a day, within an hour.
+  /// Returns the status. Level 1 may correct by up to two minutes, once a day, within an hour.
   std::uint8_t Correct(std::chrono::seconds by, Instant now);
 
   const CivilZone& zone() const { return zone_; }

@@ -28,8 +28,7 @@ class TwinJournals {
  public:
   TwinJournals(const CivilZone& zone, std::size_t records) : zone_(zone), most_(records) {}
 
-  /// Adds an event by the codes of protocols/set4tm/archive/journals.h. Returns false if no such
-  /// journal exists.
+  /// Adds an event by the codes in archive/journals.h. Returns false if no such journal exists.
   bool Raise(const DeviceEvent& event, WallTime now);
   /// Returns the requested record; zeros if its place is empty. Nothing: no event was raised in
   /// this journal, or `pdu` asks for no journal.
@@ -43,9 +42,8 @@ class TwinJournals {
   std::map<std::uint8_t, std::deque<Bytes>> journals_;
 };
 
-// A load profile of a simulated meter: a ring that fills with time. It contains hours with headers;
-// the pointer is the place of the next slice. The counts of a slice are computed from its beginning
-// alone.
+// A load profile of a simulated meter: a ring of hours with headers that fills with time. The
+// pointer is the place of the next slice. The counts of a slice follow from its beginning alone.
 class TwinLoad {
  public:
   using Utc = CivilZone::Utc;
