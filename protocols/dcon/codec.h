@@ -13,8 +13,7 @@
 
 namespace baudgate::protocols::dcon {
 
-inline constexpr std::size_t kMaxFrame =
-    268;  ///< 1 start, 2 address, 5 command, 256 data, checksum, CR
+inline constexpr std::size_t kMaxFrame = 268;  ///< start 1, address 2, command 5, data 256, CHK, CR
 
 /// Values of Expectation::checksum for DCON.
 enum ChecksumVariant : int {
@@ -31,8 +30,7 @@ Result<std::uint8_t> ParseAddress(std::string_view text);
 struct Command {
   std::uint8_t address = 0;
   bool broadcast = false;  ///< "**" is in place of the address: no module answers
-  std::string
-      text;  ///< the delimiter and all characters after the address, without checksum and CR
+  std::string text;        ///< delimiter and characters after the address, without checksum
 };
 
 /// `command` begins with its delimiter: ("#3", 1, true) returns `#013B7\r`.
@@ -50,10 +48,9 @@ bool IsHexText(std::string_view text);
 bool IsDecimalText(std::string_view text);
 
 struct Reply {
-  char lead = 0;     ///< '>', '!' or '?'
-  std::string body;  ///< the characters between the lead and the checksum
-  bool ambiguous =
-      false;  ///< the checksum fits at the front and at the end, so `body` is uncertain
+  char lead = 0;           ///< '>', '!' or '?'
+  std::string body;        ///< the characters between the lead and the checksum
+  bool ambiguous = false;  ///< the checksum fits at both ends, so `body` is uncertain
 };
 
 Bytes BuildReply(std::string_view text, bool checksum);

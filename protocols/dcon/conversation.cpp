@@ -306,7 +306,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // The module has answered this question before, so it is repeated after silence.
+    // The module has answered this question before, so after silence the question is repeated.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;
@@ -470,8 +470,7 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now) {
-  std::size_t query =
-      0;  // the first query that sends the command; the number of queries if none does
+  std::size_t query = 0;  // the first that sends the command; the number of queries if none
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;

@@ -132,9 +132,8 @@ class WriteJob {
   const config::Device& device_;
   const Places& places_;
   std::map<std::string, std::uint64_t> words_;  ///< the digital word last read, by command
-  std::optional<Certain>
-      certain_;  ///< states of the outputs, confirmed by two readings, for the write under way
-  bool alone_ = false;  ///< the module does not accept the command for several outputs
+  std::optional<Certain> certain_;  ///< output states for the write under way, read twice
+  bool alone_ = false;              ///< the module does not accept the command for several outputs
 };
 
 // Broadcasts that no module answers: `~**` (the host is alive) and `#**` (take a sample now).
@@ -194,9 +193,8 @@ class Sampling {
   DconBus::Group& group_;
   Duration period_;
   std::uint64_t asked_ = 0;
-  std::optional<std::uint64_t>
-      fetched_;        ///< number of the latest sample when the module last answered
-  int overtaken_ = 0;  ///< overtaken samples in a row
+  std::optional<std::uint64_t> fetched_;  ///< latest sample when the module last answered
+  int overtaken_ = 0;                     ///< overtaken samples in a row
 };
 
 class DconConversation : public Conversation {
@@ -254,8 +252,7 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
-  bool withheld_ =
-      false;  ///< the write under way cannot be sent because the checksum mode is unknown
+  bool withheld_ = false;  ///< the write cannot be sent: the checksum mode is unknown
   int counted_again_ = 0;  ///< how often a count was read again in this poll
 };
 

@@ -341,7 +341,7 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// True if the frame ends with a correct checksum, although none is configured.
+/// True if the last two characters are a correct checksum, so they may be no digits of a number.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;

@@ -50,7 +50,7 @@ std::uint8_t ReplyAddress(const Command& request);
 // Polling does not use it, because there each reply has the one form that its point defines.
 
 /// Returns the values with labels, or nothing if no manual prints this form of reply to `request`.
-/// Where the makers disagree, all printed forms are accepted and the label names the form.
+/// If the makers disagree, all printed forms are accepted and the label names the form.
 std::optional<Answer> ReadPrinted(const Command& request, View frame, const Settings& settings);
 
 }  // namespace baudgate::protocols::dcon

@@ -41,8 +41,8 @@ std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 /// but the result matters only for modules that take samples (`#**`), and ADAM-4015 takes none.
 bool IsAnalogOutput(std::uint8_t type);
 
-// ChannelTypes stores what each input of a module measures, for modules whose inputs have separate
-// type codes (`$AA8Ci` → `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). It judges single points.
+// ChannelTypes stores what each input measures, for modules with a type code for each input
+// (`$AA8Ci` → `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). It judges single points.
 // Source: dcon reference, 5, 7.3 and 19.11.
 //
 //   > $018C2   < !01C2R0D      input 2 measures mA: a point in V that reads it has a bad quality
@@ -125,7 +125,7 @@ class Identification {
   bool is_done() const { return done_; }
   /// True if the command may be sent now: the round of questions is complete without trouble. If
   /// the module answered none of them, harmless commands are allowed, and others only with
-  /// `checksum: false`, because a module whose checksum is on ignores them. The caller must also
+  /// `checksum: false`, because a module with its checksum on ignores them. The caller must also
   /// check IsTakenCutShort.
   bool Allows(std::string_view command) const;
   /// True if the module's checksum might be on and the last two characters of this request are a
@@ -167,8 +167,7 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  bool joined_ =
-      false;  ///< `#` is polled: the position of a number in the reply defines its channel
+  bool joined_ = false;      ///< `#` is polled: a number's position defines its channel
   bool only_others_ = true;  ///< no point is read with a harmless command (IsHarmless)
   bool sure_ = false;        ///< the module has answered in the configured checksum mode
 

@@ -35,8 +35,7 @@ struct Read {
 
 class Probing {
  public:
-  using Reads =
-      std::vector<std::optional<ReadAddress>>;  ///< index: point; empty: the point is not read
+  using Reads = std::vector<std::optional<ReadAddress>>;  ///< by point; empty: it is not read
 
   /// `plan` must be made already. `channels`: number of values in the reply to `#AA`. The
   /// references must stay valid for the lifetime of this object.
@@ -114,8 +113,7 @@ struct Places {
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;
-  std::map<std::string, std::vector<std::size_t>, std::less<>>
-      by_command;  ///< ReadBy returns its entries
+  std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;  ///< see ReadBy
   std::vector<std::optional<WriteAddress>> writes;
   std::vector<WriteAddress> settings;  ///< the elements of `writes` that are settings, not outputs
   GroupedOutputs outputs;

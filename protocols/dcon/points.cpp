@@ -30,8 +30,7 @@ constexpr ReadRule kReads[] = {
     {"$2", "text"},
     {"$3", "value"},
     {"$3n", "counter"},
-    {"$4", "value status", false,
-     false},  // can be fetched once; stores the outputs of an output module
+    {"$4", "value status", false, false},  // fetched once; stores outputs on output modules
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
     {"$6n", "commanded", false},                 // resets a counter on counter modules

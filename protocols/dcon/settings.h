@@ -17,7 +17,7 @@ namespace baudgate::protocols::dcon {
 
 /// Format of the numbers of analog modules: bits 1:0 of the module's format byte.
 enum class Format : std::uint8_t { engineering, percent, hex };
-/// What a joined reply contains for a channel that is disabled in the module.
+/// Contents of a joined reply for a channel that is disabled in the module.
 enum class Disabled : std::uint8_t { missing, blank, zero };
 /// Position of the checksum in an I-7080 counter reply.
 enum class ChecksumPlace : std::uint8_t { either, end, front };

@@ -95,7 +95,7 @@ bool Totals::Follows(const Counter& counter, const Seen& seen) const {
          (!counter.at || CanCount(seen.count - *counter.count, seen.at - *counter.at));
 }
 
-/// Returns what to add for a confirmed reading that does not follow: 0 after a clear.
+/// Returns the step to a count that does not follow: over a roll-over, or 0 after a clear.
 std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
   if (seen.count >= *counter.count || seen.count >= counter.modulus) return 0;
   const std::uint64_t step = seen.count + counter.modulus - *counter.count;

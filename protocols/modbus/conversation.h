@@ -121,8 +121,7 @@ class ModbusConversation : public Conversation {
   Settings settings_;
   std::uint8_t slave_;
   std::vector<std::optional<Location>> places_;  // index: point
-  std::vector<std::uint32_t>
-      by_place_;  // indices of the points that are read, sorted by space and begin
+  std::vector<std::uint32_t> by_place_;          // points that are read, by space and begin
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;

@@ -40,8 +40,7 @@ struct Data {
   /// The reply contains all there is, even if less than requested: a short queue, a server id.
   bool whole = false;
   std::map<std::size_t, std::string> texts{};  ///< identification by object, or server id at 0
-  std::optional<std::uint8_t>
-      follows{};  ///< next object to read, if an identification is incomplete
+  std::optional<std::uint8_t> follows{};       ///< next object of an incomplete identification
 
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };

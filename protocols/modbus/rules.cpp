@@ -93,7 +93,7 @@ const PduCarrier* Carrier(Framing framing) {
 //   > 14 | 10 03 E7 00 78 F0 ... 240 bytes ... | CRC    write 120 registers, 249 bytes
 //   < 14 | 83 02 | D1 35                         exception: illegal data address
 //
-// A listener also receives replies of other slaves and skips them. Such a reply may contain a
+// A listener also receives replies of other slaves and skips them. A skipped reply may contain a
 // request:
 //
 //   < 4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D its data is a write to slave 1
@@ -532,7 +532,7 @@ ScanRule RuleOf(std::span<const config::SerialSettings> serials) {
           .modes = kModes,
           .questions = kCount,
           // A read of holding registers is sent only to addresses that have answered as a Modbus
-          // slave: for a SET-4TM meter, whose frames have the same CRC, 03 00 is a write.
+          // slave: SET-4TM meters use the same CRC, and take 03 00 for a write.
           .finds = 1U << kServer | 1U << kObjects | 1U << kLoopback | 1U << kInput,
           .quick_finds = 1U << kServer | 1U << kInput,
           .never_at = kFraming == Framing::rtu ? "set4tm" : "",

@@ -23,8 +23,7 @@ using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, s
 struct Settings {
   config::WordOrder order = config::WordOrder::abcd;  ///< for numbers in several registers
   std::size_t block = 120;  ///< most registers in one request; for bits 16 times as many
-  std::size_t hole =
-      8;  ///< most unused registers between two points in a request; for bits 16 times as many
+  std::size_t hole = 8;     ///< most unused registers between two points; for bits 16 times as many
   bool write_multiple = false;
   bool write_together = false;  ///< adjacent points of one command are written by one request
   bool bits_by_read = false;    ///< write bits of a register by read and write, not by mask write

@@ -359,8 +359,7 @@ Bytes ModbusTwin::Identify(View pdu, Instant now) const {
     return Exception(pdu[0], kIllegalFunction);
   }
   constexpr std::uint8_t kOne = 4;
-  constexpr std::size_t kEnds[] = {0x03, 0x80,
-                                   0x100};  // ends of the basic, regular and extended objects
+  constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};  // of basic, regular, extended objects
   if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
   const bool one = pdu[2] == kOne;
   std::size_t id = pdu[3];

@@ -132,8 +132,8 @@ Answer EndedBy(Reply& reply, Then then) {
 
 }  // namespace
 
-/// What follows from a reply, by the kind of its request. Take handles statuses that mean the same
-/// for every request before it uses this table: channel closed, repeat, busy.
+/// One row: how replies to one kind of request are handled. Take handles statuses that mean the
+/// same for every request before it uses this table: channel closed, repeat, busy.
 struct MeterReplies::Row {
   RequestKind kind;
   Answer (*data)(MeterReplies& its, Step& step);

@@ -193,7 +193,7 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
 
 Answer MeterSession::OtherMeter() const { return NotThisMeter(kWrongMeter, trouble_.text); }
 
-/// Without the configured serial number the values may be another meter's, so they are rejected.
+/// If a serial number is configured, the values may be another meter's and are rejected.
 Answer MeterSession::TakeNoSerial(Answer answer) {
   if (!settings_.serial_number) {
     verified_ = true;

@@ -53,8 +53,7 @@ bool IsEmpty(View record);
 bool HasEnded(View before, View record);
 
 struct JournalReader {
-  std::optional<CivilZone>
-      zone{};  ///< empty: events have no time, and their texts contain the civil time
+  std::optional<CivilZone> zone{};  ///< empty: events have civil times, in their texts only
   bool knows_status = false;  ///< the bits of the status word have the meaning in the reference
   /// Returns the events in `record`. `before`: the record as last reported; empty: never reported.
   std::vector<DeviceEvent> EventsOf(const Journal& journal, View record, View before) const;
@@ -69,7 +68,7 @@ struct JournalReader {
 //
 //   9020001 01:31301501….-;07:-.-
 //
-// What is read when:
+// The reading rules:
 //
 //   a journal without stored state, after a reconnect, once an hour    all its records
 //   otherwise in turn, every other time an urgent journal              its newest record; if it has
@@ -120,8 +119,7 @@ class JournalSession {
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    bool beyond =
-        true;  // the next look reads the place after the newest record, else the newest record
+    bool beyond = true;  // look after the newest record next, else at it
   };
   /// A reading of all records of a journal.
   struct Pass {

@@ -177,7 +177,7 @@ class LoadReader {
   };
   /// Takes the bytes of stretch(). The same records are returned again until OnKept is called.
   Taken OnMemory(View bytes, const Scale& scale, const Manner& manner);
-  /// Call after OnKept. Returns as OnPointer.
+  /// Call after OnKept. Returns false if there is nothing to read now.
   bool GoOn(const Manner& manner);
 
   /// Returns the end of the last slice that was read, for the status.

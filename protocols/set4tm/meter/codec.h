@@ -83,12 +83,12 @@ struct RequestLength {
   std::size_t max = 93;
   bool known = false;  ///< the reference lists the lengths; otherwise min and max are only limits
 };
-/// Returns the length by the first bytes of a PDU. Nothing: the second byte is needed first.
+/// Returns the length by the first bytes of a PDU. Nothing: the second byte is needed but missing.
 std::optional<RequestLength> LengthOfRequest(View pdu);
 
 /// True for requests that are answered by one status byte alone: link test, channel, writes.
 bool AnsweredByStatus(View pdu);
-/// Returns the data bytes in the reply to a read. Nothing: the reference does not define it.
+/// Returns the number of data bytes in a reply. Nothing: the reference does not define it.
 std::optional<std::size_t> LengthOfData(View pdu);
 
 }  // namespace baudgate::protocols::set4tm

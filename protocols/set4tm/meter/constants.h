@@ -22,8 +22,7 @@ struct Scale {
   // they are divided by `…_in_floats` and multiplied by the ratios above.
   bool convert_voltage = false;
   bool convert_current = false;
-  std::optional<double>
-      voltage_in_floats{};  ///< ratios that the meter has already applied to its floats
+  std::optional<double> voltage_in_floats{};  ///< ratios already applied by the meter
   std::optional<double> current_in_floats{};
 
   std::optional<CivilZone> zone{};  ///< zone of the meter's clock

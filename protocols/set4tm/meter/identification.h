@@ -35,9 +35,8 @@ struct MeterType {
   std::uint8_t code = 0;
   std::string_view name{};
   StatusWord status_word = StatusWord::unknown;
-  Knows floats = Knows::perhaps;  ///< 08 1B (reference, 9.7)
-  Knows masked_floats =
-      Knows::perhaps;  ///< 08 23 (reference, 9.8); perhaps: depends on the firmware
+  Knows floats = Knows::perhaps;         ///< 08 1B (reference, 9.7)
+  Knows masked_floats = Knows::perhaps;  ///< 08 23 (reference, 9.8); perhaps: by firmware
 };
 
 /// `code`: the upper four bits of the third byte of 08 12. Null: an unknown, later type.

@@ -18,8 +18,7 @@ namespace {
 ///
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
-  constexpr std::uint8_t kLastWay =
-      0x03;  // last way to read floats: 0 single, 1 latched, 2 group, 3 both
+  constexpr std::uint8_t kLastWay = 0x03;  // of reading floats: single, latched, group, both
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
@@ -206,7 +205,7 @@ bool PointReads::ReadsLatched(std::size_t query) const {
   return set4tm::ReadsLatched(fields_.PduOf(plan_, query));
 }
 
-/// If a value of the trial is not good, 08 1B is used, which may still return that value.
+/// Ends the trial of a masked read. If a value is not good, 08 1B is used, which may return it.
 Answer PointReads::TakeTrial(Answer answer) {
   const bool whole = std::ranges::all_of(
       answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });

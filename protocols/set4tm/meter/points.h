@@ -41,7 +41,7 @@ enum class Decoder : std::uint8_t {
   alarm,
 };
 
-/// Where a value is: the request's PDU, and the place in the reply's data.
+/// The place of a value: the request's PDU, and the offset in the reply's data.
 struct Field {
   Bytes pdu;
   Decoder decoder = Decoder::u8;

@@ -46,9 +46,8 @@ struct Settings {
   std::vector<unsigned> load_profiles;  ///< load profiles to read, 1 to 3; empty: none
   std::vector<BillingPeriod> billing;   ///< periods whose billing readings are read; empty: none
   int billing_tariffs = 4;              ///< tariffs in billing readings, in addition to the sum
-  int load_records =
-      8192;  ///< records in the memory of each load profile, headers of hours included
-  std::vector<std::uint8_t> types;  ///< allowed type codes of 08 12; empty: any
+  int load_records = 8192;              ///< in the memory of a load profile, hour headers included
+  std::vector<std::uint8_t> types;      ///< allowed type codes of 08 12; empty: any
 
   /// Returns the constants in the options, which need not be asked from the meter.
   Scale scale() const;

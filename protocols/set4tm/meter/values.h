@@ -1,4 +1,4 @@
-// Converts the data bytes of a reply to values and back, by a field's decoder, and its texts.
+// Converts reply data to values and back, by a field's decoder, and Windows-1251 texts to UTF-8.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -100,9 +100,8 @@ class MeterTwin : public Twin {
   TwinAddress address_;
   TwinClock clock_;
   TwinPoints<Field> points_;
-  std::map<std::uint8_t, std::size_t>
-      float_points_;                  // key: RWRI parameter, value: index of the point
-  std::optional<std::uint8_t> type_;  ///< type code; empty: by the points, else 8
+  std::map<std::uint8_t, std::size_t> float_points_;  // point index by RWRI parameter
+  std::optional<std::uint8_t> type_;                  ///< type code; empty: by the points, else 8
   bool knows_floats_ = true;
   bool knows_masks_ = true;
   std::optional<Instant> last_correct_;  // time of the last request with an open channel
