@@ -61,7 +61,7 @@ struct WriteAddress {
   enum class Kind : std::uint8_t { bit, hex, number, decimal, flag, action };
   std::string command;  ///< the characters before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
-  /// The command writes a setting, not an output: confirmed by `!AA`, not repeated after a failure.
+  /// The command writes a setting: `!AA` confirms it, and only `@DO` is repeated after a failure.
   bool setting = false;
   std::size_t digits = 2;  ///< digits of hex and decimal; for a number, digits before the point
   std::size_t decimals = 0;

@@ -46,7 +46,7 @@ struct Settings {
   std::vector<unsigned> load_profiles;  ///< load profiles to read, 1 to 3; empty: none
   std::vector<BillingPeriod> billing;   ///< periods whose billing readings are read; empty: none
   int billing_tariffs = 4;              ///< tariffs in billing readings, in addition to the sum
-  int load_records = 8192;              ///< in the memory of a load profile, hour headers included
+  int load_records = 8192;              ///< records per load profile, hour headers included
   std::vector<std::uint8_t> types;      ///< allowed type codes of 08 12; empty: any
 
   /// Returns the constants in the options, which need not be asked from the meter.
