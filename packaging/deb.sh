@@ -57,7 +57,7 @@ build_packages() {
   fi
 }
 
-# build_for ARCH: builds with a cross compiler, in a root that also runs programs of ARCH, because man pages need --help of the built programs.
+# build_for ARCH: builds with a cross compiler, in a root that also runs programs of ARCH: man pages need their --help.
 build_for() {
   readonly base=build/cross-root.base root=build/cross-root
   . packaging/bare_root.sh
