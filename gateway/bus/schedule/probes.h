@@ -93,7 +93,7 @@ class Probes {
   /// The member has just gone offline: the cost of its earlier probes no longer counts.
   void OnOffline(const Member& member, Instant now) {
     const bool first = member.device != nullptr && member.health.state() == DeviceState::never_seen;
-    // Its conversation may now have a request for a probe again.
+    // Ask at once again: the conversation may have a request for a probe now.
     const bool cannot = CannotProbe(member);
     entries_[member] = {.first_looks = first ? kFirstLooks : 0,
                         .first_until = now + kFirstTime,

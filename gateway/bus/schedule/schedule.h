@@ -96,7 +96,7 @@ class Schedule {
   void Restart(std::size_t device, Instant now);
   /// As Restart, after SetQueries, but a daily round under way continues.
   void RestartAsPlanned(std::size_t device, Instant now);
-  /// Nothing of the device is due until Restart, because it is offline or disabled.
+  /// No query of the device is due until Restart, because it is offline or disabled.
   void Suspend(std::size_t device);
 
   /// The device is not asked for events until ReleaseEvents, because the last events are not on the
@@ -173,7 +173,7 @@ class Schedule {
     // Between HoldEvents and ReleaseEvents; the round of events has no query meanwhile.
     bool events_held = false;
     Duration used{};           // line time
-    Instant hasten_from{};     // Hasten has no effect before this time
+    Instant hasten_from{};     // earliest time at which the next Hasten takes effect
     std::size_t go_first = 0;  // number of polls before the next write
     std::size_t at_once = 0;   // how often the device may still be asked for events at once
     Instant at_once_until{};   // after this time at_once starts again
