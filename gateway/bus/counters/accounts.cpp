@@ -32,7 +32,8 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   const bool life = ended.answered();
   const bool answered = life && !ended.broadcast;
   const bool cut_off = ended.cut_off();
-  const bool looks = ended.asked.probe && member.health.absent();  // whether the device is back
+  // The probe finds out whether the device is back.
+  const bool looks = ended.asked.probe && member.health.absent();
   const Outcome outcome = ended.routed && life ? Outcome::ok : end.outcome;
   ShowPatience(member, ended.patience);
   ShowLag(member, ended.lags);

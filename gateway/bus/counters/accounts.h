@@ -59,9 +59,7 @@ class DeviceAccounts final : public ExchangeObserver {
   void OnWrite(const Member& member, WriteEnd end, bool read_back);
   void OnOffline(const Member& member);
 
-  /// The device sends unasked.
   void OnSpeaks(const Member& member);
-  /// The device has sent a message unasked, with this outcome.
   void OnUnasked(const Member& member, Outcome outcome, const std::string& reason);
   void OnLostEvents(const Member& member, std::size_t events);
 
@@ -108,7 +106,6 @@ class FastRounds {
   /// A poll of the fast group has ended. Rounds with failures, and waiting time, do not count: an
   /// outage must not make old values look younger.
   void OnPoll(const Member& member, const Poll& poll, Instant now);
-  /// The queries of the device have changed.
   void OnPlan(const Device& device);
   /// Call when a device of the line has come or gone.
   void Measure(Instant now) const;

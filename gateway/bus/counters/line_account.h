@@ -131,11 +131,9 @@ class LineAccount final : public ExchangeObserver {
   /// Bytes came while `member` was asked; null: no member was asked.
   void OnHeard(const EchoWatch::Received& heard, const Member* member);
   void OnExchange(const EndedExchange& ended, Now now) override;
-  /// Passes a warning about the member on to the user.
   void Warn(const Member& member, const std::string& warning) {
     listener_.OnWarning(member.index, warning);
   }
-  /// A device has sent a message unasked, with this outcome.
   void OnUnasked(Outcome outcome) {
     Count(outcome);
     if (ProvesLife(outcome)) OnAnswer();

@@ -78,7 +78,6 @@ class DeviceHealth {
   bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
   /// True if the last two exchanges were refused: the device is there, but provides no values.
   bool refuses() const { return refusals_ > 1; }
-  /// True if the last task failed.
   bool failing() const { return failed_tasks_ > 0; }
 
  private:

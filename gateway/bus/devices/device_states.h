@@ -35,7 +35,6 @@ class DeviceStates {
   /// Publishes the trouble of the device as a whole (wrong type, no identification) if it has
   /// changed. Returns true if the trouble has ended.
   bool OnTrouble(const Device& device);
-  /// Reports that another device answers in place of the member.
   void OnReplaced(const Member& member);
   /// Saves the memory of the conversation (protocols::Conversation::Memory) if it has changed.
   void OnMemory(Device& device);

@@ -32,8 +32,8 @@ struct ReportedEvents {
 /// A fact that the gateway itself has found, to be saved as an event.
 struct News {
   enum class What : std::uint8_t {
-    no_answer,     ///< a device is offline
-    not_in_use,    ///< a device is not in use
+    no_answer,  ///< a device is offline
+    not_in_use,
     wrong_device,  ///< another device than the configured one answers: its readings do not count
     replaced,      ///< another device answers in place of a device; this news has no end
     port_down,     ///< concerns the line, as all below
@@ -82,7 +82,6 @@ class PollerListener {
   /// The device was asked at `asked` or later and had no further events: it has reported all that
   /// happened before.
   virtual void OnDrained(std::uint32_t /*device*/, Instant /*asked*/) {}
-  /// Called for facts without a call of their own above.
   virtual void OnNews(News /*news*/, Now /*at*/) {}
   /// These points of the device have been read; their values are in the point store.
   virtual void OnRead(std::uint32_t /*device*/, std::span<const std::uint32_t> /*points*/,
@@ -101,7 +100,6 @@ class EventSink {
   virtual void OnReported(ReportedEvents events) = 0;
   /// See PollerListener::OnDrained.
   virtual void OnDrained(std::uint32_t device, Instant asked) = 0;
-  /// `line`: the line that `news` concerns.
   virtual void OnNews(const config::Line& line, const News& news, Now at) = 0;
   /// See PollerListener::OnRead.
   virtual void OnRead(std::uint32_t device, std::span<const std::uint32_t> points, Now at) = 0;

@@ -167,7 +167,6 @@ bool IsUnderWay(Line::State state) {
          state == Line::State::await_first || state == Line::State::receiving;
 }
 
-/// True if a reply may come.
 bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
 
 /// True if the request is out and the line waits for its reply, or for the rest of it.
@@ -175,7 +174,6 @@ bool IsListening(Line::State state) {
   return state == Line::State::await_first || state == Line::State::receiving;
 }
 
-/// True if the state ends at its deadline.
 bool HasTimer(Line::State state) {
   return state != Line::State::closed && state != Line::State::idle;
 }

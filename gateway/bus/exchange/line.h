@@ -137,7 +137,6 @@ class UnaskedReceiver {
   /// Call when Deadline() has come. Earlier calls do nothing.
   UnaskedInput OnTimer(Instant now);
 
-  /// True if a part of a message has come.
   bool receiving() const { return assembler_.held() > 0; }
   std::optional<Instant> Deadline() const;
 
@@ -304,8 +303,8 @@ class Line {
   Instant ended_{};          // end of the last exchange
   std::optional<UnaskedReceiver> unasked_;  // empty: no device of the line sends unasked
   Exchange exchange_;
-  Transmission transmission_;       // transmission of the present request
-  protocols::Assembler assembler_;  // collects its reply
+  Transmission transmission_;
+  protocols::Assembler assembler_;
   SecondReply second_;
   SecondReply second_before_;  // second_ of the exchange before, while a request is sent
   LineNews news_;              // effects of the input that is being handled
@@ -363,7 +362,6 @@ class EchoFilter {
   /// back as the start of an echo; with `verify` an incomplete echo is a collision.
   EchoResult OnExchangeEnd();
 
-  /// True if bytes are held back because they look like the start of the echo.
   bool holding() const { return matched_ > 0 && matched_ < expected_.size(); }
 
  private:
@@ -417,7 +415,7 @@ class EchoWatch {
   EchoFilter filter_;
   // `off`: requests have come back nevertheless, and no reply has come since without an echo.
   bool echoes_ = false;
-  bool echoed_ = false;  // the present request has come back
+  bool echoed_ = false;
   bool free_ = false;
   bool has_echoed_ = false;  // `verify`: an echo has been complete at least once
   int unechoed_ = 0;         // number of requests in a row of which no byte came back

@@ -55,7 +55,6 @@ class ParkedJobs final {
   void Drop(const Member& member) {
     std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
   }
-  /// Returns when the first job may go on.
   std::optional<Instant> NextAt() const {
     const auto first = std::ranges::min_element(parked_, {}, &One::until);
     return first == parked_.end() ? std::nullopt : std::optional(first->until);

@@ -46,7 +46,6 @@ class Chooser {
   /// Returns whether a waiting short write of a route goes before a routed read that has not been
   /// sent.
   bool ShortWriteGoesFirst(Instant now) const;
-  /// Returns the state of the line that the probes need.
   Probes::Facts FactsOf(const Idle& idle) const;
 
  private:

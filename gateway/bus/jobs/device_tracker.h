@@ -51,7 +51,6 @@ class DeviceTracker {
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
   /// A reply of the member has come `lateness` after its reply time.
   void CountLate(const Member& member, Duration lateness, Instant now);
-  /// The device has sent a message unasked, with this outcome.
   void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
   /// Another device answers in place of `device`: no value of the old device is valid.
   void OnReplaced(Device& device, Now now);
@@ -68,7 +67,6 @@ class DeviceTracker {
   void OnSecondReply(Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
-  /// Reads these points as soon as possible.
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
   /// A person wants the device to be polled now, whether it was in use or not.

@@ -58,13 +58,12 @@ class EventDelivery {
   ByMember<Entry> entries_;
 };
 
-/// The consequences of a reply whose readings and events were taken over.
 struct ReplyEffects {
   bool rechecked = false;    ///< a reading counts only if a second reading agrees
   bool unconfirmed = false;  ///< a reading that jumped was not confirmed by the second reading
   std::vector<QueryRef> read_soon;  ///< queries to read again for such a second reading
-  std::vector<config::Group>
-      repeat;  ///< seldom groups with a point that was not read, or is doubtful
+  /// Seldom groups with a point that was not read, or is doubtful.
+  std::vector<config::Group> repeat;
   /// The points of a poll that are in the point store now.
   std::optional<LatestReadings::Points> stored;
   bool hold_events = false;  ///< ask for no further events until these are on the disk
@@ -77,9 +76,7 @@ class Intake {
   /// later.
   Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
 
-  /// Takes the answer to a request of `job`. The answer comes from `device`.
   ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
-  /// Takes a message that a device has sent unasked.
   void TakeUnasked(const Device& device, Speaker::Said said);
   /// See EventDelivery::OnKept.
   Schedule::Brought OnKept(const Device& device, const std::string& said) {

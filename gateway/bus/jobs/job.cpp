@@ -394,7 +394,6 @@ NextStep Job::Take(LineContext& line, Instant now) {
   return NextStep::Park(now + std::max<Duration>(wait, device.times.quiet));
 }
 
-/// Stores readings and reports events, then applies what follows from them.
 void Job::TakeOver(LineContext& line, Device& device, protocols::Answer answer, Instant now) {
   const ReplyEffects effects = line.intake.Take(*this, device, std::move(answer), now);
   if (effects.rechecked) line.accounts.devices.OnRecheck(device);

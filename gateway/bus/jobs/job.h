@@ -195,7 +195,6 @@ class Job {
 
   // ---------------- the life of a job, in order
 
-  /// Called when the job was chosen. Returns its first step.
   virtual NextStep Begin() { return NextStep::Ask(); }
   /// Gets the next request from the conversation. `repeats`: see Step.
   virtual NextStep Ask(LineContext& line, int repeats, Instant now);
@@ -233,13 +232,10 @@ class Job {
   ///
   /// `echo`: whether this bus is known to echo.
   Outcome Judge(LineContext& line, View frame, const EchoWatch& echo, Instant now);
-  /// Returns the ended exchange as a value. `end`: its end as the line reported it.
+  /// `end`: the end of the exchange as the line reported it.
   EndedExchange Ended(ExchangeEnd end) const;
-  /// Called when the exchange is over and counted. Calls Answer or Fail to decide the next step.
   NextStep Conclude(LineContext& line, const ExchangeEnd& end, Now now);
-  /// The answer counts: takes it over. Returns the next step.
   NextStep Take(LineContext& line, Instant now);
-  /// The job is over: applies the effects of its end.
   virtual After Finish(LineContext& line, const JobEnd& end, Instant now);
   /// For a probe that cannot be asked, which is no fault of the device: the job behind it goes on
   /// without a proof. A reply that waits for the proof is not taken.
@@ -255,12 +251,10 @@ class Job {
   virtual LineUse use() const { return LineUse::polls; }
   /// True for writes, their read-backs, and short writes of routes.
   virtual bool is_urgent() const { return false; }
-  /// True if the job writes points.
   virtual bool writes() const { return false; }
   /// True if the request comes from a client of a route: the conversation does not read the reply.
   virtual bool is_routed() const { return false; }
   virtual bool is_read_back() const { return false; }
-  /// Returns the group that the job polls.
   virtual std::optional<config::Group> group() const { return std::nullopt; }
   /// True if the job may be writing now, so that it has to be finished properly.
   virtual bool is_writing() const { return false; }
@@ -333,9 +327,8 @@ class Job {
   Attempt attempt;
 
  protected:
-  /// Called after an answered exchange. Returns the next step.
+  /// Answer and Fail are called by Conclude and return the next step. Fail: there was no answer.
   virtual NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now);
-  /// Called after an exchange without an answer. Returns the next step.
   virtual NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now);
   /// Adds the consequences of the end of this kind of job to `effects`.
   virtual void End(const JobEnd& /*end*/, Instant /*now*/, EndEffects& /*effects*/) {}
@@ -350,9 +343,7 @@ class Job {
   virtual Outcome Refuse(View frame, Outcome outcome);
   /// True if a good reply does not count yet, and the request has to be repeated.
   virtual bool MustRepeat(const LineContext& line, Instant now) const;
-  /// Called when another device answers in place of the member.
   virtual void OnReplaced(LineContext& line, Now now);
-  /// Called when the request is sent.
   virtual void OnSend(LineContext& /*line*/) {}
   /// Stores the latest answer about the points that the job writes.
   virtual void NoteTold(const JobEnd& /*told*/, bool /*may_have_acted*/) {}
@@ -367,7 +358,6 @@ class Job {
 
   /// Applies the effects of the end, field by field. Decides nothing.
   void Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Instant now);
-  /// Repeats the same request.
   NextStep Repeat();
   /// Returns whether the failed request may be sent again now. `more`: repetitions beyond the usual
   /// number, because other replies may come before the reply to this request.

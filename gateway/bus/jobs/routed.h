@@ -67,7 +67,7 @@ class RoutedJob final : public Job {
   Bytes reply_;
   bool odd_ = false;          // the slave has answered in a form that does not fit the request
   LostReplies::Older older_;  // which lost requests the latest reply may answer instead
-  std::size_t replies_ = 0;   // number of replies to this request
+  std::size_t replies_ = 0;
 };
 
 class RoutedJobs {
@@ -120,7 +120,6 @@ class ShortWriteSource final : public JobSource {
   LineContext& line_;
 };
 
-// Source of the requests of one priority.
 class RoutedSource final : public JobSource {
  public:
   RoutedSource(RoutedJobs& jobs, config::Priority priority) : jobs_(jobs), priority_(priority) {}

@@ -44,11 +44,9 @@ class EventBacklog {
     ++waiting_;
     return true;
   }
-  /// A batch that was taken is on the disk.
   void OnKept() {
     if (waiting_ > 0) --waiting_;
   }
-  /// Returns the number of events lost since the last call.
   std::size_t TakeLost() { return std::exchange(lost_, 0); }
   std::size_t waiting() const { return waiting_; }
 
@@ -66,7 +64,6 @@ class EventBacklog {
 //   one is saved, then a message     to be saved: "3 events before this one lost: the disk failed"
 class Speaker {
  public:
-  /// Finds the device of the line that sends unasked.
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
   /// Null: no device sends unasked.
@@ -88,14 +85,12 @@ class Speaker {
   };
   /// Call only while in_use().
   Said OnMessage(const UnaskedMessage& message, Now now);
-  /// The time between the last two messages.
   Duration rest() const { return rest_; }
   /// Returns when OnTimer may have a result even without a message.
   std::optional<Instant> DueAt() const;
   /// Returns the result of time that passes without a message. Its outcome is not counted.
   std::optional<Said> OnTimer(Now now);
 
-  /// A batch of events is on the disk.
   void OnKept() { backlog_.OnKept(); }
   /// True if all received events are saved. The device sends events at once, so none is left in it.
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
@@ -139,7 +134,6 @@ class UnaskedSide {
   /// Takes the messages that the line has found, and the damage.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
-  /// A batch of events of the device is on the disk.
   void OnKept(const Device& device);
   /// Call after each input.
   void OnSettled(Instant now);

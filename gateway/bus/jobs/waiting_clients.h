@@ -39,7 +39,6 @@ class WaitingClients {
   void Take(WriteCommand command, Instant now);
   /// Returns false if no route leads to this line.
   bool Take(RoutedRequest& request);
-  /// The client has left: its routed requests are answered.
   void Abandon(std::uint64_t client) { line_.agenda.route_queue.Abandon(client); }
   /// Returns the earliest deadline of all waiting requests.
   std::optional<Instant> Deadline() const;

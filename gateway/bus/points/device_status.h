@@ -87,7 +87,6 @@ class FailureRuns {
 // The last hour of a device in minutes: how much of it was answered, and how the line time was
 // used. Written by gateway/bus/counters/accounts.cpp.
 
-/// The counts of some minutes.
 struct MinuteCounts {
   std::uint32_t answered = 0;  ///< answered exchanges
   std::uint32_t failed = 0;    ///< failed exchanges
@@ -123,7 +122,6 @@ class LastHour {
  public:
   static constexpr std::size_t kMinutes = 60;
 
-  /// Returns the minute in which to count.
   MinuteCounts& At(Instant now);
   /// Returns the sum of the present minute and this many full minutes before it, at most kMinutes
   /// in all.
@@ -171,7 +169,6 @@ class RoundTrips {
   Duration Percentile(double share) const;
 
   static constexpr std::size_t kBuckets = 84;
-  /// Returns the number of round trips in each bucket.
   const std::array<std::uint64_t, kBuckets>& buckets() const { return buckets_; }
   /// Returns the longest round trip of the bucket. The last bucket contains all longer round trips
   /// as well.
@@ -212,12 +209,11 @@ struct QueryCount {
   std::uint32_t in_vain = 0;  ///< number of exchanges in a row without an answer
   /// Failures in the last eight polls, one bit each. A poll with a repetition counts as failed.
   std::uint8_t failures = 0;
-  std::uint32_t refused = 0;         ///< number of exchanges in a row that the device refused
-  Symptom symptom = Symptom::clean;  ///< symptom of the last exchange
-  std::uint8_t asked = 0;            ///< see Finding::asked
+  std::uint32_t refused = 0;  ///< number of exchanges in a row that the device refused
+  Symptom symptom = Symptom::clean;
+  std::uint8_t asked = 0;  ///< see Finding::asked
 };
 
-/// The results of writes to points.
 struct WriteCounts {
   std::array<std::uint32_t, kWriteEnds> ends{};  ///< indexed by WriteEnd
   std::uint32_t not_read_back = 0;  ///< number of confirmed writes that were not read back

@@ -232,7 +232,6 @@ class Findings {
     }
     return runs;
   }
-  /// Returns the length of the longest run of failures.
   std::size_t LongestRun() const {
     std::size_t longest = 0;
     std::size_t run = 0;

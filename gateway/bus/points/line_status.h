@@ -22,10 +22,9 @@
 
 namespace baudgate::bus {
 
-// The uses of line time.
 enum class LineUse : std::uint8_t {
-  polls,    ///< answered exchanges that read
-  probes,   ///< answered probes
+  polls,  ///< answered exchanges that read
+  probes,
   routes,   ///< answered exchanges of clients of routes
   writes,   ///< answered writes, with the reads after them
   silence,  ///< exchanges without a good reply
@@ -39,7 +38,6 @@ constexpr std::string_view Name(LineUse use) {
   return kNames[static_cast<std::size_t>(use)];
 }
 
-/// Times by use.
 using TimeByUse = std::array<Duration, kLineUses>;
 /// Parts of a time by use, each 0 to 1. In the remaining time the line was idle.
 using LineShares = std::array<double, kLineUses>;
@@ -98,7 +96,6 @@ struct LineCounters {
 
 /// A place where network clients can use the port, and the client that uses it.
 struct PortService {
-  /// One client that uses the port, or has used it.
   struct Visit {
     std::string client;  ///< "10.0.0.7:40112"
     WallTime since{};
@@ -137,9 +134,9 @@ struct LineStatus : LineCounters {
   bool silent = false;  ///< closed to be opened again, because no device behind the port answered
   bool lent_to_client = false;   ///< the port is released to a client over the network, not by hand
   std::uint32_t times_lost = 0;  ///< how often the open port was lost
-  RecentTimes losses;            ///< when the open port was lost
-  bool takes_no_data = false;    ///< the cause of the last loss was that the port accepted no data
-  std::uint32_t restored = 0;    ///< how often another program has changed the settings of the port
+  RecentTimes losses;
+  bool takes_no_data = false;  ///< the cause of the last loss was that the port accepted no data
+  std::uint32_t restored = 0;  ///< how often another program has changed the settings of the port
   /// When a server ended a connection that was in use; the connection was opened again.
   RecentTimes drops;
   ConnectionEnds ends;

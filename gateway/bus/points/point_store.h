@@ -52,7 +52,6 @@ class ChangeFeed {
   /// points_per_device[d] is the number of points of device d.
   explicit ChangeFeed(std::span<const std::size_t> points_per_device);
 
-  /// Adds a device with this number of points.
   void AddDevice(std::size_t points);
 
   void MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points);
@@ -148,7 +147,6 @@ class PointStore {
   std::size_t point_count(std::uint32_t device) const { return devices_[device].point_count; }
   /// True if a reload has removed the device. Its number is not used again.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
-  /// Returns the number of devices that are not gone.
   std::uint32_t present_count() const;
 
   /// Calls `look` with the record of the device, under its lock. Keep the call short, and call no

@@ -166,7 +166,6 @@ void JobRunner::Withdraw() {
   Do(std::move(*step));
 }
 
-/// Carries out step after step, until the job waits or is over.
 void JobRunner::Do(NextStep step) {
   using What = NextStep::What;
   const Instant now = now_.instant;

@@ -50,7 +50,6 @@ class ArrivalTime {
     if (now >= held_until_) held_since_ = before;
     held_until_ = now + kHeld;
   }
-  /// Returns when the next look is due, while bytes are awaited.
   Instant NextLook() const { return last_ + kLook; }
   /// Returns the earliest moment at which bytes may have come that were read at `read`.
   Instant Earliest(Instant read) const {
@@ -79,7 +78,6 @@ class JobRunner final : private LineClient {
   const Member* member() const { return asks() ? job_->member : last_; }
   /// Null: no job is under way.
   Job* job() const { return job_.get(); }
-  /// Returns when OnTimer is due.
   std::optional<Instant> Deadline() const;
 
   // ---- inputs
@@ -90,7 +88,6 @@ class JobRunner final : private LineClient {
   /// The job under way ends. `reason`: why the port is closed.
   void OnClosed(const std::string& reason);
   void Receive(View bytes);
-  /// The server has closed the connection.
   void OnEnded() { Apply(line_.OnEnded(now_.instant)); }
   void OnTimer();
   /// The client has left: its requests are answered.
@@ -118,7 +115,6 @@ class JobRunner final : private LineClient {
   void Start(Instant idle_since);
 
  private:
-  /// True if the exchange of a request is under way.
   bool asks() const { return job_ && !job_->step.waiting; }
   /// True if bytes may come: of a reply, or of a device that sends unasked.
   bool IsAwaiting() const { return is_open() && (asks() || unasked_.listens()); }
@@ -140,8 +136,8 @@ class JobRunner final : private LineClient {
   Line line_{*this};
   EchoWatch echo_;
   ArrivalTime arrival_;
-  Now now_{};                     // time of the input that is being handled
-  std::unique_ptr<Job> job_;      // job under way
+  Now now_{};  // time of the input that is being handled
+  std::unique_ptr<Job> job_;
   const Member* last_ = nullptr;  // member whose exchange ended last
 };
 

@@ -21,7 +21,6 @@ void Poller::Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign) {
   context_.accounts.Attach(tap);
 }
 
-/// Call before each input.
 void Poller::Advance(Now now) {
   const bool idle = runner_.idle();
   const Duration passed = time_.OnInput(now, idle);

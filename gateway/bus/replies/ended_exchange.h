@@ -89,7 +89,6 @@ class LineObserver : public ExchangeObserver {
   /// A poll of this query has ended and was counted.
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
 
-  /// Bytes of the device that sends unasked.
   virtual void OnUnaskedBytes(View /*bytes*/, Instant /*now*/) {}
   /// Returns true if these first bytes of a connection are a Telnet negotiation.
   virtual bool IsNegotiation(View /*bytes*/) const { return false; }

@@ -104,7 +104,6 @@ void Decay(Duration& time) {
   if (time < kForgotten) time = {};
 }
 
-/// Returns the number of bytes of the shortest reply.
 std::size_t ShortestReply(const Asked& asked) {
   const std::vector<protocols::Shape>& shapes = asked.request->expect.shapes;
   if (shapes.empty()) return kNoise + 1;

@@ -44,13 +44,13 @@ struct Asked {
   Instant sent{};      ///< when the first byte was sent; before that, when the line got the request
   bool first = false;  ///< the first request of a task that is no probe, and no repetition
   bool retry = false;  ///< the same request has failed before
-  bool probe = false;  ///< the task is a probe
+  bool probe = false;
   /// No task waits for the probe: it finds out whether the device is back.
   bool lone_probe = false;
   bool renews_proof_early = false;  ///< the proof is renewed early, because the line has time
   bool proved = false;              ///< the member has answered a probe before this task
   bool unprovable = false;          ///< a probe was needed before this task, and cannot be asked
-  bool writes = false;              ///< the task writes points
+  bool writes = false;
 
   /// Returns when the last byte of the request is out.
   Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
@@ -118,7 +118,6 @@ class LateReplies {
 
   /// Stores received bytes of all devices for TakeOthers.
   void Hear(View bytes, Instant now);
-  /// A late reply: its member, and how long after its reply time it came.
   struct Late {
     const Member* member = nullptr;
     Duration lateness{};
@@ -207,8 +206,8 @@ class LateReplies {
     // Silence after good replies, because more bytes came after one of them. `more_drain` is the
     // silence after failures. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    bool told_late = false;   // the warning about late bytes was given
-    bool had_second = false;  // a second, different reply came
+    bool told_late = false;  // the warning about late bytes was given
+    bool had_second = false;
   };
 
   std::optional<Instant> AnsweredAt(const Member& member, const protocols::Request& request) const;

@@ -50,7 +50,7 @@ struct SentRequest {
   bool proof = false;  ///< the reply differs from the replies to all polls of the device
   Bytes context{};     ///< see protocols::Request
 
-  static constexpr std::size_t kNobody = ~std::size_t{0};  ///< no request was sent
+  static constexpr std::size_t kNobody = ~std::size_t{0};
   /// A request of another master, with unknown content.
   static constexpr std::size_t kStranger = kNobody - 1;
 };
@@ -180,7 +180,6 @@ class ReplyOrders {
     if (!line_.OnAnswer(false, may_answer)) line_.OnLost();
     return true;
   }
-  /// See AnswerOrder::IsBehindProof.
   bool IsBehindProof(const Asked& asked) const {
     return Of(*asked.member).IsBehindProof() && (asked.names_itself() || line_.IsBehindProof());
   }
@@ -188,12 +187,10 @@ class ReplyOrders {
     Of(member).OnOddForm();
     line_.OnOddForm();
   }
-  /// Call when a reply of the member has come twice.
   void OnCopy(const Member& member) {
     Of(member).OnCopy();
     line_.OnCopy();
   }
-  /// See AnswerOrder::ForgetBefore.
   void ForgetBefore(const Member& member, Instant time) {
     Of(member).ForgetBefore(time);
     line_.ForgetBefore(time);
@@ -204,7 +201,6 @@ class ReplyOrders {
     line_.Reset();
   }
 
-  /// Returns whether the latest reply may answer the latest request, `asked`.
   bool MayBeInStep(const Asked& asked) const {
     return Of(*asked.member).MayBeInStep() && (asked.names_itself() || line_.MayBeInStep());
   }
@@ -219,7 +215,6 @@ class ReplyOrders {
     return Of(*asked.member).IsAnswerTo(question) &&
            (asked.names_itself() || line_.IsAnswerTo(question));
   }
-  /// Returns whether an owed reply would be recognised, whichever request is sent next.
   bool IsSafe(const Asked& asked) const {
     return Of(*asked.member).IsSafe() && (asked.names_itself() || line_.IsSafe());
   }
@@ -238,7 +233,6 @@ class ReplyOrders {
       return sent.place < everyone.size() && !everyone[sent.place]->IsSame(*asked.member);
     });
   }
-  /// See AnswerOrder::Older.
   Duration Older(const Asked& asked) const {
     const Duration own = Of(*asked.member).Older();
     return asked.names_itself() ? own : std::max(own, line_.Older());
@@ -252,7 +246,6 @@ class ReplyOrders {
     std::size_t first = kSelf;
   };
 
-  /// Returns the place of the entry whose order counts for the member.
   std::size_t FirstOf(const Member& member) const {
     const std::size_t first = devices_[member].first;
     return first == kSelf ? member.place : first;
@@ -396,9 +389,8 @@ class WhoseReply {
 
   struct Verdict {
     bool elsewhere = false;  ///< the reply belongs to another request
-    bool proven =
-        true;  ///< the reply belongs to this request, or to an earlier one of the same bytes
-    Duration older{};  ///< the request that the reply may answer was sent at most so much earlier
+    bool proven = true;  ///< the reply belongs to this request, or an earlier one of the same bytes
+    Duration older{};    ///< the request that the reply may answer was sent at most so much earlier
     bool replaced = false;  ///< another device answers in its place
     /// No reply was owed and this one does not fit: an earlier reply came twice.
     bool shifted = false;
@@ -491,7 +483,6 @@ class WhoseReply {
 // it is unknown which.
 class LatestReadings {
  public:
-  /// Points of one query of a device.
   struct Points {
     std::size_t device = 0;  ///< place of the device in the roster
     std::vector<std::size_t> points{};

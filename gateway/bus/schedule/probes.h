@@ -79,8 +79,8 @@ class Probes {
     Instant now{};
     Instant idle_since{};
     std::optional<Instant> next_wanted;  ///< when a member that answers wants the line again
-    std::optional<Instant>
-        clients_gone;  ///< when clients of routes count as gone; empty: there were no clients
+    /// When clients of routes count as gone; empty: there were no clients.
+    std::optional<Instant> clients_gone;
     /// Returns whether the return of the member is wanted.
     std::function<bool(const Member&)> is_looked_for;
     /// Returns whether a client waits now for an answer of the member.
@@ -141,12 +141,12 @@ class Probes {
 
  private:
   struct Entry {
-    std::optional<Duration> waited{};    // how long other devices waited for the last probe
-    std::optional<Instant> probed_at{};  // when the last probe was sent
-    Duration gap{};                      // time between the last two probes
-    int first_looks = 0;                 // number of first looks that remain
-    int hasty_looks = 0;                 // number of probes since the last probe after a pause
-    Instant first_until{};               // until when the first looks may be used
+    std::optional<Duration> waited{};  // how long other devices waited for the last probe
+    std::optional<Instant> probed_at{};
+    Duration gap{};         // time between the last two probes
+    int first_looks = 0;    // number of first looks that remain
+    int hasty_looks = 0;    // number of probes since the last probe after a pause
+    Instant first_until{};  // until when the first looks may be used
     // Set if the member cannot be probed: when to try that again.
     std::optional<Instant> ask_again{};
   };

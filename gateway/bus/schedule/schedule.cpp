@@ -206,7 +206,8 @@ void Background::NoteEnd(std::size_t device, Duration took, bool proved) {
   item.lost = took == Duration::zero();
   if (item.lost) return;
   Duration& longest = proved ? item.longest_with_proof : item.longest;
-  longest = std::max(took, longest - (longest - took) / 64);  // a longest time fades
+  // The effect of one long exchange fades.
+  longest = std::max(took, longest - (longest - took) / 64);
   if (!proved) ++item.known;
 }
 

@@ -172,7 +172,7 @@ class Schedule {
     bool failing = false;
     // Between HoldEvents and ReleaseEvents; the round of events has no query meanwhile.
     bool events_held = false;
-    Duration used{};           // line time
+    Duration used{};
     Instant hasten_from{};     // earliest time at which the next Hasten takes effect
     std::size_t go_first = 0;  // number of polls before the next write
     std::size_t at_once = 0;   // how often the device may still be asked for events at once
@@ -315,7 +315,6 @@ class Turns {
     urgent_in_row_ = 0;
     high_in_row_ = 0;
   }
-  /// Call when a request was sent.
   void OnSent(bool urgent) {
     if (!urgent) urgent_in_row_ = 0;
   }

@@ -22,7 +22,6 @@ constexpr std::uint8_t kAllSlaves = 0;
 
 using SlaveSet = std::bitset<256>;
 
-/// Returns whether one of these writes is to this slave, or to all slaves.
 bool Meets(const SlaveSet& written, std::uint8_t slave) {
   return slave == kAllSlaves ? written.any() : written[slave] || written[kAllSlaves];
 }
@@ -77,7 +76,6 @@ void RouteQueue::Return(Batch batch) {
                   std::make_move_iterator(batch.end()));
 }
 
-/// Returns whether the next write for this slave is urgent.
 bool RouteQueue::HasUrgent(std::uint8_t slave) const {
   const auto next = NextFor(slave);
   return next && IsWrite(waiting_[*next]) &&

@@ -125,12 +125,10 @@ class RouteQueue {
   /// Takes all reads of this slave except the first `keep`.
   std::vector<RoutedRequest> TakeReads(std::uint8_t slave, std::size_t keep);
 
-  /// Takes all requests for this slave.
   std::vector<RoutedRequest> TakeOf(std::uint8_t slave);
 
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
-  /// Answers the waiting requests of a client that has left.
   void Abandon(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }
@@ -173,7 +171,6 @@ class RoutedSide {
   /// `queue` must stay valid for the lifetime of this object.
   explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
-  /// An exchange for a client was answered.
   void OnAnswered(Instant now) { answered_at_ = now; }
   /// Returns when the clients count as gone; empty: there were none.
   std::optional<Instant> ClientsGone() const;

@@ -141,7 +141,6 @@ struct WriteCommand {
   using Ended = std::function<void(const WriteResult&)>;
   /// Parts that need the result: the audit, the room in the queue of the line.
   std::vector<Ended> observers{};
-  /// Answers the client.
   Ended done;
 
   /// Returns the points to write; empty for another kind of command.

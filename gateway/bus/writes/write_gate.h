@@ -115,7 +115,7 @@ class Selections {
   };
   enum class Verdict : std::uint8_t {
     selected,
-    none,     ///< not selected
+    none,
     expired,  ///< the time of the selection is over
     foreign,  ///< selected by another client
   };
@@ -123,7 +123,6 @@ class Selections {
   void Select(std::uint64_t client, Point point, Instant until);
   /// Uses up the selection of the client.
   Verdict Take(std::uint64_t client, Point point, Instant now);
-  /// The client has left: drops its selections.
   void Forget(std::uint64_t client);
 
   std::size_t size() const { return until_.size(); }
@@ -182,7 +181,6 @@ class WriteGate {
   /// Records a write that another part has denied, for this reason.
   void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
             WriteEnd end = WriteEnd::denied);
-  /// The client has left.
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }
 
  private:

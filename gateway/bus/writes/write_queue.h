@@ -68,8 +68,8 @@ class WriteQueue {
     std::size_t device = 0;
     Instant at;  ///< readings after this show the effect of the write
     std::size_t written = 0;
-    bool replaced =
-        false;  ///< some of its points were written again, and are no longer in `command`
+    /// Some of its points were written again, and are no longer in `command`.
+    bool replaced = false;
   };
   /// The point is being written again, so it no longer shows the result of an earlier write.
   void OnBegun(std::uint32_t device, std::uint32_t point);
@@ -85,7 +85,6 @@ class WriteQueue {
   Expired TakeExpired(Instant now);
   /// Takes all waiting commands and drops all read-backs, because the port is closed.
   std::vector<WriteCommand> TakeAll();
-  /// Returns the earliest deadline of all commands.
   std::optional<Instant> Deadline() const;
 
  private:
