@@ -53,7 +53,6 @@ class DeviceAccounts final : public ExchangeObserver {
   void OnTask(const Member& member, bool answered);
   /// A poll has ended. `missed`: at least one exchange of it failed, perhaps before a repetition.
   void OnPoll(const Device& device, std::size_t query, bool answered, bool missed);
-  /// The queries of the device have changed.
   void OnPlan(const Device& device);
   /// A command has ended. `read_back`: the device shows the written value.
   void OnWrite(const Member& member, WriteEnd end, bool read_back);

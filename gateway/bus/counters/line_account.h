@@ -108,8 +108,8 @@ class LineMinute {
   TimeByUse before_{};  // spent_ at the begin of the minute
   Duration busy_{};     // busy time of the minute
   Duration exchange_{};
-  Instant began_{};          // begin of the minute
-  std::optional<Use> full_;  // use of the last full minute
+  Instant began_{};
+  std::optional<Use> full_;
 };
 
 class LineAccount final : public ExchangeObserver {
@@ -151,7 +151,6 @@ class LineAccount final : public ExchangeObserver {
   void Show(std::optional<Duration> notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
-  /// Returns the number of replies of devices so far.
   std::uint64_t Answers() const;
   /// Returns true if no request since `when` was answered, and no message came unasked: a serial
   /// server may hang although its TCP connection works.
@@ -177,7 +176,7 @@ class LineAccount final : public ExchangeObserver {
   std::optional<WallTime> cut_since_;   // since when the ring is open
   Burst others_;                        // echoes that differed: another master
   std::optional<Instant> silent_from_;  // since when no device has answered
-  Instant last_failure_{};              // when the last exchange failed
+  Instant last_failure_{};
 };
 
 }  // namespace baudgate::bus

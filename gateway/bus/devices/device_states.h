@@ -27,7 +27,6 @@ class DeviceStates {
   void OnOpened() { open_ = true; }
   /// `why`: the quality of all points while the port is closed.
   void OnClosed(Override why);
-  /// Returns the reason as text: the port is closed, or lent to another program.
   std::string WhyClosed() const;
 
   /// Publishes the state of the member if it has changed; `reason`: the text for the log.

@@ -21,7 +21,6 @@
 
 namespace baudgate::bus {
 
-/// Events that a device has reported, to be saved.
 struct ReportedEvents {
   std::uint32_t device = 0;          ///< index in the point store
   protocols::EventBatch batch{};     ///< contains at least one event or record of the past

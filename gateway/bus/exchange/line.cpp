@@ -158,7 +158,8 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
 namespace {
 
 /// If bytes arrive this long after a deadline, the program was stopped meanwhile, and the bytes may
-/// have waited for any time. The deadline counts as reached before the bytes.
+/// have waited for any time, so the
+/// deadline is handled before the bytes.
 constexpr Duration kHeldUp = 100ms;
 
 /// True from the first character of the request to the end of the exchange.
@@ -169,7 +170,6 @@ bool IsUnderWay(Line::State state) {
 
 bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
 
-/// True if the request is out and the line waits for its reply, or for the rest of it.
 bool IsListening(Line::State state) {
   return state == Line::State::await_first || state == Line::State::receiving;
 }

@@ -71,7 +71,7 @@ class Transmission {
   bool keeps_bit_rate_ = false;
   Instant from_{};
   Instant until_{};  // computed, not measured
-  Bytes early_;      // set aside
+  Bytes early_;
 };
 
 // `SecondReply` looks for a second, different reply behind the reply that was taken. If there is
@@ -87,18 +87,16 @@ class SecondReply {
   /// Call for a frame that was cut from `assembler`. Returns false if `assembler` holds another
   /// whole frame that differs from `frame`.
   bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
-  /// Call when `frame` was alone and was taken as the reply.
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Adds bytes that came after the reply. Returns true, once, if they contain a whole frame that
   /// differs from the reply.
   bool FoundIn(View bytes);
-  /// True if only whole copies of the reply have come after it.
   bool only_copies() const { return behind_.held() == 0; }
 
  private:
   /// The reply. Empty: no reply was taken, or a second reply was reported already.
   Bytes taken_;
-  protocols::Assembler behind_;  // bytes after the reply
+  protocols::Assembler behind_;
 };
 
 // `UnaskedReceiver` cuts the messages of a device that sends unasked out of bytes that come at any
@@ -195,10 +193,10 @@ struct Exchange {
 
 struct ExchangeEnd {
   Outcome outcome = Outcome::none;
-  std::string reason;        ///< one sentence, if the line itself has found the reason; else empty
-  Duration round_trip{};     ///< from first byte out to last byte in; zero if no frame came
-  std::size_t received = 0;  ///< bytes that came during the exchange
-  bool ended = false;        ///< the server closed the connection in place of an answer
+  std::string reason;     ///< one sentence, if the line itself has found the reason; else empty
+  Duration round_trip{};  ///< from first byte out to last byte in; zero if no frame came
+  std::size_t received = 0;
+  bool ended = false;  ///< the server closed the connection in place of an answer
   /// From the last byte of the reply to the end of the exchange, if the line had to wait for
   /// silence to find the end of the reply. The time is too long if the last byte has waited before
   /// it was read (`ArrivalTime` in gateway/bus/poller/job_runner.h).
@@ -297,7 +295,7 @@ class Line {
 
   LineClient& client_;
   State state_ = State::closed;
-  Instant deadline_{};       // end of the current state
+  Instant deadline_{};
   Instant limit_{};          // latest end of quiet and drain; in receiving: the ceiling
   Instant last_activity_{};  // last byte in or out
   Instant ended_{};          // end of the last exchange
@@ -307,7 +305,7 @@ class Line {
   protocols::Assembler assembler_;
   SecondReply second_;
   SecondReply second_before_;  // second_ of the exchange before, while a request is sent
-  LineNews news_;              // effects of the input that is being handled
+  LineNews news_;
 };
 
 // `Tap` is the interface for viewers of the bytes of one line: the trace and the flight recorder. A

@@ -1,5 +1,4 @@
-// `Agenda` contains all work that waits on one line, and the order of turns. `ParkedJobs` contains
-// jobs that wait beside the line.
+// `Agenda` contains all work that waits on one line, and the order of turns.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

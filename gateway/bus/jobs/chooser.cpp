@@ -16,7 +16,6 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Offers the parked jobs (ParkedJobs in gateway/bus/jobs/agenda.h).
 class ParkedSource final : public JobSource {
  public:
   explicit ParkedSource(ParkedJobs& parked) : parked_(parked) {}

@@ -63,7 +63,6 @@ class DeviceTracker {
   void OnRecalled(Device& device);
   /// Bytes came that belong to no exchange. The result may contain a warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
-  /// A second, different reply came after the reply that was taken.
   void OnSecondReply(Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);

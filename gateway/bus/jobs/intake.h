@@ -78,7 +78,6 @@ class Intake {
 
   ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
   void TakeUnasked(const Device& device, Speaker::Said said);
-  /// See EventDelivery::OnKept.
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }

@@ -409,7 +409,6 @@ void Job::TakeOver(LineContext& line, Device& device, protocols::Answer answer, 
     line.agenda.schedule.Hold(device.place, now + effects.peace);
 }
 
-/// True if the job is parked because the device is busy, so that it is read again soon.
 bool Job::ParksBusy(const LineContext& line, Outcome outcome) const {
   return outcome == Outcome::busy && task.kind == protocols::Task::Kind::poll &&
          parkings < member->max_retries && member->in_use && !line.agenda.parked.HasLike(*this);
@@ -421,7 +420,8 @@ NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
   const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
   attempt.answer = {};
   had_failure = true;
-  // The reply to another request has come, so one reply fewer comes before ours. This does not hold
+  // The reply to another request has come, so one reply fewer comes before the
+  // reply to this one. This does not hold
   // if the sender owes no reply, or has answered this request in an odd form.
   const bool nearer = end.outcome == Outcome::unexpected && !attempt.verdict.odd;
   const int before = nearer ? line.owed.whose.RepliesBefore(asked(), heard_itself) : 0;

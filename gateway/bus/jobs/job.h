@@ -79,7 +79,6 @@ struct NextStep {
   static NextStep Wait() { return {}; }
   static NextStep Send() { return {.what = What::send}; }
   static NextStep Hold() { return {.what = What::hold}; }
-  /// `repeats`: see Job::Step.
   static NextStep Ask(int repeats = 0) { return {.what = What::ask, .repeats = repeats}; }
   static NextStep ProbeFirst() { return {.what = What::probe_first}; }
   static NextStep GoUnproved(std::string why) {
@@ -171,11 +170,11 @@ class Job {
   /// attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};                   ///< see Asked::sent
-    bool job_was_sent = false;           ///< was_sent of the job before this try
-    protocols::Answer answer{};          ///< content of the reply
-    WhoseReply::Verdict verdict{};       ///< to which request the reply belongs
-    std::optional<Unproven> unproven{};  ///< why the reply was not accepted
+    Instant sent_at{};          ///< see Asked::sent
+    bool job_was_sent = false;  ///< was_sent of the job before this try
+    protocols::Answer answer{};
+    WhoseReply::Verdict verdict{};
+    std::optional<Unproven> unproven{};
     Now answered_at{};
     Duration round_trip{};
     /// The reply came after the reply time, because the line waited longer (Patience).
@@ -276,7 +275,6 @@ class Job {
   /// A second, different reply has come, so one of the two belongs to another request. An answer
   /// that waits behind this probe must not count.
   virtual void OnSecondReply() {}
-  /// The requests of its clients go back to the queue.
   virtual void PutBack(LineContext& /*line*/) {}
   /// The client has left. `unsent`: the request under way has not left this machine.
   virtual void Abandon(std::uint64_t /*client*/, bool /*unsent*/) {}
@@ -314,11 +312,11 @@ class Job {
   int requests = 0;                 ///< number of requests of the task, without repetitions
   int broadcasts = 0;               ///< number of broadcasts among these
   int parkings = 0;                 ///< how often the device has answered busy
-  bool was_sent = false;            ///< a request of the job was sent
-  bool unplanned = false;           ///< the query was gone before its points were read
-  bool has_no_request = false;      ///< the conversation had no further request for the job
-  bool had_failure = false;         ///< an exchange has failed, so another device may answer since
-  bool judges_member = true;        ///< the end shows whether the member answers
+  bool was_sent = false;
+  bool unplanned = false;       ///< the query was gone before its points were read
+  bool has_no_request = false;  ///< the conversation had no further request for the job
+  bool had_failure = false;     ///< an exchange has failed, so another device may answer since
+  bool judges_member = true;    ///< the end shows whether the member answers
   /// The query was never answered, although other queries of the device are.
   bool blames_query = false;
   Duration wire{};  ///< line time of the answered exchanges

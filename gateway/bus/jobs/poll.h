@@ -72,7 +72,6 @@ class EventsJob final : public Job {
   EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}
 };
 
-// Source of the polls that are due, and of the requests for events.
 class PollSource final : public JobSource {
  public:
   explicit PollSource(LineContext& line) : line_(line) {}

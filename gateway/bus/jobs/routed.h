@@ -80,7 +80,6 @@ class RoutedJobs {
   /// Returns whether a waiting request may be sent. A late reply of its slave that may still come,
   /// and an earlier write, prevent this.
   bool AnyMayGo(Instant now) const;
-  /// As AnyMayGo, for short writes.
   bool ShortWriteMayGo(Instant now) const;
   /// Returns whether a short write (a start or stop) waits for a slave that is not offline. For an
   /// offline slave it waits for a probe, so other requests need not make room.
@@ -107,7 +106,6 @@ class RoutedJobs {
   const LateReplies& late_;
 };
 
-// Source of short writes of clients, also to slaves that are offline.
 class ShortWriteSource final : public JobSource {
  public:
   explicit ShortWriteSource(LineContext& line) : line_(line) {}

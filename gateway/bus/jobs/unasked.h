@@ -122,7 +122,6 @@ class UnaskedSide {
     if (const Device* const device = speaker_.device()) accounts_.devices.OnSpeaks(*device);
   }
 
-  /// See Speaker.
   const protocols::Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
   /// True if the messages of the device count.

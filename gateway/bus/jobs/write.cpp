@@ -217,7 +217,6 @@ namespace {
 /// Significant digits of a number that a device accepts and shows.
 constexpr int kDigits = 3;
 
-/// Returns how far the shown value may be from the written value.
 Decimal Tolerance(const config::Point& point, const Decimal& written) {
   Decimal tolerance = Abs(written).Shifted(-kDigits);
   if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);

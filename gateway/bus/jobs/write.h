@@ -75,7 +75,6 @@ class WriteJob : public Job {
   std::optional<Withheld> withheld_;
 };
 
-// Source of waiting commands (gateway/bus/writes/write_queue.h).
 class WriteSource final : public JobSource {
  public:
   explicit WriteSource(LineContext& line) : line_(line) {}

@@ -190,7 +190,6 @@ class RecentOutcomes {
   static constexpr std::size_t kKept = Findings::kKept;
 
   void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
-  /// Returns how many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Outcome outcome) const {
     return static_cast<std::size_t>(std::count(
@@ -243,7 +242,7 @@ struct DeviceStatus {
   /// The device sends unasked: its messages count as exchanges, damaged messages as corrupt.
   bool unasked = false;
   std::uint32_t lost_events = 0;  ///< events sent unasked that could not be saved
-  config::Timing timing;          ///< the times in use
+  config::Timing timing;
   RecentOutcomes recent;
   Findings findings;
   FailureRuns failures;

@@ -26,7 +26,6 @@ namespace baudgate::bus {
 // Bounded memory.
 class CheckVotes {
  public:
-  /// Counts a finding for or against the remedy that has the most votes so far.
   void Add(const Finding& finding) {
     if (finding.symptom != Symptom::bad_check || finding.remedy.empty()) return;
     const bool same = finding.remedy == most_.remedy;
@@ -181,7 +180,6 @@ class Findings {
     Keep(std::move(finding));
   }
 
-  /// Returns how many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Symptom symptom) const {
     std::size_t count = 0;
@@ -221,7 +219,6 @@ class Findings {
     }
     return 2 * starts >= texts ? starts : 0;
   }
-  /// Returns the number of runs of failures.
   std::size_t Runs() const {
     std::size_t runs = 0;
     bool failing = false;
@@ -344,7 +341,7 @@ class Findings {
   std::shared_ptr<std::atomic<std::size_t>> said_ = std::make_shared<std::atomic<std::size_t>>(0);
   std::array<Look, kLong> latest_{};
   std::array<Duration, kKept> idles_{};
-  std::optional<Duration> shortest_idle_;  // shortest silence before an answered request
+  std::optional<Duration> shortest_idle_;
   std::size_t count_ = 0;
   ReplyLengths lengths_;
   SpecialBytes specials_;

@@ -82,9 +82,9 @@ struct PointRecord {
   /// End of the reply (monotonic clock). Earlier for a late reply, because its value is as old as
   /// its request.
   std::optional<Instant> read_at;
-  WallTime source_time{};    ///< `read_at` as civil time
-  std::uint64_t seq = 0;     ///< number of readings of this point
-  std::uint32_t rtt_us = 0;  ///< round trip of the exchange that read it
+  WallTime source_time{};  ///< `read_at` as civil time
+  std::uint64_t seq = 0;   ///< number of readings of this point
+  std::uint32_t rtt_us = 0;
 };
 
 /// Age limits of the values of one group.

@@ -138,7 +138,7 @@ class JobRunner final : private LineClient {
   ArrivalTime arrival_;
   Now now_{};  // time of the input that is being handled
   std::unique_ptr<Job> job_;
-  const Member* last_ = nullptr;  // member whose exchange ended last
+  const Member* last_ = nullptr;
 };
 
 }  // namespace baudgate::bus

@@ -43,7 +43,7 @@ namespace baudgate::bus {
 /// The reply was not accepted, because it may answer an earlier request.
 struct Unproven {
   std::string refusal{};  ///< reason of the refusal in the reply, in words; empty: it is no refusal
-  Outcome refused_as = Outcome::none;  ///< outcome of the refusal
+  Outcome refused_as = Outcome::none;
 };
 
 /// The pointers are valid during the call only.
@@ -56,8 +56,8 @@ struct EndedExchange {
   bool broadcast = false;  ///< no reply was expected
   bool routed = false;  ///< the request came from a client, so a refusal is no fault of the member
   bool polls = false;   ///< the line time counts for a fair share of the polls
-  const protocols::Answer* answer = nullptr;  ///< meaning of the reply
-  WhoseReply::Verdict verdict{};              ///< to which request the reply belongs
+  const protocols::Answer* answer = nullptr;
+  WhoseReply::Verdict verdict{};
   /// Null: the owner of the reply was certain, or no reply came.
   const Unproven* unproven = nullptr;
   bool no_echo = false;  ///< `echo: verify`: the echo was missing
@@ -86,7 +86,6 @@ class LineObserver : public ExchangeObserver {
   /// Returns true if a device has answered although the connection began with a Telnet negotiation.
   /// The call clears the flag.
   virtual bool TakeNegotiation() { return false; }
-  /// A poll of this query has ended and was counted.
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
 
   virtual void OnUnaskedBytes(View /*bytes*/, Instant /*now*/) {}
@@ -100,7 +99,8 @@ class LineObserver : public ExchangeObserver {
                          Duration /*rest*/, Instant /*now*/) {}
 };
 
-/// Makes the observer of a line. The roster and the store must stay valid for its lifetime.
+/// Makes the observer of a line. The roster and the store must stay valid for the lifetime of the
+/// observer.
 using MakeObserver =
     std::function<std::unique_ptr<LineObserver>(const Roster& roster, PointStore& store)>;
 

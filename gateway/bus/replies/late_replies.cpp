@@ -42,7 +42,7 @@ namespace {
 constexpr int kAgain = 2;
 /// After this many replies in time, a late one counts as the first again.
 constexpr int kRepliesToForget = 100;
-/// Each reply in time shortens the patience by this part.
+/// Each reply in time shortens the patience by 1 / kPartTakenOff of it.
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
@@ -95,7 +95,8 @@ constexpr std::size_t kMostHeard = 1024;
 /// shows that a ceiling is too short.
 constexpr Duration kLatest = 1min;
 
-/// After a late reply the longer silences shrink step by step: each good reply takes off this part.
+/// After a late reply the longer silences shrink step by step: each good reply takes off 1 /
+/// kDecay.
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 

@@ -52,7 +52,6 @@ struct Asked {
   bool unprovable = false;          ///< a probe was needed before this task, and cannot be asked
   bool writes = false;
 
-  /// Returns when the last byte of the request is out.
   Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
   Duration reply_time() const { return ReplyTime(*request, member->times); }
   /// True if the reply contains the address of its device.
@@ -160,7 +159,6 @@ class LateReplies {
   /// reply to this request. A reply that carries an address is not taken for the reply of another
   /// device.
   Instant ClearAt(const Asked& asked) const;
-  /// Returns the extra reply time that the member gets because of its late replies.
   Duration PatienceFor(const Member& member) const { return patience_.More(member); }
   /// Returns PatienceFor the member of this request, but zero for a probe of an absent device.
   Duration MoreReply(const Asked& asked) const {
@@ -206,7 +204,7 @@ class LateReplies {
     // Silence after good replies, because more bytes came after one of them. `more_drain` is the
     // silence after failures. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
     Duration trail{};
-    bool told_late = false;  // the warning about late bytes was given
+    bool told_late = false;
     bool had_second = false;
   };
 
@@ -228,7 +226,7 @@ class LateReplies {
     std::size_t end = 0;  // index in heard_ of the end of the piece
     Instant at{};
   };
-  std::vector<Piece> pieces_;  // pieces of heard_, each with the time at which it came
+  std::vector<Piece> pieces_;
 };
 
 }  // namespace baudgate::bus

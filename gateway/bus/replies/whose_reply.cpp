@@ -253,7 +253,8 @@ bool Identity::OnOther(View reply) {
 
 namespace {
 
-/// True for replies such as "no" and "not now": the device is there, but may answer any request so.
+/// True for replies such as "no" and "not now": the device is there, but it may give this answer to
+/// any request.
 bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
 
 }  // namespace

@@ -427,7 +427,7 @@ class WhoseReply {
     int lag = 0;             // number of replies owed when the order was last proven
     Instant proven_at{};     // when a probe was answered last
     int proofless = 0;       // number of answered probes in a row that were no proofs
-    Bytes proof_reply;       // the latest reply to a proof
+    Bytes proof_reply;
     std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
     // Requests that were answered in the expected form, since OnOpened.
     std::set<Bytes> known_forms;

@@ -47,7 +47,7 @@ class ProbeBudget {
  private:
   double share_;
   Instant pause_until_{};
-  Instant share_free_at_{};  // when the share has been earned again
+  Instant share_free_at_{};
 };
 
 class Probes {
@@ -74,7 +74,6 @@ class Probes {
   /// Why an offline member is asked.
   enum class Kind : std::uint8_t { first_look, look, rested_look, short_write };
 
-  /// The state of the line.
   struct Facts {
     Instant now{};
     Instant idle_since{};
@@ -143,8 +142,8 @@ class Probes {
   struct Entry {
     std::optional<Duration> waited{};  // how long other devices waited for the last probe
     std::optional<Instant> probed_at{};
-    Duration gap{};         // time between the last two probes
-    int first_looks = 0;    // number of first looks that remain
+    Duration gap{};  // time between the last two probes
+    int first_looks = 0;
     int hasty_looks = 0;    // number of probes since the last probe after a pause
     Instant first_until{};  // until when the first looks may be used
     // Set if the member cannot be probed: when to try that again.

@@ -128,7 +128,6 @@ class Schedule {
   Instant held_until(std::size_t device) const { return devices_[device].hold_until; }
   bool suspended(std::size_t device) const { return devices_[device].suspended; }
 
-  /// A poll of the device has used the line for `time`.
   void OnUsed(std::size_t device, Duration time) { devices_[device].used += time; }
   /// The last exchange of the device failed, so other devices may go first. Suspend clears this.
   void SetFailing(std::size_t device, bool failing) { devices_[device].failing = failing; }
@@ -146,7 +145,6 @@ class Schedule {
   /// Returns the query to send now, if one is due. `healthy_first`: a query of a failing device
   /// only if no other query is due.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
-  /// Returns whether a query of a device that does not fail is due.
   bool HealthyDue(Instant now) const;
   /// Returns when Next will have a query; empty: no device is active. The time may be in the past.
   std::optional<Instant> NextDue() const;
@@ -244,7 +242,6 @@ class Background {
 
  private:
   struct Item {
-    /// Returns how long the next exchange may take.
     Duration Room(bool with_proof) const;
     Instant Starves() const { return std::max(*due, taken) + kLongest; }
 

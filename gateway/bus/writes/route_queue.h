@@ -136,7 +136,6 @@ class RouteQueue {
   bool HasAny(const MayAsk& may_ask) const;
   /// Returns the sequence of the first write that waits for this slave, or for all slaves.
   std::optional<std::uint64_t> FirstWrite(std::uint8_t slave) const;
-  /// Returns the number of clients of this priority that wait.
   std::size_t Clients(config::Priority priority) const;
   /// Returns each slave for which a request waits, once.
   std::vector<std::uint8_t> Slaves() const;
@@ -191,7 +190,7 @@ class RoutedSide {
 
  private:
   struct Refused {
-    Bytes pdu;  // last read of this slave by a client
+    Bytes pdu;
     Instant at{};
   };
 

@@ -87,10 +87,8 @@ constexpr bool MayEnd(WriteState state, WriteEnd end) {
   return false;
 }
 
-/// Returns the end of a write without an answer.
 constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : WriteEnd::not_sent; }
 
-/// Reasons why a waiting command is not sent any more.
 inline constexpr const char* kClientLeft = "its client has left";
 inline constexpr const char* kTooLate = "its deadline passed while it waited for the line";
 

@@ -136,7 +136,6 @@ class Selections {
   std::map<Key, Instant> until_;
 };
 
-/// A client: its name for the record, and its number for selections.
 struct Writer {
   std::string name;          ///< WriteCommand::client
   std::uint64_t number = 0;  ///< number of its connection
