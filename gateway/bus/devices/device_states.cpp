@@ -79,8 +79,8 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
   return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
-/// A remark goes to the status and the log, but is no news, because the values of the device are
-/// good.
+/// A remark (trouble without a reason) goes to the status and the log. It is no news, because the
+/// values of the device are good.
 bool DeviceStates::OnTrouble(const Device& device) {
   const protocols::DeviceTrouble& is = device.conversation->trouble();
   protocols::DeviceTrouble& known = entries_[device].trouble;

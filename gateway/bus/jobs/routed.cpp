@@ -92,7 +92,8 @@ NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*no
   return NextStep::Finish(end.outcome, end.reason);
 }
 
-/// True if the slave has answered 01, 02 or 03: it has not begun to carry out the request.
+/// True if the slave has answered exception 01, 02 or 03: it has not begun to carry out the
+/// request.
 bool RoutedJob::IsDeclined(const JobEnd& end) const {
   return end.outcome == Outcome::refused && reply_.size() == 2 &&
          reply_[1] <= modbus::kIllegalValue;

@@ -74,8 +74,8 @@ struct LineCounters {
   std::uint64_t bytes_in = 0;                           ///< without removed echoes
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< bytes that belong to no exchange
-  /// Stray bytes since the last answer, including rests of broken replies. `babble_since`: the
-  /// time of that answer.
+  /// Stray bytes since the last answer or the opening of the port, including rests of broken
+  /// replies. `babble_since`: the time of that answer or opening.
   std::uint64_t babble = 0;
   Instant babble_since{};
   /// Late replies: bytes after an exchange without a reply, or with the reply to a repetition; and
@@ -99,7 +99,7 @@ struct PortService {
   struct Visit {
     std::string client;  ///< "10.0.0.7:40112"
     WallTime since{};
-    /// While the client has a lent port: when it loses the port; afterwards: when it left.
+    /// While the client has a lent port: when it will lose the port. Afterwards: when it left.
     WallTime until{};
     std::uint64_t to_port = 0;  ///< number of bytes to the port
     std::uint64_t from_port = 0;
