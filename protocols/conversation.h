@@ -41,8 +41,8 @@ inline constexpr int kMostSteps = 10;
 
 /// Points that one request reads together.
 struct Query {
-  config::Group group =
-      config::Group::fast;            ///< of all its points: decides how often the query is sent
+  /// Of all its points: decides how often the query is sent.
+  config::Group group = config::Group::fast;
   std::vector<std::size_t> points{};  ///< indices into the device's points
 };
 
@@ -158,8 +158,8 @@ struct EventBatch {
   std::vector<PastRecord> past{};
   std::string said{};  ///< the batch as received; equal text identifies a repeated batch
   bool again = false;  ///< true: this may be a repetition of the last batch
-  bool drained =
-      false;  ///< true: the device has no more events, so later events are newer than this exchange
+  /// True: the device has no more events, so later events are newer than this exchange.
+  bool drained = false;
 };
 
 /// What follows a task's exchange.

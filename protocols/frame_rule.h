@@ -46,8 +46,8 @@ struct Expectation {
   } reply = Reply::one;
   std::vector<Shape> shapes{};  ///< empty: every frame that the rule accepts
   std::size_t max_bytes = 256;  ///< the maximum length of a frame, and of the buffered bytes
-  int checksum =
-      0;  ///< the kind of checksum, if the protocol has several; the protocol numbers them
+  /// The kind of checksum, if the protocol has several; the protocol numbers them.
+  int checksum = 0;
   /// The bytes of a reply that name its device. Empty: replies carry no address, so a late reply
   /// could be mistaken for another device's. The line then stays silent longer after a lost reply.
   Bytes address{};

@@ -206,8 +206,8 @@ struct Protocol {
   bool tcp = false;
   TimingRule timing{};
 
-  FrameRule request_rule =
-      nullptr;                     ///< cuts requests: for twins, and for requests of other masters
+  /// Cuts requests: for twins, and for requests of other masters.
+  FrameRule request_rule = nullptr;
   FrameRule reply_rule = nullptr;  ///< cuts replies
   /// Parses the options of a device or a line once, for all functions below that take
   /// ParsedOptions. `options` contains every option that the protocol declares. Null: none of these
