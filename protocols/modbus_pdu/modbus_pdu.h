@@ -80,8 +80,8 @@ constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExcept
 //   IsPlainWrite          no     no          no          yes    no          no
 //
 // The queue of a line keeps the order of all requests except those with IsRead. Requests with
-// MayChangeSlave are recorded. The permission `write` covers IsPlainWrite only; with unit 0 such a
-// request is a broadcast.
+// MayChangeSlave are recorded. `permit: data` of a listener allows IsRead and IsPlainWrite only; an
+// IsPlainWrite request to unit 0 is a broadcast.
 
 /// True for 1…4: functions that only read, on any slave.
 constexpr bool IsRead(std::uint8_t function) {
