@@ -165,7 +165,7 @@ struct Protocol {
   std::string_view title{};  ///< "ABB SPA Bus, master"
   /// Other names that people use, in lower case, separated by blanks: "spa abb". Only for "did you
   /// mean" hints. If two protocols share a word, the TCP protocol is suggested for a port
-  /// tcp://host:port, else the serial one.
+  /// tcp://HOST:502, else the serial one.
   std::string_view also_called{};
   std::span<const OptionSpec> options{};
   std::span<const DecoderSpec> decoders{};
