@@ -60,7 +60,8 @@ struct LoadContext {
   std::map<std::string, std::map<std::string, std::string>> listed_names;
   /// Files whose errors have been reported at a device that uses them.
   std::set<std::string> bad_profiles;
-  std::size_t points = 0;  ///< of all devices so far; limits the size that YAML aliases can produce
+  /// Number of points of all devices so far; limits the size that YAML aliases can produce.
+  std::size_t points = 0;
 };
 
 std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);

@@ -19,7 +19,7 @@ namespace baudgate::config {
 // The parts of the key `type` of a point.
 struct TypeText {
   Type type = Type::float32;
-  std::size_t text_length = 0;  ///< bytes, of string(n)
+  std::size_t text_length = 0;  ///< length in bytes of string(n)
   TimeType time_type = TimeType::none;
 };
 

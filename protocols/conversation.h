@@ -41,7 +41,7 @@ inline constexpr int kMostSteps = 10;
 
 /// Points that one request reads together.
 struct Query {
-  /// Of all its points: decides how often the query is sent.
+  /// The group of all its points; it decides how often the query is sent.
   config::Group group = config::Group::fast;
   std::vector<std::size_t> points{};  ///< indices into the device's points
 };
@@ -55,11 +55,11 @@ struct PointValue {
 /// several if a session must be opened first, or a password closed after a write.
 struct Task {
   enum class Kind : std::uint8_t {
-    poll,        ///< read Queries()[query]
-    probe,       ///< read the points of Queries()[query]
-    write,       ///< find out with one short exchange whether the device answers
-    events,      ///< write `value` to `point`, then close any session or password that was opened
-    background,  ///< read the events that the device has recorded since the last such task
+    poll,        ///< read the points of Queries()[query]
+    probe,       ///< find out with one short exchange whether the device answers
+    write,       ///< write `value` to `point`, then close any session or password that was opened
+    events,      ///< read the events that the device has recorded since the last such task
+    background,  ///< one low-priority exchange, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
   std::size_t query = 0;         ///< polls only: less than Queries().size()
@@ -86,9 +86,9 @@ struct Request {
   bool unlike_polls = false;
   /// The reply is correct for any request, so a late or repeated copy does no harm.
   bool any_order = false;
-  /// The reply carries the number of its request, as in Modbus TCP. So one that comes late or twice
-  /// on this connection is recognised. The number proves nothing of what is behind the next hop: a
-  /// converter may put the present number and unit before a late reply of its serial side.
+  /// The reply carries the number of its request, as in Modbus TCP, so a late or repeated reply on
+  /// this connection is recognised. The number proves nothing about the serial side of a converter:
+  /// a converter may put the current number and unit in front of a late reply.
   bool numbered = false;
   /// The request ends what an earlier request began, for example "close the password". It is sent
   /// even if the client has disconnected or the task's time is over.

@@ -21,7 +21,7 @@ namespace baudgate::protocols {
 /// One form that a reply may have. A request often allows two: the value, or a refusal.
 struct Shape {
   int tag = 0;  ///< the number by which the protocol's frame rule identifies this form
-  std::size_t min_length = 0;  ///< of the whole frame, in bytes
+  std::size_t min_length = 0;  ///< length of the whole frame in bytes
   std::size_t max_length = 0;
 
   bool operator==(const Shape&) const = default;

@@ -35,9 +35,9 @@ struct OptionSpec {
                                 ///< separated by commas
   std::string_view help{};      ///< one sentence
   Scope scope = Scope::device;
-  double minimum = 0;  ///< of integer and real; no bounds if minimum = maximum
+  double minimum = 0;  ///< bounds of integer and real; no bounds if both are equal
   double maximum = 0;
-  std::string_view choices{};  ///< of choice, separated by commas
+  std::string_view choices{};  ///< the words of a choice, separated by commas
   bool secret = false;         ///< true: no log and no command shows the value
 };
 

@@ -247,7 +247,7 @@ struct Protocol {
   const ScanRule* scan = nullptr;  ///< null: `baudgate scan` cannot search for devices
   /// Null: `baudgate ask` cannot be used.
   const TelegramRule* telegram = nullptr;
-  const PduCarrier* carrier = nullptr;  ///< null: does not carry Modbus PDUs
+  const PduCarrier* carrier = nullptr;  ///< null: the protocol does not carry Modbus PDUs
   /// The protocol whose profiles also fit this one: "modbus_rtu" for modbus_ascii. Empty: none.
   std::string_view profiles_of{};
 
@@ -258,7 +258,7 @@ struct Protocol {
   std::unique_ptr<Conversation> (*make_conversation)(const config::Device& device,
                                                      const ParsedOptions& options,
                                                      Bus* bus) = nullptr;
-  /// `device` and `values` outlive the twin.
+  /// Makes a twin. `device` and `values` must outlive it.
   std::unique_ptr<Twin> (*make_twin)(const config::Device& device, TwinValues& values) = nullptr;
 };
 

@@ -63,9 +63,8 @@ void ResetSwitches(int fd, const config::SerialSettings& serial);
 /// line is not changed.
 void LetOutputGo(int fd);
 
-/// Throws away what the port has received and nobody has read.
-void FlushInput(int fd);
 /// Discards received bytes that have not been read.
+void FlushInput(int fd);
 /// Discards bytes that have not been sent. The effect depends on the driver: the kernel's serial
 /// drivers discard all but the few bytes in the UART; most USB adapters discard nothing (usbserial
 /// has no such call; cdc-acm has). With a pty, seen with Linux 6.18, up to 4095 bytes stay readable

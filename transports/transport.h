@@ -104,9 +104,8 @@ class Transport {
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
     return Error{"a connection to a serial server has no such line"};
   }
-  /// Characters take their time: a tty with a UART behind it, as far as one can tell.
-  virtual bool KeepsBitRate() const { return false; }
   /// True if bytes take time to transmit: a tty that has a UART, as far as this can be determined.
+  virtual bool KeepsBitRate() const { return false; }
   /// Returns "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;
 };

@@ -50,7 +50,7 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
 
 void Resolve(Point& point, const RawNumbers& numbers, Problems& problems) {
   const IntegerRange& range = numbers.range;
-  // Digits of a text have no bits of their own.
+  // A number that is read as decimal text has no bits, so the type of the point decides.
   const bool has_bits =
       numbers.kind == Kind::whole && (range.lowest == 0 || Decimal(range.highest).ToInt64());
   const IntegerRange bits = has_bits ? range : RangeOf(point.type);

@@ -54,7 +54,7 @@ inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
   std::string directory;                   ///< empty: same as `state`
-  std::uint64_t limit = 1000 * kMegabyte;  ///< bytes
+  std::uint64_t limit = 1000 * kMegabyte;  ///< size of all files together, in bytes
   Duration keep = std::chrono::hours(24) * 365;
   std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is recorded
 

@@ -173,7 +173,8 @@ bool IsOften(const Device& device, Group group);
 ///   once                                never
 std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 
-/// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
+/// A record of a profile, whose points are given as patterns:
+/// `records: { trip: { points: [ trip_phases, "record?_*" ] } }`.
 struct RecordPattern {
   std::string name;
   std::vector<std::string> points;  ///< names, with * for any text and ? for any character
@@ -209,6 +210,6 @@ void VisitFields(const Profile*, Visit visit) {
   visit(Field<&Profile::event_texts>{.key = "events", .help = "a list, below"});
 }
 
-std::string_view Name(WordOrder order);  ///< "ABCD"
+std::string_view Name(WordOrder order);  ///< returns "ABCD"
 
 }  // namespace baudgate::config

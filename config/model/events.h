@@ -27,7 +27,7 @@ inline constexpr std::array<Word<AlarmPriority>, 4> kWords<AlarmPriority> = {
      {"medium", AlarmPriority::medium},
      {"low", AlarmPriority::low},
      {"off", AlarmPriority::none}}};
-std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
+std::string_view Name(AlarmPriority priority);  ///< returns "high"; "" for none
 
 /// The words of the key `alarm` at an event, for points and devices.
 inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
@@ -37,11 +37,12 @@ inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
      {"medium", AlarmPriority::medium},
      {"high", AlarmPriority::high}}};
 
-/// `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high }`.
+/// An event of a point: `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high
+/// }`.
 struct PointEvent {
   enum class On : std::uint8_t { change, above, below };
   On on = On::change;
-  Decimal value = 0;  ///< of above and below, in units of the point's value
+  Decimal value = 0;  ///< the limit of above and below, in units of the value
   /// In units of the value. above: the event ends at value - hysteresis. below: it ends at value +
   /// hysteresis. change: smaller or equal changes are ignored.
   Decimal hysteresis = 0;

@@ -36,7 +36,7 @@ struct PortServer {
   Mark mark;
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
-  /// "127.0.0.1:4001".
+  /// Returns "127.0.0.1:4001".
   std::string Address() const;
 };
 
@@ -68,7 +68,7 @@ struct Line {
   SerialSettings serial;
   std::string protocol;
   bool tcp = false;  ///< the protocol runs over TCP only: `serial` is unused and not shown
-  Timing timing;     ///< line before gateway
+  Timing timing;     ///< of the line, else of the gateway
   int retries = 2;   ///< for exchanges that may be repeated
   Echo echo = Echo::off;
   Ask ask = Ask::deny;

@@ -12,7 +12,7 @@ namespace baudgate::modbus {
 
 enum class Framing : std::uint8_t { tcp, rtu, ascii };
 
-/// "Modbus RTU".
+/// Returns "Modbus RTU".
 constexpr std::string_view Title(Framing framing) {
   constexpr std::array<std::string_view, 3> kTitles = {"Modbus TCP", "Modbus RTU", "Modbus ASCII"};
   return kTitles[static_cast<std::size_t>(framing)];

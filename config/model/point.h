@@ -187,7 +187,7 @@ struct Point {
   std::string name;
   std::string read;   ///< address in the form of the protocol, which checks it
   std::string write;  ///< address of writes if it differs from `read`, else empty
-  std::string unit;   ///< of the value after scale and offset: "A", "xIn"
+  std::string unit;   ///< unit of the value after scale and offset: "A", "xIn"
   Type type = Type::float32;
   TimeType time_type = TimeType::none;
   Access access = Access::read;  ///< the accesses that the device supports
@@ -195,7 +195,7 @@ struct Point {
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
   std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing: not on Modbus
-  std::size_t text_length = 0;          ///< bytes, of string(n)
+  std::size_t text_length = 0;          ///< length in bytes of string(n)
   Writing writing;
   std::optional<Duration> poll;  ///< the point's own period; then `group` is one of Group::own
   Decimal scale = 1;             ///< value = raw * scale + offset

@@ -24,7 +24,7 @@ namespace baudgate::config {
 /// One key of a map, and its value.
 struct Entry {
   std::string key;
-  Position place;  ///< of the key
+  Position place;  ///< place of the key
   YamlNode value;
 };
 
@@ -103,9 +103,8 @@ class MapReader {
   std::optional<YamlNode> Get(std::string_view key);
   /// Like Get; an absent key is a problem.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
-  /// A key that is known but cannot stand here: `message` says why.
-  void Refuse(std::string_view key, const std::string& message);
   /// Reports `message` if the key is present: it is a known key that is not allowed in this map.
+  void Refuse(std::string_view key, const std::string& message);
   /// Allows all keys, because the protocol that defines them is unknown.
   void AllowAll() { allow_all_ = true; }
   /// Returns the place of the value of `key`; the place of the map if the key is absent.

@@ -140,7 +140,7 @@ class QueryPlan {
   void Make();
 
   std::span<const Query> queries() const { return queries_; }
-  /// What queries()[query] reads.
+  /// Returns the block that queries()[query] reads.
   const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
   /// True if all points of the query have been answered at least once, at any time.
   bool IsProven(std::size_t query) const;

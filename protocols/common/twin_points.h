@@ -18,7 +18,7 @@ template <typename Read, typename Written = Read>
 class TwinPoints {
  public:
   struct One {
-    std::size_t index = 0;  ///< into the device's points
+    std::size_t index = 0;  ///< index into the device's points
     const config::Point* point = nullptr;
     std::optional<Read> read;      ///< empty: not readable
     std::optional<Written> write;  ///< empty: not writable

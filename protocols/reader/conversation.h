@@ -44,11 +44,10 @@ class ReaderConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;
-  const std::vector<Item> items_;  // by point
+  const std::vector<Item> items_;  // the item of each point
   const std::vector<Query> queries_;
   const Standing standing_;
-  std::vector<bool> had_number_;  // by point: false until the first number, and so long the point
-                                  // is not reported as bad
+  std::vector<bool> had_number_;  // by point: true after the first number; before, it is not bad
   std::deque<Tag> ring_;          // the newest tag first
   std::map<std::string, Instant> latest_;  // the time when each text came last, within same_tag
   std::string last_;                       // the last message; empty: no tag
