@@ -283,7 +283,7 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
     const Status status = name ? CheckPointName(*name) : Status();
     if (!status) problems.Error(node->mark(), "name: " + status.error());
     if (!name || !status) {
-      // The point is kept, so that all its errors are reported at once.
+      // The nameless point stays in the list, so that all its errors are reported at once.
       point.name = "#" + std::to_string(++nameless);
       points.push_back(std::move(point));
       continue;

@@ -162,7 +162,7 @@ struct EventBatch {
   bool drained = false;
 };
 
-/// What follows a task's exchange.
+/// The continuation of a task after an exchange.
 enum class Then : std::uint8_t {
   done,       ///< the task has ended
   ask_again,  ///< the task goes on: call Ask again with the same task for the next exchange
@@ -180,7 +180,7 @@ struct Answer {
   /// It is to poll less often if the device is busy, else to compare the device with its profile.
   std::string remedy{};
   std::vector<Reading> readings{};
-  /// The text that stands in place of a number: "0,52". Nothing: numbers are well-formed.
+  /// The text found in place of a number: "0,52". Nothing: numbers are well-formed.
   std::optional<std::string> no_number{};
   Then then = Then::done;
   /// The write was refused, but may have changed something: an analog output that went to its

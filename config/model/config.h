@@ -72,7 +72,7 @@ void VisitFields(const History*, Visit visit) {
       .fallback = kRequired});
 }
 
-/// What happens with a write whose record cannot be saved (gateway/records/audit).
+/// The treatment of a write whose record cannot be saved (gateway/records/audit).
 enum class Audit : std::uint8_t {
   best_effort,  ///< the write is sent; its record waits in memory
   require,      ///< the write is refused

@@ -77,7 +77,7 @@ struct Device {
   std::optional<std::uint8_t> unit;
   bool enabled = true;
   /// True: after a silence longer than any reply can be late, replies count as being in the order
-  /// of the requests. For a device none of whose replies shows which request it answers
+  /// of the requests. For a device whose replies never show which request they answer
   /// (gateway/bus/replies/whose_reply.h).
   bool trust_order = false;
   Recheck recheck = Recheck::off;  ///< the default of its points, and the setting for its events
@@ -92,7 +92,7 @@ struct Device {
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
   std::optional<int> retries;  ///< of the device, else of the profile; empty: the line's
-  /// Of the device, else of the profile; times of line and protocol are merged later.
+  /// The device's times, else the profile's; those of line and protocol are merged later.
   Timing timing;
   std::optional<SerialSettings> serial;  ///< set if the line's settings are changed for this device
   Identity identity;

@@ -25,7 +25,7 @@ struct PortServer {
     raw,      ///< bytes are passed unchanged
     rfc2217,  ///< telnet; the client may also change the port's settings
   };
-  /// What happens to a client that connects while another client uses the port.
+  /// The treatment of a client that connects while another client uses the port.
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;

@@ -62,7 +62,7 @@ struct Listener {
     exception,  ///< exceptions 0x0A, 0x0B and 0x06 are sent
     silent,     ///< no reply is sent instead of these exceptions
   };
-  /// What happens with a write to unit 0 that no route names.
+  /// The treatment of a write to unit 0 that no route names.
   enum class Broadcast : std::uint8_t {
     ignore,  ///< the write is for the gateway, which has nothing to write: exception 0x02
     pass,    ///< the write is sent to all slaves of every line that has a route; never answered

@@ -101,7 +101,7 @@ void VisitFields(const Sentinel*, Visit visit) {
   visit(Derived<&Sentinel::mark>());
 }
 
-/// What a register shows while its value is bad (`on_fault: nan | hold | VALUE`).
+/// The content of a register while its value is bad (`on_fault: nan | hold | VALUE`).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
   Decimal value = 0;

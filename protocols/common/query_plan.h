@@ -98,7 +98,7 @@ inline Often OftenOf(const config::Device& device) {
   return [&device](config::Group group) { return config::IsOften(device, group); };
 }
 
-/// What the result of a request has changed. Queries() has changed unless `nothing`.
+/// The change that the result of a request has caused. Queries() has changed unless `nothing`.
 enum class PlanChange : std::uint8_t {
   nothing,
   split,      ///< the request is read in two parts from now on

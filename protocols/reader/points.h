@@ -31,7 +31,7 @@ struct Item {
     identity,  ///< the reader's name for itself
   } kind = Kind::tag;
   std::size_t back = 0;  ///< how many tags before the newest
-  /// Of number: the first character of the field, from 1 on; 0: the whole message.
+  /// The first character of the field of `number`, counted from 1; 0: the whole message.
   std::size_t first = 0;
   std::size_t last = 0;
 
