@@ -38,7 +38,7 @@ void CheckRecordName(const std::string& name, const Mark& mark,
                      const std::vector<RecordPattern>& records, Problems& problems);
 
 /// Sets `device.records` from the profile's patterns. `device` must have its points and its event
-/// settings. If a recorded event uses a record, its points of group slow become daily, because they
+/// settings. If a recorded event uses a record, the record's slow points become daily, because they
 /// are read after the event.
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems);
 

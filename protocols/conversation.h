@@ -212,9 +212,10 @@ struct Standing {
   bool marked = false;
 };
 
-/// Guarantees of the caller: the device's address, options and points have passed the checks of the
-/// Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow the Ask
-/// or Instead that returned their request; every frame was accepted by the reply rule.
+/// The conversation with one device. The caller guarantees: the device's address, options and
+/// points have passed the checks of the Protocol; indices in a Task are valid at Ask and OnFrame;
+/// OnFrame and OnFailure follow the Ask or Instead that returned their request; every frame was
+/// accepted by the reply rule.
 /// If Queries() changes while a reply is awaited, the Task gets the new index of its query. If the
 /// query no longer exists, Interpret is called instead of OnFrame, and OnFailure gets an invalid
 /// query index.
