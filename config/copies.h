@@ -14,7 +14,6 @@
 
 namespace baudgate::config {
 
-/// Returns the names of all options that a protocol declares secret.
 std::set<std::string> SecretKeys(const Catalog& catalog);
 
 /// Returns the YAML with "***" instead of the values of secret keys, of keys that look like

@@ -16,7 +16,6 @@ namespace baudgate::config {
 const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string& port,
                                         LoadContext& context);
 
-/// The values that a device inherits from its line.
 struct LineContext {
   const Line& line;
   const Pace& pace;                     ///< of the line, else of the gateway

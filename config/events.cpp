@@ -17,14 +17,12 @@ namespace baudgate::config {
 
 namespace {
 
-/// One entry of event_alarms.
 struct EventAlarm {
   std::optional<std::uint32_t> channel{};  ///< empty: every channel
   std::uint32_t code = 0;
   AlarmPriority priority = AlarmPriority::none;
 };
 
-/// Parses "2E17" or "E3".
 std::optional<EventAlarm> ParseEventAlarm(std::string_view text) {
   const std::size_t mark = text.find('E');
   if (mark == std::string_view::npos) return std::nullopt;

@@ -123,7 +123,6 @@ struct Pattern {
   bool used = false;
 };
 
-/// Parses "500MB" or "2GB".
 Result<std::uint64_t> ParseLimit(std::string_view text) {
   const Error none{Quoted(text) + " is no size; write for example 500MB or 2.5GB"};
   if (const std::string why = WhyLeadingZero(text); !why.empty()) {

@@ -23,7 +23,6 @@ Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
 Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadContext& context);
 /// Returns the settings that apply without `modbus:`: loopback, port 1502.
 Modbus DefaultModbus();
-/// Reads the sections of all other outputs that are present.
 void ReadOutputs(MapReader& map, Config& config, LoadContext& context);
 
 }  // namespace baudgate::config

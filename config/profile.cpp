@@ -110,7 +110,6 @@ void ReadEntriesOfAll(const Catalog& catalog, const protocols::Protocol& protoco
   }
 }
 
-/// Reads `identity: ["SPAJ 140 C", "SPCJ 4D29"]`.
 std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems) {
   std::vector<std::string> names;
   for (const YamlNode& element : ReadList(node, "identity", kMostNames, problems)) {

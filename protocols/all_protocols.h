@@ -10,7 +10,6 @@
 
 namespace baudgate::protocols {
 
-/// Returns all protocols in the order of the list.
 const std::vector<const Protocol*>& AllProtocols();
 
 /// Returns the protocol of that name; null if there is none.

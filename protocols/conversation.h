@@ -133,7 +133,6 @@ struct DeviceEvent {
   std::string text{};  ///< further text from the device; mostly empty
 };
 
-/// One value of a PastRecord.
 struct PastValue {
   std::string name{};  ///< "active_import"
   Value value{};

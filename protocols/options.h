@@ -43,7 +43,6 @@ struct OptionSpec {
 
 namespace option {
 
-/// An option with the values true and false.
 constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec;
   spec.name = name;

@@ -275,7 +275,6 @@ inline std::unique_ptr<Bus> MakeBus(const Protocol& protocol) {
   return protocol.make_bus == nullptr ? nullptr : protocol.make_bus();
 }
 
-/// Makes a conversation and parses the device's options for it.
 inline std::unique_ptr<Conversation> MakeConversation(const Protocol& protocol,
                                                       const config::Device& device, Bus* bus) {
   return protocol.make_conversation(device, ParseOptions(protocol, device.options), bus);

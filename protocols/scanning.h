@@ -65,7 +65,6 @@ struct ScanRule {
   /// The profile for devices that report their type only with a password.
   std::string_view assumed_profile{};
 
-  /// Returns the request for a question to an address in a mode.
   Bytes (*ask)(unsigned address, std::size_t mode, std::size_t question) = nullptr;
   /// Judges `frame`, which the reply rule has cut after `request`. Pure.
   Sighting (*judge)(View request, View frame, std::size_t mode) = nullptr;

@@ -51,7 +51,6 @@ class ParmrkDecoder {
   /// Returns the characters, with kDamaged for each marked character. The result does not depend on
   /// how the bytes are split.
   Bytes Decode(View bytes);
-  /// Returns the number of damaged characters and breaks so far.
   std::uint32_t damaged() const { return damaged_; }
 
  private:

@@ -74,8 +74,8 @@ std::string HowToAllow(const std::string& port) {
   return "add the user of the gateway to group " + group;
 }
 
-/// Returns the process that holds a flock on the same inode, from /proc/locks: "1: FLOCK  ADVISORY
-/// WRITE 1234 00:05:87 0 EOF". Nothing if the process is in another pid namespace.
+/// Returns the process that holds a flock on the same inode. Nothing if the process is in another
+/// pid namespace. Reads /proc/locks: "1: FLOCK  ADVISORY  WRITE 1234 00:05:87 0 EOF".
 std::optional<pid_t> LockHolder(int fd) {
   struct stat info {};
   if (fstat(fd, &info) != 0) return std::nullopt;

@@ -63,14 +63,12 @@ void ResetSwitches(int fd, const config::SerialSettings& serial);
 /// line is not changed.
 void LetOutputGo(int fd);
 
-/// Discards received bytes that have not been read.
 void FlushInput(int fd);
 /// Discards bytes that have not been sent. The effect depends on the driver: the kernel's serial
 /// drivers discard all but the few bytes in the UART; most USB adapters discard nothing (usbserial
 /// has no such call; cdc-acm has). With a pty, seen with Linux 6.18, up to 4095 bytes stay readable
 /// at the other side, the rest is discarded, and a writer that waits for room is not woken.
 void FlushOutput(int fd);
-/// Discards bytes of both directions.
 void FlushAll(int fd);
 /// Returns the number of output bytes in the driver; always 0 for a pty.
 std::size_t UnsentOutput(int fd);

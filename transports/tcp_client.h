@@ -25,7 +25,6 @@ struct TcpAddress {
   std::uint16_t port = 0;
 };
 
-/// True if the text begins with tcp://, valid or not.
 bool IsTcpPort(std::string_view port);
 
 Result<TcpAddress> ParseTcpPort(std::string_view port);

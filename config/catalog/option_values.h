@@ -15,7 +15,6 @@ namespace baudgate::config {
 /// declaration. The error never contains a secret. Used for YAML, defaults and `--set`.
 Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_view text);
 
-/// Returns every option that the protocol declares, with its default.
 Options DefaultOptions(const protocols::Protocol& protocol);
 
 /// Copies all options of `given` to `target`. Pairs of `target` whose words `given` lacks are kept.

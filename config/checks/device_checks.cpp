@@ -92,7 +92,6 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
   if (!unasked && max_age >= device.poll) CheckSeldomGroups(device, keys, problems);
 }
 
-/// Reports entries that are allowed but probably mistakes.
 void CheckDoubts(const Device& device, const protocols::Protocol& protocol, const Keys& keys,
                  Problems& problems) {
   if (!protocol.doubts) return;

@@ -33,7 +33,6 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
 /// The name of a device that stands for all devices of a profile.
 inline constexpr std::string_view kOfThisType = "of this type";
 
-/// Finds equal addresses among one line's devices.
 class LineAddresses {
  public:
   /// Reports an error if the protocol refuses the device's address, and a warning if an earlier

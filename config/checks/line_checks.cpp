@@ -229,7 +229,6 @@ std::string InMilliseconds(Duration time) {
   return FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(time));
 }
 
-/// Returns all groups of the device that have a period.
 std::vector<Group> PolledGroups(const Device& device) {
   std::vector<Group> groups = {Group::fast, Group::slow, Group::daily};
   for (std::size_t i = 0; i < device.intervals.size(); ++i) groups.push_back(OwnGroup(i));

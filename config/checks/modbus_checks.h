@@ -32,7 +32,6 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
 
 /// Checks that the route has exactly one of `line` and `server`. `route` are the route's keys.
 void CheckTarget(const Keys& route, Problems& problems);
-/// Checks that `remap` gives valid addresses at the route's target.
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems);
 /// Reports a route to one of the gateway's own listeners, where requests would circulate. `mark` is
 /// the place of `server`.

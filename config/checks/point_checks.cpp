@@ -83,7 +83,6 @@ bool IsNumber(const Point& point) {
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// True if a register of this type can hold the number.
 bool Fits(const Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::float32) return Abs(number).ToDouble() <= std::numeric_limits<float>::max();

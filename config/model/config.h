@@ -151,9 +151,7 @@ Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text);
 /// Formats a set as "33-35, 37-40".
 std::string UnitsText(const UnitSet& units);
 
-/// Returns the units that the route names.
 UnitSet UnitsOf(const Route& route);
-/// Returns the unit ids of all devices.
 UnitSet DeviceUnits(const Config& config);
 /// Returns the units that each route of config.modbus serves: those it names, without the units of
 /// devices and earlier routes.

@@ -66,7 +66,6 @@ constexpr std::string_view MemberName() {
   return name.substr(name.rfind(':') + 1);
 }
 
-/// A word of the configuration, and its value.
 template <typename T>
 struct Word {
   std::string_view word;

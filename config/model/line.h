@@ -36,7 +36,6 @@ struct PortServer {
   Mark mark;
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
-  /// Returns "127.0.0.1:4001".
   std::string Address() const;
 };
 

@@ -57,9 +57,7 @@ bool IsIpv4(const std::string& text);
 /// True if a single machine can have the address: no multicast, no broadcast, none of 0.0.0.0/8 and
 /// 240.0.0.0/4.
 bool IsMachineIpv4(const std::string& text);
-/// True if every address of the network is a loopback address.
 bool IsLoopback(const Network& network);
-/// True if every address of `inner` is in `outer`.
 bool Covers(const Network& outer, const Network& inner);
 
 // The address of a DDS discovery server, as users write it in `dds.discovery_servers` and on the

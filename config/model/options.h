@@ -109,7 +109,6 @@ struct Traits {
   bool has_blocks = false;
   /// The address to which every device replies. Empty: there is none.
   std::string_view common_address{};
-  /// Replies are lines of text.
   bool speaks_text = false;
   /// The device option `order` sets the byte order of numbers.
   bool has_byte_order = false;
@@ -137,7 +136,6 @@ struct Traits {
   std::string_view designation{};
 };
 
-/// The traits of a protocol that sets none.
 inline constexpr Traits kNoTraits;
 
 }  // namespace baudgate::config

@@ -156,7 +156,6 @@ struct Route {
   bool Covers(std::uint8_t unit) const { return unit >= first && unit <= last; }
   /// Returns the address on the line, or the unit id at the server.
   std::uint8_t SlaveOf(std::uint8_t unit) const;
-  /// Returns "33-40".
   std::string Units() const;
   /// Returns "line drive" or "server 10.0.0.9:502".
   std::string Target() const;
@@ -236,7 +235,6 @@ struct Web {
   bool acknowledge = false;        ///< clients may acknowledge alarms
   Mark token_mark;                 ///< place of token_file
 
-  /// Returns "127.0.0.1:8502" or "[::1]:8502".
   std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }
 };

@@ -262,7 +262,6 @@ std::string IecName(const Point& point);
 /// Returns the number of registers that a point occupies; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
 
-/// The smallest and largest value of an integer type.
 struct IntegerRange {
   std::int64_t lowest = 0;
   std::uint64_t highest = 0;
@@ -285,8 +284,8 @@ struct RawNumbers {
   }
   /// All whole numbers of `bits` bits, 1 to 64.
   static RawNumbers Bits(unsigned bits, bool is_signed = false);
-  /// True if the point can give the number. 999.9 counts as a float32, as its digits are those of
-  /// one.
+  /// True if the point can give the number. 999.9 counts as a float32, because a float32 prints as
+  /// 999.9.
   bool Contain(const Decimal& number) const;
 };
 

@@ -6,7 +6,7 @@
 namespace baudgate::config {
 namespace {
 
-constexpr std::string_view kLetters = "NEOMS";  // sorted as Parity
+constexpr std::string_view kLetters = "NEOMS";  // in the order of Parity
 
 }  // namespace
 

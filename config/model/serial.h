@@ -46,16 +46,15 @@ struct SerialSettings {
   int stop_bits = 1;  ///< 1 or 2
   /// The port supports 8N1 only, so the gateway makes and checks parity.
   bool software_parity = false;
-  bool rtscts = false;      ///< flow control by RTS and CTS
-  bool xonxoff = false;     ///< flow control by the bytes 0x11 and 0x13, which cannot be data then
-  bool low_latency = true;  ///< ask the driver to deliver bytes without delay
+  bool rtscts = false;
+  bool xonxoff = false;  ///< flow control by the bytes 0x11 and 0x13, which cannot be data then
+  bool low_latency = true;
   Rs485 rs485{};
 
   /// The bit rate of a protocol that runs only over networks. It is high enough to delay nothing.
   static constexpr int kNoWire = 4'000'000;
   /// False: there are no serial settings to check.
   bool on_wire() const { return baud != kNoWire; }
-  /// Returns the number of start, data, parity and stop bits of one character.
   int BitsPerCharacter() const {
     return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;
   }

@@ -21,7 +21,6 @@
 
 namespace baudgate::config {
 
-/// One key of a map, and its value.
 struct Entry {
   std::string key;
   Position place;  ///< place of the key
@@ -109,7 +108,6 @@ class MapReader {
   void AllowAll() { allow_all_ = true; }
   /// Returns the place of the value of `key`; the place of the map if the key is absent.
   Mark MarkOf(std::string_view key) const;
-  /// Returns the places of all keys, for later checks.
   Keys keys() const;
 
   std::optional<std::string> Text(std::string_view key);

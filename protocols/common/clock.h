@@ -43,7 +43,6 @@ class CivilZone {
   };
   Moment ToUtc(Civil civil) const;
   Civil ToCivil(Utc utc) const;
-  /// True in summer time.
   bool IsDaylight(Utc utc) const;
 
  private:

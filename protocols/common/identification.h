@@ -50,7 +50,6 @@ class ProbeChoice {
   /// Called when a probe failed. True: the device may not support its own probe, so another probe
   /// should follow at once.
   bool OnFailed(bool own);
-  /// Called when a poll was answered.
   void OnPolled() { failed_ = 0; }
   /// Called when another device may be connected: an identification that was given up gets one more
   /// try.

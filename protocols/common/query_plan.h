@@ -38,7 +38,6 @@ class TryAgain {
  public:
   static constexpr Duration kLongest = 1h;
 
-  /// `first`: the first wait.
   explicit TryAgain(Duration first = 8s) : first_(first) {}
 
   /// Called on a refusal: starts the first wait, or a wait twice as long as the previous one (at
@@ -48,7 +47,6 @@ class TryAgain {
     wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
     at_ = now + wait_;
   }
-  /// True if the wait is over.
   bool IsDue(Instant now) const { return at_ && now >= *at_; }
   /// Like IsDue, and ends the wait if it is due, so the next call returns false.
   bool TakeDue(Instant now) {

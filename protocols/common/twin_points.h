@@ -39,7 +39,6 @@ class TwinPoints {
     }
   }
 
-  /// All points of the device, by index.
   const std::vector<One>& all() const { return all_; }
 
   /// Returns the first readable point whose parsed `read` satisfies the predicate, else null.

@@ -26,7 +26,6 @@ struct Message {
   std::string content{};  ///< "=5", "~" or empty
 };
 
-/// Accepts "A" to "Z".
 Result<char> ParseAddress(std::string_view text);
 
 Bytes EncodeRequest(const Message& request);

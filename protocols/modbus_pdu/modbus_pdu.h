@@ -142,7 +142,6 @@ std::size_t LengthOfReply(View request, View head, std::size_t told);
 /// True if the second byte of a reply with this function code is a byte count.
 bool HasByteCount(std::uint8_t function);
 
-/// True if a repetition of the request does no harm.
 bool IsRepeatable(View request);
 /// True for all requests except those that are known to only read.
 bool MayChangeSlave(View request);

@@ -57,7 +57,6 @@ bool IsNoTag(const std::string& text, const Settings& settings) {
   return settings.form == Form::tag && text.find_first_not_of('0') == std::string::npos;
 }
 
-/// True for texts with a number such as "12,35".
 bool HasDecimalComma(std::string_view text) {
   for (std::size_t at = text.find(','); at != std::string_view::npos; at = text.find(',', at + 1)) {
     if (IsDecimalComma(text, at)) return true;
@@ -83,7 +82,6 @@ bool ShowsOverload(std::string_view text) {
          text.find("over") != std::string_view::npos;
 }
 
-/// True for texts such as "Err 03".
 bool HasErrorWord(std::string_view text) {
   std::string low(text);
   std::ranges::transform(low, low.begin(),

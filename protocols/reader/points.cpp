@@ -23,7 +23,7 @@ constexpr DecoderSpec kDecoders[] = {
     {"message", "the latest message, new or not"},
     {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"},
     {"identity", "the name that the reader tells; commands: ask"}};
-// Sorted as in Item::Kind.
+// In the order of Item::Kind.
 constexpr std::array<std::string_view, 11> kNames = {"tag",     "high",   "middle",  "low",
                                                      "counter", "time",   "present", "repeats",
                                                      "message", "number", "identity"};

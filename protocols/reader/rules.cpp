@@ -34,7 +34,6 @@ Shape ShapeOf(const Settings& settings) {
   return {CodeOf(settings.start) + kEnds * CodeOf(settings.end), settings.length, settings.most};
 }
 
-/// The inverse of ShapeOf.
 Settings OfShape(const Shape& shape) {
   return {.form = Form::text,
           .start = OfCode(shape.tag % kEnds),

@@ -31,7 +31,6 @@ struct Settings {
 
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
-/// Checks that the options fit together.
 Status CheckOptions(const config::Options& options);
 
 }  // namespace baudgate::protocols::reader
