@@ -1,5 +1,5 @@
 // `ReadDevice` reads one device of a line. The device's keys take precedence over its profile, the
-// profile over line and protocol. YAML nodes come from config/lines.cpp.
+// profile over line and protocol.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Reads the section `lines`: lines, their devices, and their profiles. YAML nodes come from
-// config/loader. ReadName and ReadSerial read single keys.
+// Reads the section `lines`: lines, their devices, and their profiles. ReadName and ReadSerial read
+// single keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // `LoadFile` turns a YAML file into a config::Config and reports all problems at once, each with
-// its place. The daemon and the commands use the result.
+// its place.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

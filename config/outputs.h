@@ -1,5 +1,4 @@
-// Reads the sections gateway, modbus, dds and web. YAML nodes come from config/loader, the structs
-// are part of config::Config.
+// Reads the sections gateway, modbus, dds and web.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

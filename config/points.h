@@ -1,5 +1,4 @@
-// Reads points of profiles and of a device's `points:`. YAML nodes come from config/profile and
-// config/lines; the points become part of config::Device. ParseType parses the key `type`.
+// Reads points of profiles and of a device's `points:`. ParseType parses the key `type`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,5 @@
 // `ReadProfile` reads device profiles: config/profiles/<protocol>/<name>.yaml, found in the catalog
-// or by path. The devices of config/lines use them. ReadOptions reads the keys of a protocol, and
-// ReadIdentity the key `identity`.
+// or by path. ReadOptions reads the keys of a protocol, and ReadIdentity the key `identity`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

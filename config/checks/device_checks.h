@@ -1,6 +1,5 @@
 // Checks a device: against its protocol, its times against each other, and its address against
-// other devices of its line. Devices come from the readers or from commands. CheckPaces finds times
-// without effect.
+// other devices of its line. CheckPaces finds times without effect.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +16,7 @@
 namespace baudgate::config {
 
 // CheckPaces warns of configured times, periods and retries that have no effect, because a setting
-// of higher precedence overrides them. Paces come from config/devices.
+// of higher precedence overrides them.
 
 /// The paces that apply to one device: its own, its profile's, and its line's merged over the
 /// gateway's.

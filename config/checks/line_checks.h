@@ -1,7 +1,6 @@
 // Checks a whole line: times that cannot work together, and more polls than the bit rate allows.
-// Lines without errors come from config/loader. RoundOf computes the duration of a round,
-// CheckTiming and the functions below it check serial settings, and CheckPortServer checks the port
-// over the network.
+// RoundOf computes the duration of a round, CheckTiming and the functions below it check serial
+// settings, and CheckPortServer checks the port over the network.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,7 +33,7 @@ Round RoundOf(Group group, const Line& line, const Device& device,
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
 // The functions below check that serial settings and named times can work: together, with the port,
-// and with the protocol. The settings come from lines, devices, listeners and profiles.
+// and with the protocol.
 
 /// `mark` is the place of `ceiling`.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
@@ -58,7 +57,7 @@ void CheckTcp(const protocols::Protocol& protocol, const std::string& port, cons
               Problems& problems);
 
 // The functions below check whether the port of a line may be passed on over the network, and to
-// whom. The structs come from config/lines.h.
+// whom.
 
 /// Reports clients beyond loopback: an error without `allow`, a warning with it. `key` is
 /// "serial_server" or "lend".

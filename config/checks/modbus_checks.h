@@ -18,8 +18,7 @@ inline std::string RangeText(int first, int last) {
   return std::to_string(first) + "…" + std::to_string(last);
 }
 
-// Checks that a listener can be served and that an allowed client can reach it. Listeners come from
-// the readers.
+// Checks that a listener can be served and that an allowed client can reach it.
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
 /// Warns if the next entry of `listener.clients` can never apply. `mark` is the place of its
@@ -27,8 +26,7 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
 void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
                  Problems& problems);
 
-// The functions below check routes: targets, slave addresses, and deadlines. Routes come from the
-// readers, the whole configuration from config/loader.
+// The functions below check routes: targets, slave addresses, and deadlines.
 
 /// Checks that the route has exactly one of `line` and `server`. `route` are the route's keys.
 void CheckTarget(const Keys& route, Problems& problems);

@@ -1,6 +1,5 @@
 // Checks that the parts of a point fit together, and that its registers do not overlap those of the
-// device's other points. Points come from the readers or from commands. ResolveSentinels checks the
-// sentinels.
+// device's other points. ResolveSentinels checks the sentinels.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

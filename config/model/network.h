@@ -1,6 +1,5 @@
 // Parses network addresses as users write them: where to listen, which clients may connect, the
-// host of a serial server. Text comes from config/outputs and config/lines. ParseDiscoveryServer
-// parses the address of a DDS discovery server.
+// host of a serial server. ParseDiscoveryServer parses the address of a DDS discovery server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

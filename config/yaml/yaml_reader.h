@@ -1,6 +1,5 @@
 // `MapReader` and the functions here read YAML nodes as typed values and collect problems instead
-// of stopping at the first: unknown and duplicate keys, wrong kinds, numbers out of range. Nodes
-// come from config/yaml_source.
+// of stopping at the first: unknown and duplicate keys, wrong kinds, numbers out of range.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
 // `TwinPoints` finds the points of a simulated device by their parsed addresses. Addresses are
-// parsed once. Points come from the profile, values from TwinValues.
+// parsed once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

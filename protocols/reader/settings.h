@@ -1,5 +1,4 @@
-// The options of a reader, as a table for users and as a struct for the code. The frame rule, the
-// conversation and the twin use the struct.
+// The options of a reader, as a table for users and as a struct for the code.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
