@@ -4,9 +4,8 @@
 // gateway/records/events/event_log.h provides these.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
-//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the text of this
-//   source's
-//                                        last stored batch is the same
+//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last stored batch of
+//                                        this source has the same text
 //   Kept()    → {"bay-1", "feeder-2"}    the device may be asked for more events
 //
 // The size is bounded: a source is not asked again before its batch is stored, so at most one batch
@@ -55,8 +54,8 @@ class Shares {
   /// Call this when an event that `Take` accepted is on the disk: the number of events of each kind
   /// that wait is limited.
   void OnKept(const EventRecord& record);
-  /// Returns the events that may be stored now for kinds with left-out events: an event with their
-  /// number, then the last of them. `all`: for all kinds, at the end of the program.
+  /// Returns what may be stored now of the left-out events: for each kind an event with their
+  /// count, then the last left-out event. `all`: for all kinds, at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
   /// Returns when TakeLeftOut may return events; empty: no event was left out.
   std::optional<Instant> NextAt() const;

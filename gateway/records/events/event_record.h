@@ -21,14 +21,14 @@
 namespace baudgate::events {
 
 // The time of an event. A device may report only a part of the time ("12.345" seconds of a minute).
-// The gateway adds when it received the event, and the greatest age that the event can have.
-// `Place` computes the full time and its quality from these. `Place` reads no clock, and steps of
-// the wall clock do not matter.
+// The gateway adds when it received the event, and the greatest age that the event can have
+// (`oldest`). `Place` computes the full time and its quality from these. `Place` reads no clock,
+// and steps of the wall clock do not matter. All events of this table are received at 10:00:00.300:
 //
-//   reported 59.900, received 10:00:00.300, oldest 1 s    09:59:59.900  device
-//   reported 59.900, received 10:00:00.300, oldest 5 min  09:59:59.900  minute_guessed: or
-//   09:58:59.900 reported 30.000, received 10:00:00.300, oldest 1 s    09:59:30.000  out_of_step:
-//   too old for `oldest` no time reported, received 10:00:00.300               10:00:00.300  none
+//   reported 59.900, oldest 1 s    09:59:59.900  device
+//   reported 59.900, oldest 5 min  09:59:59.900  minute_guessed: 09:58:59.900 would fit as well
+//   reported 30.000, oldest 1 s    09:59:30.000  out_of_step: older than `oldest` allows
+//   no time reported               10:00:00.300  none
 
 /// The clock of a time, and the quality of that clock. The numbers are public: in the file, in
 /// JSON, on Modbus and DDS; new ones are appended.

@@ -129,9 +129,8 @@ class OwnRun {
 //
 //   port_down of bay-1 … bay-1 is restarted … over   the end is an event, although the new line
 //                                                    has not reported the beginning
-//   ring_open of bay-1 … bay-1 is restarted          ends at the restart, because the new line
-//   would
-//                                                    report only a new beginning
+//   ring_open of bay-1 … bay-1 is restarted          ends at the restart: the new line reports no
+//                                                    end, only a new beginning
 //   not_in_use of a … a reload takes a into use      ends at the reload
 class LastingFacts {
  public:
