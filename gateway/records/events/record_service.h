@@ -109,8 +109,7 @@ class RecordService {
   std::atomic<std::size_t> owing_ = 0;  // events whose records are to be read
   mutable Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<std::vector<Debt>> debts_
-      BAUDGATE_GUARDED_BY(mutex_);  // by device; elements never move
+  std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // by device
 };
 
 }  // namespace baudgate::events
