@@ -3,8 +3,7 @@
 //
 //   byte 0, 1, 2   version (1), ValueCode, decimals
 //   number         size in bytes before the compression
-//   zlib over      count, time of the first entry, then the difference of each time step to the
-//   last
+//   zlib over      count, first time, first time step, then the change from each step to the next
 //                  qualities as runs: count, quality, count, quality, …
 //                  whether entries have a value, as runs: count, 0 or 1, …
 //                  the values of the entries that have one
