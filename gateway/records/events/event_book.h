@@ -37,9 +37,9 @@ namespace baudgate::events {
 
 // `Shares` limits how many events of one kind are stored, so that an input that flaps does not
 // crowd out other events. A kind is one code of one device, port or point. Twenty events are stored
-// at once, then one a minute. The rest is left out except its last event, so that the log ends with
-// the present state. This last event is stored within its minute, or when the state has settled.
-// The settling time is 2 s, and doubles each time up to a minute.
+// at once, then one a minute. The others are left out, except the last event, so that the log ends
+// with the present state. The last event is stored when the next minute permits it, or when no
+// event of its kind has come for the settling time: 2 s at first, doubled each time up to a minute.
 //
 //   61 x tripped, reset within seconds     20 of them are stored
 //   2 s later                              "40 events like the next left out", and the last event
@@ -151,7 +151,7 @@ class EventBook {
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }       ///< number of the newest event on the disk
   std::uint64_t repeats() const { return repeats_; }  ///< events that a device sent twice
-  /// Alarms on the disk that are active or unacknowledged.
+  /// Returns the alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// Returns the alarms as they will be when all batches that Prepare or Ahead returned last are
   /// stored.

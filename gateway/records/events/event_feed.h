@@ -208,7 +208,7 @@ class EventFeed {
   void Add(std::vector<EventRecord> events);
   /// Sets the numbers of the sources. Before the first call no device has a number.
   void Renumber(const SourceNames& sources);
-  /// The listeners are woken after Begin, Add and Supply.
+  /// Returns the listeners, which are woken after Begin, Add and Supply.
   FeedListeners& listeners() { return listeners_; }
 
   struct Page {
@@ -227,7 +227,7 @@ class EventFeed {
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
-  /// The alarms; they are updated before the listeners are woken.
+  /// Returns the alarms, which are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
   /// The functions below are for the thread that writes the file. `asked` is called on any thread

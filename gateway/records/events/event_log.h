@@ -66,8 +66,8 @@ class EventRounds {
   /// `options` and `pending` must stay valid for the lifetime of this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
-  /// To be called once a second by any thread but the writing thread, which may hang. Every few
-  /// seconds it makes a round check the file. If the disk does not answer in time, returns the
+  /// To be called once a second by any thread but the writing thread, which may hang. At every
+  /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
   /// batches that wait; the caller must then report the alarms of those that are not marked as
   /// `told`.
   std::vector<Batch> Watch();

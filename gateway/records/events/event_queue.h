@@ -77,7 +77,7 @@ class WatchedAlarms {
 };
 
 struct LogOptions {
-  std::filesystem::path file;  ///< empty: the configuration has no place for the file
+  std::filesystem::path file;  ///< empty: no file; see `why_no_file` and `in_memory`
   std::string why_no_file{};
   /// No file is used: events exist until the program ends.
   bool in_memory = false;

@@ -60,9 +60,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 // Values that are saved and read as a unit: what a relay has recorded of a trip, the billing values
 // of a month, the content of a transponder. docs/events.md describes the fields for users.
 //
-//   kind event, seq 7: of event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2
-//   xIn, … kind billing, seq 31: of meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh,
-//   …
+//   kind event, seq 7: event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2, …
+//   kind billing, seq 31: meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh, …
 //
 // A record is never stored in part: if some of its values are missing, it counts as not read.
 

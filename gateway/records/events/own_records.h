@@ -33,7 +33,7 @@ enum class OwnCode : std::uint32_t {
   port_lent = 1'000'006,
   collisions = 1'000'007,
   ring_open = 1'000'008,
-  no_answer = 1'000'009,  ///< of a device
+  no_answer = 1'000'009,  ///< a device does not answer
   not_in_use = 1'000'010,
   wrong_device = 1'000'011,
   replaced = 1'000'012,
@@ -131,7 +131,7 @@ class OwnRun {
 //                                                    has not reported the beginning
 //   ring_open of bay-1 … bay-1 is restarted          ends at the restart: the new line reports no
 //                                                    end, only a new beginning
-//   not_in_use of a … a reload takes a into use      ends at the reload
+//   not_in_use of feeder-1 … a reload enables it     ends at the reload
 class LastingFacts {
  public:
   /// Devices that the configuration disables are out of use from the start.

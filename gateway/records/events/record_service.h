@@ -10,8 +10,8 @@
 //   drained                                 stored with 412: the values can be of no later event
 //   instead, event 413 needs "trip", too    412 is superseded and its values are dropped; as above
 //   some points could not be read           tried again after 5 s when the device answers; 5 tries
-//   restart in between                      events without a record are in the file: all begins
-//   again its line is reloaded                    the device has another number: all begins again
+//   restart in between                      all begins again: the file lists events without record
+//   its line is reloaded                    all begins again: the device has another number
 //
 // While the device does not answer, nothing is requested; its records are read when it answers
 // again.

@@ -81,7 +81,7 @@ Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& q
 /// See ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
-/// The records of events `first` to `last`, in order of their events.
+/// Returns the records of events `first` to `last`, sorted by event.
 Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last);
 

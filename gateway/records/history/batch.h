@@ -2,9 +2,9 @@
 // runs that they belong to.
 //
 // A run is a stretch of time in which the history contains every change. A new run begins when the
-// gateway starts, after values were dropped, and when the clock of the machine was set. The time
-// between two runs is a gap. Within a run the times of a point rise. The numbers of runs always
-// rise, whatever the clock shows.
+// gateway starts, after values were dropped, when the clock of the machine was set, and after a
+// standstill of the process. The time between two runs is a gap. Within a run the times of a point
+// rise. The numbers of runs always rise, whatever the clock shows.
 //
 // `Entry` is a value of a point, `Rollup` computes means and bounds of time spans, `BatchQueue`
 // holds batches while the disk is slow, and `PendingValues` gives runs their numbers in the files.
@@ -63,8 +63,9 @@ struct Entry {
 // value counts from its reading until the next reading; the mean is over the time in which the
 // value was good.
 //
-//   width 60 s; 0 s: 10   30 s: 20   90 s: bad   →   span 0: mean 15, min 10, max 20, first 10,
-//   last 20, count 2, 60 s good                      span 60: mean 20, …, count 0, 30 s good
+//   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
+//     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
+//     span from 60 s: mean 20, min 20, max 20, first 20, last 20, count 0, good 30 s
 struct Trend {
   Millis begin = 0;
   double mean = 0;

@@ -1,6 +1,6 @@
 // `FolderFiles` lists the files of a history folder with their sizes, and `FindTooMuch` returns the
-// files to delete. `SureTime` returns the time by which files are too old, and `EstimateOf`
-// estimates how many bytes a configuration will store.
+// files to delete. `SureTime` returns the time that is used to judge the age of files, and
+// `EstimateOf` estimates how many bytes a configuration will store.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -61,18 +61,18 @@ std::string Largest(const FolderFiles& folder_files);
 /// Removes a database file with its write-ahead log. Failures are ignored.
 void RemoveFile(const std::filesystem::path& folder, const std::string& file);
 
-// `SureTime` returns the time by which files are judged too old. The clock of a machine may be
-// wrong by years for a few seconds, or from the start on; files that were deleted because of that
-// are lost.
+// `SureTime` returns the time that is used to judge the age of files. The clock of a machine may be
+// wrong by years for a few seconds, or from the start on; files that were deleted because of a
+// wrong clock are lost.
 //
 //   start, newest file of 20 Nov, clock shows 2099   → for a day nothing; then 21 Nov + uptime
 //   clock set by more than a minute                  → for a day nothing
 class SureTime {
  public:
-  /// The clock must have run for this time without being set.
+  /// The clock is trusted after it has run for this time without being set.
   static constexpr Duration kSettled = kDay * 1ms;
-  /// Two calls of Look between which the clock differs from the elapsed time by more than this: the
-  /// clock was set.
+  /// The clock was set if, between two calls of Look, it differs from the elapsed time by more than
+  /// this.
   static constexpr Duration kStep = 1min;
 
   /// `newest`: begin of the newest day that has a file; empty: no file.

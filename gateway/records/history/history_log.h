@@ -112,7 +112,7 @@ class HistoryLog {
   /// Writes all values that wait, so it blocks for as long as the disk takes.
   ~HistoryLog();
 
-  /// The view may outlive this object.
+  /// Returns the view, which may outlive this object.
   std::shared_ptr<const HistorySource> view() const { return view_; }
 
  private:

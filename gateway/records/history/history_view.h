@@ -157,7 +157,7 @@ class HistoryView final : public HistorySource {
   Result<Page> Read(const PageQuery& query) const override;
   Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
 
-  // ---- The functions below are for HistoryLog.
+  // ---- for HistoryLog only
   template <typename Change>
   void Update(Change change) {
     const MutexLock lock(mutex_);

@@ -60,7 +60,7 @@ class Recorder {
   void Tick(Now now, std::size_t room, Batch& out);
   /// Begins a new run, because the stored values of this run are lost.
   void BeginAnew(Now now, std::size_t room, Batch& out);
-  /// Closes all spans and the run. The last call.
+  /// Closes all spans and the run. Must be the last call.
   void End(Now now, Batch& out);
 
   const RecorderCounters& counters() const { return counters_; }

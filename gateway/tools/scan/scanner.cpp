@@ -172,8 +172,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Handles bytes that came without a request, or in the name of another device: they may be a late
-/// reply to the question before, which is asked once more with a longer timeout.
+/// Handles bytes that came without a request, or in the name of another device. They may be a late
+/// reply to the question `late`, which is asked once more with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -248,8 +248,8 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Repeats the question. If all replies are damaged, either two devices answer at once, or a device
-/// answers in another format.
+/// Repeats the question after a damaged reply. If all replies are damaged, tries other formats; if
+/// that fails, records that two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {

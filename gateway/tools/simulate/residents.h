@@ -97,7 +97,7 @@ class Residents {
 
   const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// The options of the first device, by which requests are cut from the bytes.
+  /// Returns the options of the first device, which determine how requests are cut from the bytes.
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 

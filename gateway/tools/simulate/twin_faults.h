@@ -84,8 +84,8 @@ class TwinFaults {
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// True while the fault death is active. The caller must then restart the device, so that its
-  /// sessions are lost.
+  /// True while the fault death is active. When the fault ends, the caller must create a new twin,
+  /// so that its sessions are lost.
   bool IsDead(Instant now) const;
 
   /// Returns the bytes that reach the master after `request`, sorted by time. An empty `reply`: the
@@ -144,7 +144,7 @@ class TwinFaults {
 // `ParseFault` reads a fault as the user writes it for `simulate --fault`:
 // "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists kinds and keys.
 
-/// The error text contains the fault, the key and the permitted values.
+/// Parses a fault. The error text contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);
 
 }  // namespace baudgate::tools

@@ -109,7 +109,7 @@ namespace {
 
 /// Duration of the pieces in which a paced reply is sent, as from the FIFO of a UART.
 constexpr Duration kPiece = 2ms;
-/// A request counts as incomplete after a silence of this time, and of this many characters.
+/// A request has ended when the line was silent for this time and for this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
 /// Interval at which twins that send unasked are polled.

@@ -51,8 +51,8 @@ struct TwinBus {
 
 class TwinPort : public std::enable_shared_from_this<TwinPort> {
  public:
-  /// Takes over the descriptor. Handlers may still run after this object is destroyed, because they
-  /// hold only a weak reference.
+  /// Takes over the descriptor. Handlers that run after this object is destroyed do nothing,
+  /// because they hold only a weak reference.
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();

@@ -105,7 +105,7 @@ class StreamTable {
  public:
   struct Column {
     std::string title{};
-    std::size_t width = 0;  ///< initial width if lines have no limit, ≥ title
+    std::size_t width = 0;  ///< initial width if lines have no limit; at least the title's width
     bool right = false;     ///< right-aligned, for numbers
   };
   using Row = std::vector<std::string>;

@@ -50,8 +50,9 @@ void Say(const std::string& sentence) {
 }
 
 /// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
-/// `most`. That is later than the gateway would end it. If the gateway is dead, no other program
-/// would end a hanging process, and subscribers would take its last samples for valid.
+/// `most`. The default is longer than the time after which the gateway ends the process. If the
+/// gateway is dead, no other program would end a hanging process, and subscribers would take its
+/// last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
 /// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the

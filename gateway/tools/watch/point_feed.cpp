@@ -90,7 +90,7 @@ namespace {
 /// The loop of `watch --events` and `--alarms`, which prints a line for each item.
 struct LineLoop {
   const StopSignals& signals;
-  std::optional<Duration> seconds;  ///< end after this time, if not ended before
+  std::optional<Duration> seconds;  ///< end after this time; empty: no limit
   int mailbox = -1;                 ///< readable when `print` has something to print
   std::function<void()> print;
 };

@@ -133,8 +133,8 @@ struct GatewayStart {
   dds::GatewaySample sample;
   dds::PublisherId publisher;
 };
-using HeardEvent =
-    std::variant<PointEvent, GatewayStart, dds::PublisherId>;  ///< PublisherId: it has left
+/// A point, the start of a gateway, or the id of a publisher that has left.
+using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;
 
 class PointFeed {
  public:

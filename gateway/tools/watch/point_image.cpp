@@ -58,7 +58,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  std::pair<std::size_t, std::size_t> most{0, 0};  // matching points, and few other points
+  std::pair<std::size_t, std::size_t> most{0, 0};  // matching points, then few others
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(
         points, [&](const std::string& point) { return places.contains(point); }));

@@ -85,7 +85,7 @@ class PointImage {
 struct Remark {
   enum class Weight : std::uint8_t { note, change, alarm };
   Weight weight = Weight::note;
-  std::string text;  ///< unfiltered names from the network: show it by Harmless
+  std::string text;  ///< contains text from the network; pass it through Harmless to show it
 };
 
 class Publishers {

@@ -12,10 +12,11 @@
 
 namespace baudgate::tools {
 
-/// Calls `run` in a child process, which ends with this process, and returns its exit code. If a
-/// signal ends the child, writes a line to `err` and starts another child after a wait: the waits
-/// of `ladder` in turn, then its last one again and again. SIGINT, SIGTERM and SIGHUP are passed to
-/// the child, which is then not started again. Must be called before other threads are started.
+/// Calls `run` in a child process, which ends with this process. Returns the exit code of `run`, or
+/// 128 plus the signal that killed the child. If a signal ends the child, writes a line to `err`
+/// and starts another child after a wait: the waits of `ladder` in turn, then its last one again
+/// and again. SIGINT, SIGTERM and SIGHUP are passed to the child, which is then not started again;
+/// during a wait they end the function with 0. Must be called before other threads are started.
 int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder,
                std::ostream& err);
 

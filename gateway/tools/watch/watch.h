@@ -27,11 +27,11 @@ struct WatchOptions {
   std::vector<std::string> peers;  ///< see dds::ParticipantOptions
   std::vector<config::HostPort> discovery_servers{};  ///< see dds::ParticipantOptions
   bool multicast = true;                              ///< see dds::ParticipantOptions
-  bool once = false;                ///< print all points once when no new ones come, then end
+  bool once = false;                ///< wait until no new point comes, print all points, end
   bool events = false;              ///< show events instead of points
   bool alarms = false;              ///< show alarms instead of points
   bool json = false;                ///< print one JSON object for each reading
-  std::optional<Duration> seconds;  ///< end after this time; empty: at SIGINT or SIGTERM
+  std::optional<Duration> seconds;  ///< end after this time; empty: at SIGINT, SIGTERM or SIGHUP
   std::string gateway;              ///< only this gateway; empty = all
   std::string device;
   std::string point;
@@ -45,8 +45,8 @@ struct WatchOptions {
 dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 
 /// Runs until the end that the options set, or SIGINT, SIGTERM or SIGHUP. Returns the exit code: 0;
-/// 2 for options that exclude each other; 4 if no point was received or the subscriber cannot be
-/// created.
+/// 2 for `multicast` false without peers and discovery servers; 4 if no point was received or the
+/// subscriber cannot be created.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 // The command-line options of `baudgate watch`. baudgate-dds parses them; the gateway's binary

@@ -21,7 +21,8 @@ namespace baudgate::tools {
 // `JsonOf` makes JSON of a sample: the fields of the contract
 // (gateway/outputs/dds/published_types.h) under their names, in their order.
 //
-//   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"; null: 0
+//   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
+//   source_time_ns 0                      "source_time":null
 //   value NaN                             "value":null
 
 using Json = nlohmann::ordered_json;
@@ -85,7 +86,8 @@ std::string ValueText(const dds::PointSample& sample);
 
 /// True if `now` is the same reading, sent again by the heartbeat.
 bool IsSameReading(const PointEvent& before, const PointEvent& now);
-/// True if value, unit and quality are equal.
+/// True if value, unit and quality are equal, and the point has ended in both samples or in
+/// neither.
 bool LooksAlike(const PointEvent& before, const PointEvent& now);
 
 std::string JsonLine(const PointEvent& event);
