@@ -5,8 +5,6 @@
 //                  active ─clear→ returned ─acknowledge→ normal
 //
 // If a device reports "on" twice, its "off" was lost, so the alarm is raised again.
-//
-// `AlarmBoard` holds the alarms that are on the disk, for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -93,7 +91,7 @@ AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` holds the alarms as they are on the disk, so outputs need not wait for the disk.
 // Each change gets a version number; an output passes the last version that it has read, and gets
-// the newer changes. May be called from any thread.
+// the newer changes. Thread-safe.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged
@@ -108,7 +106,7 @@ class AlarmBoard {
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< the present state of the alarm; may be normal
+    Alarm alarm{};  ///< may be normal
   };
   /// Returns at most `most` alarms that have changed after version `after`, sorted by version.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;

@@ -15,8 +15,6 @@
 // Alarms have three states: `alarms_` are on the disk, `after_.alarms` are changes of the
 // transaction that is being written, and `expected_` are changes of that transaction and of all
 // batches that wait. Outputs use AlarmBoard in gateway/records/events/alarm.h instead.
-//
-// `SourceNumbers` maps the number of a source to its names.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -176,7 +174,7 @@ class EventBook {
   std::deque<Batch> waiting_;
   std::size_t own_ = 0;  // waiting batches of the gateway itself
   Shares shares_;
-  Said said_;  // texts of stored batches
+  Said said_;
   std::int64_t last_ = 0;
   std::uint64_t repeats_ = 0;
   std::map<AlarmKey, Alarm> alarms_;

@@ -4,8 +4,7 @@
 // after each commit, never before. A consumer that takes all events has a cursor; events that are
 // no longer in memory are read from the file by that thread. An output that only shows events
 // misses these, and can count them by their numbers. Events contain the names of their devices; the
-// number of a device is looked up when the event is taken. `Backlog`, `RecentEvents` and
-// `FeedListeners` are parts of `EventFeed`. `CursorBook` contains the cursors.
+// number of a device is looked up when the event is taken.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,7 +27,7 @@ namespace baudgate::events {
 
 // `CursorBook` contains the position of each consumer that takes all events, by the consumer's
 // name. The positions are stored in the file, so after a restart a consumer continues where it was.
-// May be called from any thread.
+// Thread-safe.
 
 struct Cursor {
   std::int64_t seq = 0;  ///< the consumer has received this event and all before
@@ -164,8 +163,7 @@ class RecentEvents {
   std::map<std::string, std::int64_t> older_;
 };
 
-// `FeedListeners` wakes outputs when a feed has more events for them. May be called from any
-// thread.
+// `FeedListeners` wakes outputs when a feed has more events for them. Thread-safe.
 class FeedListeners {
  public:
   using Listener = std::uint64_t;

@@ -1,6 +1,5 @@
 // `EventFile` is the events' part of events.db: it opens the file when needed, writes batches, and
 // reports failures. Used by one thread (gateway/records/events/event_log.h); it reads no clock.
-// `AlarmTable` and `EventTable` read and write the rows of their tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +25,7 @@ namespace baudgate::events {
 // written in the transaction of the event that has changed it. Used by one thread.
 class AlarmTable {
  public:
-  /// `database` must stay valid for the lifetime of this object.
+  /// `database` must outlive this object.
   explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);
@@ -48,7 +47,7 @@ inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
  public:
-  /// `database`: as OpenEvents has opened it; must stay valid for the lifetime of this object.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit EventTable(records::Database& database, std::int64_t most = kMostEvents);
 
   struct Contents {

@@ -9,8 +9,6 @@
 //   PendingEvents  data of these two, with the lock    EventBook    batches not on the disk yet
 //   RoundWriter    writes one round                    EventFile    opens the file
 //   EventTable     writes the rows
-//
-// `RoundTimer` computes when the thread runs next.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -63,7 +61,7 @@ class RoundTimer {
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
  public:
-  /// `options` and `pending` must stay valid for the lifetime of this object.
+  /// `options` and `pending` must outlive this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
   /// To be called once a second by any thread but the writing thread, which may hang. At every
@@ -71,10 +69,9 @@ class EventRounds {
   /// batches that wait; the caller must then report the alarms of those that are not marked as
   /// `told`.
   std::vector<Batch> Watch();
-  /// Makes a round due, `now` or in a second. May be called from any thread.
+  /// Makes a round due, `now` or in a second. Thread-safe.
   void Look(bool now);
-  /// Requests a check of the whole file because a reader has found damage. May be called from any
-  /// thread.
+  /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
 
   /// Begins a round; returns false if no round is due yet.
@@ -123,7 +120,7 @@ class EventRounds {
 // Used by the writing thread, unless a comment states otherwise.
 class RoundWriter {
  public:
-  /// All references must stay valid for the lifetime of this object. `options.writer` must be set.
+  /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
   /// Executes a round if one is due; `last`: rounds until nothing waits. Returns when the next
@@ -136,10 +133,10 @@ class RoundWriter {
   /// last round, on another thread.
   void StopServing();
   /// Reports the alarms that have changed in these batches, unless the batch is marked as `told`.
-  /// May be called from any thread.
+  /// Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// Returns the consumers with their positions. May be called from any thread. `oldest`: number of
-  /// the first event in the file.
+  /// Returns the consumers with their positions. Thread-safe. `oldest`: number of the first event
+  /// in the file.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:

@@ -1,6 +1,6 @@
 // `EventQueue` accepts all events, and shows those that are not in the file yet. Any thread may
 // call it. No call waits for the disk, except End. gateway/records/events/event_log.h writes the
-// events. `WaitingAck`, `WatchedAlarms` and `PendingEvents` are shared with that writing part.
+// events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -144,7 +144,7 @@ struct PendingEvents {
 
 class EventQueue {
  public:
-  /// `options` and `pending` must stay valid for the lifetime of this object.
+  /// `options` and `pending` must outlive this object.
   EventQueue(const LogOptions& options, PendingEvents& pending)
       : options_(options), pending_(pending) {}
 

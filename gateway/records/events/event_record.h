@@ -1,8 +1,6 @@
 // `EventRecord` is one event as it is stored in events.db. docs/events.md describes the fields for
 // users. On its way, an event is first a DeviceEvent in an EventBatch (protocols), then in
 // ReportedEvents (poll), then an EventRecord in a Batch (here), and last a FedEvent for outputs.
-// `PlacedTime` is the time of an event. `KeptRecord` is a set of values that are saved and read as
-// a unit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -67,10 +65,9 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 
 /// The kinds are public: in the file and in JSON. Each kind has a number sequence.
 inline constexpr std::string_view kEventRecord = "event";  ///< values that are read after an event
-inline constexpr std::string_view kBillingRecord = "billing";  ///< billing values of a meter
+inline constexpr std::string_view kBillingRecord = "billing";
 inline constexpr std::string_view kTagRecord = "tag";  ///< of a transponder, without an event
 
-/// `Name` returns the word for each state that users see.
 enum class RecordState : std::uint8_t {
   read,
   not_read,    ///< reading was given up; `text` contains the reason

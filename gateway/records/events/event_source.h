@@ -1,6 +1,5 @@
 // `EventSource` is the interface by which gateway/outputs/status and gateway/outputs/control read
-// events and alarms and acknowledge alarms. May be called from any thread. `ReadPage` reads stored
-// events page by page.
+// events and alarms and acknowledge alarms. Thread-safe.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -11,8 +11,6 @@
 //                                            open, and then for its whole delay
 //   Begin(port_down), alarms of line: off    no_answer of each of its devices is raised
 //   End, the first since the start           the alarm ends if it is active in the file
-//
-// `Trouble` lists the kinds of trouble.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -43,10 +41,10 @@ namespace baudgate::events {
 //   server_away           10.0.0.9:502    the route to this server
 //   events_lost                           the gateway
 enum class Trouble : std::uint8_t {
-  no_answer,     ///< a device does not answer
+  no_answer,
   wrong_device,  ///< the device is not of the configured kind
   replaced,      ///< another device answers in its place; has no end
-  port_down,     ///< the port of a line is down
+  port_down,
   ring_open,
   unit_silent,  ///< a unit behind a route does not answer requests of clients
   server_away,  ///< the server of a route cannot be reached

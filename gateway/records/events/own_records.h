@@ -1,6 +1,5 @@
 // The gateway's own events, with the codes and texts that users read (docs/events.md). No lock, no
-// clock, no disk. `OwnCode` lists the codes, `OwnRun` makes the events for the start and the end of
-// the gateway, and `LastingFacts` contains the facts that have begun and have not ended.
+// clock, no disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,19 +28,19 @@ enum class OwnCode : std::uint32_t {
   stops = 1'000'002,
   left_out = 1'000'003,      ///< events of one kind that came too often were left out; see Shares
   disk_trouble = 1'000'004,  ///< trouble of events.db, reported when it is over
-  port_down = 1'000'005,     ///< the port of a line is down
+  port_down = 1'000'005,
   port_lent = 1'000'006,
   collisions = 1'000'007,
   ring_open = 1'000'008,
-  no_answer = 1'000'009,  ///< a device does not answer
+  no_answer = 1'000'009,
   not_in_use = 1'000'010,
   wrong_device = 1'000'011,
   replaced = 1'000'012,
   point_change = 1'000'013,  ///< a value has changed; `text` names the point
   point_above = 1'000'014,
   point_below = 1'000'015,
-  acknowledged = 1'000'016,  ///< an alarm was acknowledged
-  not_watched = 1'000'017,   ///< the configuration no longer contains an alarm
+  acknowledged = 1'000'016,
+  not_watched = 1'000'017,  ///< the configuration no longer contains an alarm
   reloaded = 1'000'018,
   taken_back = 1'000'019,       ///< a configuration that was not confirmed was taken back
   clock_corrected = 1'000'020,  ///< the gateway has corrected the clock of a device
@@ -53,7 +52,6 @@ enum class OwnCode : std::uint32_t {
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }
 
-/// How the previous run of the gateway ended.
 struct LastRun {
   enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
   WallTime last{};  ///< time of the last event of that run
@@ -73,7 +71,6 @@ EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTim
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
 /// Returns the event that changes the priority of an alarm to that of the configuration.
 EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at);
-/// Returns the event that raises or ends one of the gateway's own alarms.
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
                            AlarmMark mark, std::string text, WallTime at);
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);

@@ -33,7 +33,7 @@
 
 namespace baudgate::events {
 
-/// May be called from any thread.
+/// Thread-safe.
 class RecordService {
  public:
   static constexpr int kTries = 5;
@@ -48,8 +48,8 @@ class RecordService {
     std::function<bool(bus::WriteCommand command)> ask;  ///< see CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` must stay valid for the lifetime of this object. All requested reads must be answered
-  /// before this object is destroyed.
+  /// `store` must outlive this object. All requested reads must be answered before this object is
+  /// destroyed.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
   /// Adds the devices of a line; they get the next device numbers.

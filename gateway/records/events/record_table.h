@@ -1,6 +1,5 @@
 // `RecordTable` writes the tables `records`, `record_values` and `owed_records` of events.db. Each
-// call is part of the caller's transaction. Used by one thread. `ReadRecords` reads stored records.
-// `PastTable` writes the values that devices have measured and stored themselves.
+// call is part of the caller's transaction. Used by one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +25,7 @@ class RecordTable {
   /// instead.
   static constexpr std::int64_t kMost = 1'000'000;
 
-  /// `database`: as OpenEvents has opened it; must stay valid for the lifetime of this object.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
   /// Writes a record with the next number of its kind, and removes its event from `owed_records`.
@@ -95,7 +94,7 @@ class PastTable {
   /// Limit of the stored values: about 270 MB, 70 years of one meter by half hours.
   static constexpr std::int64_t kMost = 5'000'000;
 
-  /// `database`: as OpenEvents has opened it; must stay valid for the lifetime of this object.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
   /// Writes the values of a device. A record without values is written as a gap in all points of

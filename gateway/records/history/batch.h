@@ -5,9 +5,6 @@
 // gateway starts, after values were dropped, when the clock of the machine was set, and after a
 // standstill of the process. The time between two runs is a gap. Within a run the times of a point
 // rise. The numbers of runs always rise, whatever the clock shows.
-//
-// `Entry` is a value of a point, `Rollup` computes means and bounds of time spans, `BatchQueue`
-// holds batches while the disk is slow, and `PendingValues` gives runs their numbers in the files.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

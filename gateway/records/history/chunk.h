@@ -10,9 +10,6 @@
 //
 // Numbers: 7 bits a byte, low bits first; signed numbers by ZigZag. docs/history.md describes the
 // format.
-//
-// `ColumnWriter` and `ColumnReader` write and read numbers; `WriteValues` and `ReadValues` the
-// column of values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,6 @@
 // `DayFile` is values-YYYYMMDD.db: the stored values of one day (UTC). New entries are rows in one
 // of two tables. While that table fills, the rows of the second table become chunks in one
-// transaction, so an entry is never in the file twice. docs/history.md has the tables. `OpenRows`
-// holds a copy of the rows in memory until they become chunks.
+// transaction, so an entry is never in the file twice. docs/history.md has the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -94,7 +93,7 @@ class PointFile {
   const std::filesystem::path& path() const { return path_; }
 
  protected:
-  /// `names` must stay valid for the lifetime of this object.
+  /// `names` must outlive this object.
   PointFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
       : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
@@ -121,7 +120,7 @@ class PointFile {
 
 class DayFile final : public PointFile {
  public:
-  /// `names` must stay valid for the lifetime of this object.
+  /// `names` must outlive this object.
   DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 

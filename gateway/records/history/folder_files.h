@@ -1,6 +1,5 @@
 // `FolderFiles` lists the files of a history folder with their sizes, and `FindTooMuch` returns the
-// files to delete. `SureTime` returns the time that is used to judge the age of files, and
-// `EstimateOf` estimates how many bytes a configuration will store.
+// files to delete.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

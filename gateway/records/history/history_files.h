@@ -1,6 +1,5 @@
 // `HistoryFiles` manages the open files of the history. A file in which damage is found is closed,
-// and is put aside when it is opened again. `TrendFile` is trends.db, with the minutes and hours of
-// each point.
+// and is put aside when it is opened again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,7 +41,7 @@ inline constexpr Millis kKeepHours = 3660 * kDay;
 
 class TrendFile final : public PointFile {
  public:
-  /// `names` must stay valid for the lifetime of this object.
+  /// `names` must outlive this object.
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
@@ -75,8 +74,8 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` must stay valid for the lifetime of this object; messages about
-  /// files that were put aside or removed by another program are added to it.
+  /// `vfs`: as in Database. `news` must outlive this object; messages about files that were put
+  /// aside or removed by another program are added to it.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
@@ -116,7 +115,7 @@ class HistoryFiles {
   const std::vector<PointName> names_;
   const std::string vfs_;
   std::vector<News>& news_;
-  std::map<Millis, std::unique_ptr<DayFile>> days_;  // files that are open
+  std::map<Millis, std::unique_ptr<DayFile>> days_;
   std::unique_ptr<TrendFile> trends_;
   std::map<Millis, std::string> damaged_days_;
   std::string damaged_trends_;  // empty: no damage was found

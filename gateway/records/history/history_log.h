@@ -1,8 +1,7 @@
 // `HistoryLog` stores the history while the gateway runs. One thread reads the changes of the point
 // store and decides which values are stored; another thread writes them once a second. Lines never
 // wait for these threads. While the disk is slow, full or failing, entries wait in a bounded queue.
-// When the queue is full, entries are dropped and counted, and the history has a gap. `ValueStore`
-// decides which value goes to which file.
+// When the queue is full, entries are dropped and counted, and the history has a gap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,7 +1,5 @@
 // `HistoryView` is the history for outputs: its state and its values. A read that hangs on a slow
 // disk holds a reference to the view, so the view outlives a log that a reload has ended.
-// `HistorySource` is the interface for outputs, `ReadPage` reads a page of records, and `ReadChart`
-// reduces a history to what a chart can show.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,7 +26,6 @@ namespace baudgate::history {
 /// Limit of the records of one page: about 100 kB of the control socket.
 inline constexpr std::size_t kPage = 1000;
 
-/// A gap between two runs.
 struct Gap {
   Millis until = 0;
   RunBegin why = RunBegin::started;
@@ -116,7 +113,7 @@ class UnreadFiles {
 };
 
 // `HistoryState` and `HistorySource` are the interface for gateway/outputs/status and
-// gateway/outputs/control. May be called from any thread.
+// gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;               ///< why the disk fails; empty: no trouble

@@ -133,7 +133,6 @@ void Recorder::TakeOne(Seen& seen, Millis now, Batch& out) {
   point.latest = entry;
 }
 
-/// Stores an entry if the rule of its point selects it.
 void Recorder::Offer(PointNumber number, const Entry& entry, Batch& out) {
   Point& point = points_[number];
   if (IsKept(point.rule, point.kept ? &*point.kept : nullptr, entry)) Keep(number, entry, out);

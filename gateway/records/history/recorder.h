@@ -1,7 +1,6 @@
 // `Recorder` takes the changes of the point store, decides which values are stored, and computes
 // minutes and hours. It has no thread, no clock and no disk: gateway/records/history/history_log.h
-// provides these. `LogRule` contains the rule for one point, and `ChangeRecorder` passes the change
-// feed to `Recorder`.
+// provides these.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -49,7 +48,7 @@ class Recorder {
   /// Spans are closed this long after their end, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;
 
-  /// `store` must stay valid for the lifetime of this object.
+  /// `store` must outlive this object.
   Recorder(const config::History& history, const bus::PointStore& store, Now now);
 
   /// Takes changes of the point store. `room`: number of entries that fit into the queue. When the
@@ -114,7 +113,7 @@ class Recorder {
 // and ticks once a second. Used by one thread, except Wake.
 class ChangeRecorder {
  public:
-  /// `store` must stay valid for the lifetime of this object.
+  /// `store` must outlive this object.
   ChangeRecorder(const config::History& history, bus::PointStore& store, Now now);
   ~ChangeRecorder() { store_.Unsubscribe(feed_); }
   ChangeRecorder(const ChangeRecorder&) = delete;
@@ -122,7 +121,7 @@ class ChangeRecorder {
 
   /// Waits for changes, or until the next tick; with `last` not at all.
   void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
-  /// Ends a Wait. May be called from any thread.
+  /// Ends a Wait. Thread-safe.
   void Wake() { feed_->Wake(); }
   /// Returns what is to be stored; call this after Wait. `room`: see Recorder. `anew`: the stored
   /// values of this run are lost.

@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::uint8_t kParityBit = 0x80;
 
-/// Returns the complete frames in `bytes`.
 std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, View bytes) {
   protocols::Assembler assembler;
   assembler.Begin(tongue.protocol->reply_rule,

@@ -10,8 +10,6 @@
 //   "\n\xBC1D\xBA…", bit 7 is an even parity   device, its format is 7E1
 //   ">2RI1:00\r"                               foreign: another master
 //   "\n<1D:SP\x7F\x02"                         garbled
-//
-// `Report` contains the results of a scan, and `Configuration` makes a configuration from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -88,8 +86,8 @@ struct Report {
   std::vector<Found> found{};
   bool network = false;  ///< the port is a serial server that has the serial settings
   bool echo = false;     ///< the bus echoes requests
-  bool asked = false;    ///< something was sent
-  bool ended = true;     ///< false: the user or the time limit has ended the scan
+  bool asked = false;
+  bool ended = true;  ///< false: the user or the time limit has ended the scan
   std::vector<std::string> remarks{};
 };
 
@@ -107,7 +105,7 @@ void RemarkFormats(std::vector<Found>& found);
 /// The parts of a configuration that a scan cannot find out.
 struct Heading {
   std::string written{};  ///< text of the first comment
-  std::string gateway{};  ///< name of the gateway
+  std::string gateway{};
   std::string line{};
   std::string port{};
 };

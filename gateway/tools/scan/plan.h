@@ -70,7 +70,6 @@ struct Listening {
 };
 std::vector<Listening> ListenFirst(const Wish& wish);
 
-/// Time limit of a quick scan.
 inline constexpr Duration kQuickLimit = 57s;
 
 /// True if bit rate and character format are equal.

@@ -47,7 +47,7 @@ class Watcher {
 
 class Scanner {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
 
   /// Executes the scan; to be called once. The report contains what was found, also after an error.

@@ -1,6 +1,5 @@
 // `Pty` is a pseudo terminal that acts as the far end of a serial cable, for twins, the demo and
-// tests: bytes that the twin writes to the master arrive at a reader of the linked path. `ServerOf`
-// finds the program that serves a pty.
+// tests: bytes that the twin writes to the master arrive at a reader of the linked path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

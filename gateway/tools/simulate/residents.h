@@ -1,7 +1,6 @@
 // `Residents` contains the twins of one protocol on a bus, and their faults. Complete requests go
 // in; replies with their times come out. Sans-I/O: gateway/tools/simulate/twin_port.h carries the
-// bytes over a pty or a connection. `SimulatedValues` computes what the devices measure, and
-// `TwinEvents` raises events.
+// bytes over a pty or a connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,8 +27,7 @@ namespace baudgate::tools {
 /// fixed value.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` must stay valid for the lifetime of this object. `seed` shifts the waves of the twin,
-  /// so that twins differ.
+  /// `points` must outlive this object. `seed` shifts the waves of the twin, so that twins differ.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -80,7 +78,6 @@ std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
 
 class Residents {
  public:
-  /// The result of one request.
   struct Answer {
     Bytes reply;                    ///< reply of a twin; empty: no twin answers
     std::vector<TimedPiece> heard;  ///< bytes that reach the master, after faults

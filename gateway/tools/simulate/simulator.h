@@ -1,6 +1,6 @@
 // `Simulator` serves twins on a pty or behind a TCP server. It answers requests as the real devices
 // would, at a real bit rate if one is given. Used by `baudgate simulate`, the demo, system tests
-// and benchmarks. `SimulateLine` makes the twins of a whole line of a configuration.
+// and benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -63,7 +63,7 @@ class Simulator {
   /// Returns the value for a line's `port:`, such as a path or "tcp://127.0.0.1:4001".
   const std::string& path() const;
   /// Return the number of answered requests, and of the characters of these exchanges, in both
-  /// directions. May be called from any thread.
+  /// directions. Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
   /// Returns how often each fault has struck. To be called from the thread of the io_context.

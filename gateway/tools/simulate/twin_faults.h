@@ -1,7 +1,6 @@
 // `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
 // may be lost, damaged, torn, late or foreign. Sans-I/O: gateway/tools/simulate/simulator.h sends
-// the pieces on a pty, tests on a virtual line. `ParseFault` reads the text form; see
-// docs/faults.md.
+// the pieces on a pty, tests on a virtual line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,11 +28,11 @@ struct Fault {
   enum class Kind : std::uint8_t {
     death,          ///< the device receives nothing and sends nothing
     wrong_address,  ///< another device answers in its place
-    loss,           ///< the reply is lost
-    bits,           ///< bits of the reply are flipped
-    stall,          ///< a silence inside the reply
-    dribble,        ///< the reply comes byte by byte
-    doubled,        ///< the reply comes twice
+    loss,
+    bits,     ///< bits of the reply are flipped
+    stall,    ///< a silence inside the reply
+    dribble,  ///< the reply comes byte by byte
+    doubled,
     garbage_before,
     garbage_after,
     late,  ///< the reply comes later, or with the reply to a later request

@@ -1,6 +1,6 @@
 // `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It cuts received
 // bytes into requests, and sends each piece of a reply at the time when its last character would
-// have been transmitted. `ReceiveAs` computes what a UART with other settings receives.
+// have been transmitted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,6 @@
 // `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, for commands that run until
 // they are stopped or their terminal is closed. Commands that draw on a terminal also get SIGWINCH,
-// which reports a new size. `AfterOutput` checks that the output was written.
+// which reports a new size.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -64,8 +64,6 @@ class StopSignals {
   sigset_t before_{};
   int descriptor_ = -1;
 };
-
-// `AfterOutput` checks that the output was written: the last step of a command.
 
 /// Returns the exit code of a command whose result is `code`. If the output cannot be written, for
 /// example to a full disk, returns 4 instead of success. A reader that has closed its end is no

@@ -1,6 +1,5 @@
 // `RenderTable` renders tables of live values as text. `baudgate watch` and `baudgate demo` fill it
-// from samples, and print the text on a terminal. `LiveScreen` draws the whole screen again and
-// again.
+// from samples, and print the text on a terminal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -68,7 +67,6 @@ struct TableView {
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
 
-/// One row of the table of points.
 struct PointRow {
   std::string device;
   std::string point;

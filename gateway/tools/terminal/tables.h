@@ -1,6 +1,4 @@
 // `WidthOf` returns how wide a text is in a terminal: in characters, not bytes. "°C" is two wide.
-// `WrapLines` breaks text into lines, `ColumnLayout` places cells, and `TextTable` and
-// `StreamTable` print tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

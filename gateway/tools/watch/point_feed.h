@@ -1,7 +1,5 @@
 // `PointFeed` is the subscriber of `watch`: it passes points, and starts and ends of gateways, from
-// the library's threads to the thread that shows them. `Mailbox` holds received items, and
-// `Listening` restarts a subscriber that no longer receives. `RunWatchEvents` prints events and
-// alarms.
+// the library's threads to the thread that shows them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -147,7 +145,6 @@ class PointFeed {
   Status Open();
   void Close();
 
-  /// Readable when TakeAll has something to return.
   int descriptor() const { return mailbox_.descriptor(); }
   std::vector<HeardEvent> TakeAll() { return mailbox_.TakeAll(); }
 

@@ -1,7 +1,5 @@
 // `PointImage` contains the present state of all points, and returns them in the order in which
 // they are shown. It gets events from gateway/tools/watch/watch.h and makes rows for the table.
-// `PointOrder` is the order of the points in a device's profile, and `Publishers` detects false
-// publishers of a gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,5 @@
 // `RunWatch` is `baudgate watch`: it shows what gateways publish on DDS, as a live table, plain
-// lines or JSON lines. Samples come from gateway/outputs/dds/fast/subscriber.h. `AddWatch` adds the
-// command-line options of the command.
+// lines or JSON lines. Samples come from gateway/outputs/dds/fast/subscriber.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
