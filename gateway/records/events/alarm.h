@@ -37,7 +37,7 @@ constexpr bool IsUnacknowledged(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::returned;
 }
 
-/// What an event does to its alarm. The key of the alarm is line, device and EventRecord::subject.
+/// What an event does to its alarm. The alarm's key is line, device and EventRecord::subject.
 struct AlarmMark {
   enum class Step : std::uint8_t {
     none,
@@ -50,11 +50,11 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// True for the first state that is known since the gateway started. Such an event is dropped if
-  /// the stored alarm already has this state.
+  /// The first state known since the start. Such an event is dropped if the stored alarm already
+  /// has this state.
   bool first = false;
   std::string by{};      ///< the person who acknowledges
-  std::int64_t seq = 0;  ///< acknowledge only the alarm that this event has raised; 0: any alarm
+  std::int64_t seq = 0;  ///< only the alarm that this event has raised; 0: any alarm
 };
 
 using AlarmKey = std::tuple<std::string, std::string, std::string>;
@@ -75,8 +75,7 @@ struct Alarm {
   AlarmKey key() const { return {line, device, name}; }
 };
 
-/// Returns the place of an alarm for users: "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if
-/// the alarm has no line.
+/// Returns "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
 std::string PlaceOf(const Alarm& alarm);
 
 struct EventRecord;
@@ -85,21 +84,19 @@ struct AlarmChange {
   bool counts = true;            ///< false: the event is dropped
   std::optional<Alarm> alarm{};  ///< the changed alarm; empty: the alarm has not changed
 };
-/// Applies the mark of an event to its alarm. `before`: the alarm before the event, null if the
-/// alarm is normal. `event.seq` must be set.
+/// Applies an event to its alarm. `before`: null if the alarm is normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` holds the alarms as they are on the disk, so outputs need not wait for the disk.
-// Each change gets a version number; an output passes the last version that it has read, and gets
-// the newer changes. Thread-safe.
+// Each change gets a version number; an output passes the last version that it has read.
+// Thread-safe.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged
 //   Take(2)   → a acknowledged
 class AlarmBoard {
  public:
-  /// Limit of the alarms in memory. Above the limit, the oldest normal alarm is removed; alarms
-  /// that are not normal stay.
+  /// Limit of the alarms; above it, the oldest normal alarm is removed.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
@@ -108,7 +105,7 @@ class AlarmBoard {
     std::uint64_t version = 0;
     Alarm alarm{};  ///< may be normal
   };
-  /// Returns at most `most` alarms that have changed after version `after`, sorted by version.
+  /// Returns alarms that have changed after version `after`, sorted by version.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 
  private:

@@ -47,10 +47,10 @@ class Shares {
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// Returns false if the event is left out. `room`: whether the book has room for any event.
+  /// Returns false if the event is left out. `room`: the book has room for it.
   bool Take(const EventRecord& record, bool room, Instant now);
-  /// Call this when an event that `Take` accepted is on the disk: the number of events of each kind
-  /// that wait is limited.
+  /// Call this when an accepted event is on the disk: the number of waiting events of a kind is
+  /// limited.
   void OnKept(const EventRecord& record);
   /// Returns what may be stored now of the left-out events: for each kind an event with their
   /// count, then the last left-out event. `all`: for all kinds, at the end of the program.
@@ -67,7 +67,7 @@ class Shares {
     Instant filled{};  ///< when `left` last increased
     int waiting = 0;   ///< events that wait for the disk
     std::uint64_t left_out = 0;
-    WallTime since{};  ///< time of the first event that was left out
+    WallTime since{};  ///< time of the first left-out event
     EventRecord last{};
     Instant last_at{};
     Duration settles = kSettles;
@@ -84,14 +84,13 @@ class Shares {
 using Source = std::uint32_t;  ///< index of a device in the point store
 inline constexpr Source kGateway = ~Source{0};
 
-/// Line and device. A reload may give a source another number, so stored data refers to the source
-/// by this name, in memory and in the file.
+/// Line and device. Stored data refers to a source by this name, because a reload changes numbers.
 using SourceName = std::pair<std::string, std::string>;
-/// The text (EventBatch::said) of the last stored batch of each source.
+/// EventBatch::said of the last stored batch of each source.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {
-  Source source = 0;   ///< number at the time of Add; a reload may have changed it since
+  Source source = 0;   ///< number at the time of Add; a reload may change it
   std::string said{};  ///< see EventBatch::said
   bool again = false;
   std::vector<EventRecord> events{};
@@ -109,32 +108,29 @@ class EventBook {
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);
-  /// Adds an event of the gateway. Shares may leave it out; see TellLeftOut.
+  /// Adds an event of the gateway, or leaves it out; see Shares.
   void Tell(EventRecord record, Instant now);
-  /// Adds an event of the gateway that is never left out.
   void TellAlways(EventRecord record);
-  /// Adds an event of the gateway before all events that wait; it is never left out. Must not be
-  /// called between Prepare and Kept.
+  /// Adds an event of the gateway before all that wait. Must not be called between Prepare and
+  /// Kept.
   void TellFirst(EventRecord record);
-  /// Adds the events that Shares::TakeLeftOut returns.
+  /// See Shares::TakeLeftOut.
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// Passes the content of the file: its last event number, the text of each source's last batch,
-  /// and the alarms. Data that the book already has takes precedence, because the file may be a new
-  /// one.
+  /// Passes the content of the file. Data that the book already has takes precedence, because the
+  /// file may be a new one. `last`: its last event number.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
-  /// Assigns numbers and new alarm states to all batches that wait, and returns these batches in
-  /// the order of Add. Returns the same batches again until Kept is called. Call OnOpened first.
+  /// Assigns numbers and new alarm states to all batches that wait, and returns them in the order
+  /// of Add. Call OnOpened first. Until Kept is called, returns the same batches again.
   std::vector<Batch> Prepare();
-  /// As Prepare, but may be called while the batches that Prepare returned last are still being
-  /// written.
+  /// As Prepare, but while the batches of the last Prepare are being written.
   std::vector<Batch> Ahead();
   /// Copies the `told` flags of the first waiting batches to `batches`.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// Call this when the `batches` that Prepare returned last are on the disk. Returns the sources
-  /// of these batches in order, without kGateway.
+  /// The first `batches` that Prepare returned last are on the disk. Returns their sources in
+  /// order, without kGateway.
   std::vector<SourceName> Kept(std::size_t batches);
 
   /// Marks the first `batches` waiting batches as `told`: their alarms were reported.
@@ -151,10 +147,9 @@ class EventBook {
   std::uint64_t repeats() const { return repeats_; }  ///< events that a device sent twice
   /// Returns the alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// Returns the alarms as they will be when all batches that Prepare or Ahead returned last are
-  /// stored.
+  /// Returns the alarms as they will be when all batches of the last Prepare or Ahead are stored.
   std::map<AlarmKey, Alarm> Expected() const;
-  /// Returns the alarms: as Expected() if `expected`, else as they are on the disk.
+  /// Returns Expected() if `expected`, else alarms().
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
@@ -172,7 +167,7 @@ class EventBook {
   const Alarm* Find(const AlarmKey& key) const;
 
   std::deque<Batch> waiting_;
-  std::size_t own_ = 0;  // waiting batches of the gateway itself
+  std::size_t own_ = 0;  // waiting batches of the gateway
   Shares shares_;
   Said said_;
   std::int64_t last_ = 0;
@@ -193,7 +188,6 @@ class SourceNumbers {
   explicit SourceNumbers(SourceNames names) : names_(std::move(names)) {}
 
   void Renew(SourceNames names) { names_ = std::move(names); }
-  /// Returns empty names if no source has this number.
   SourceName NameOf(Source source) const {
     return source < names_.size() ? names_[source] : SourceName();
   }

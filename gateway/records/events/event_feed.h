@@ -1,10 +1,10 @@
-// `EventFeed` contains the newest events that are on the disk, for outputs that must never wait for
-// the disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
-// (gateway/outputs/dds). The writing thread of gateway/records/events/event_log.h fills the feed
-// after each commit, never before. A consumer that takes all events has a cursor; events that are
-// no longer in memory are read from the file by that thread. An output that only shows events
-// misses these, and can count them by their numbers. Events contain the names of their devices; the
-// number of a device is looked up when the event is taken.
+// `EventFeed` contains the newest events on the disk, for outputs that must never wait for the
+// disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
+// (gateway/outputs/dds). The writing thread of gateway/records/events/event_log.h adds events after
+// each commit. A consumer that takes all events has a cursor; events that are no longer in memory
+// are read from the file by that thread. An output that only shows events misses these, and can
+// count them by their numbers. Events contain the name of their device; its number is looked up
+// when an event is taken.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,14 +25,13 @@
 
 namespace baudgate::events {
 
-// `CursorBook` contains the position of each consumer that takes all events, by the consumer's
-// name. The positions are stored in the file, so after a restart a consumer continues where it was.
-// Thread-safe.
+// `CursorBook` contains the position of each consumer that takes all events, by name. The file
+// stores the positions, so a consumer continues there after a restart. Thread-safe.
 
 struct Cursor {
   std::int64_t seq = 0;  ///< the consumer has received this event and all before
-  /// True if the consumer has confirmed these events. If false, the last events may have been lost
-  /// on their way when the gateway was killed.
+  /// True if the consumer has confirmed these events. Else the last events may have been lost when
+  /// the gateway was killed.
   bool sure = false;
 
   bool operator==(const Cursor&) const = default;
@@ -47,14 +46,14 @@ class CursorBook {
 
   /// Returns the cursor; empty: the consumer has never received an event, or is unknown.
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// Sets a cursor; it is on the disk after about a second. Returns true if the file was up to date
-  /// before and must now be written.
+  /// Sets a cursor, which is on the disk after about a second. Returns true if the file now has to
+  /// be written, and had not before.
   bool Set(const std::string& consumer, Cursor cursor);
 
   // The functions below are for the thread that writes the file.
 
-  /// Sets the function that is called, on any thread, when the file must be written. Null: no
-  /// thread writes the file. When OnDue returns, the previous function is not called any more.
+  /// `due` is called on any thread when the file must be written. Null: no thread writes the file.
+  /// When OnDue returns, the previous function is not called any more.
   void OnDue(std::function<void()> due);
   /// Passes the cursors of the opened file. Cursors that are already set take precedence.
   void OnOpened(const Cursors& kept);
@@ -72,17 +71,16 @@ class CursorBook {
   std::function<void()> due_ BAUDGATE_GUARDED_BY(telling_);
 };
 
-// `Backlog` passes events from the file to consumers that need older events than the memory
-// contains. A consumer requests events by the last number that it has received; the thread that
-// writes the file reads the events, and the consumer takes them here. No lock, no disk.
+// `Backlog` passes events from the file to consumers that need older events than those in memory. A
+// consumer requests events by the last number that it has received; the writing thread reads them,
+// and the consumer takes them here. No lock, no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})
 //   Take(40, 100)          → {41 … 140}, and so on with Take(140)
 class Backlog {
  public:
-  /// Limit of the pages in memory. Above it all pages are dropped, so a page that no consumer takes
-  /// does not stay for ever.
+  /// Limit of the pages; above it all are dropped, so a page that no consumer takes does not stay.
   static constexpr std::size_t kMostPages = 8;
 
   /// Returns events after `after`. nullopt: they are now requested from the file. An empty list:
@@ -102,7 +100,6 @@ class Backlog {
 //   number  1 … 60             61 … 80          81 … 90
 //           newest per device  only the device  whole event
 
-/// The number and device of an event that is no longer in memory.
 struct GoneEvent {
   std::int64_t seq = 0;
   std::string device{};
@@ -126,7 +123,7 @@ class RecentEvents {
  public:
   explicit RecentEvents(FeedLimits limits) : limits_(limits) {}
 
-  /// Sets the contents of the file. No events may have been added before.
+  /// Sets the contents of the file. Must be called before Add.
   void Begin(FeedImage image);
   /// Adds at least one event, sorted by number.
   void Add(std::vector<EventRecord> events);
@@ -142,7 +139,7 @@ class RecentEvents {
   std::vector<EventRecord> From(std::int64_t first, const std::string* device,
                                 std::size_t most) const;
   /// Returns how many events from `first` on are no longer in memory. Events so old that their
-  /// device is not known count as well, unless `device` had no event in this range.
+  /// device is not known count, unless `device` had none in this range.
   std::uint64_t Lost(std::int64_t first, const std::string* device) const;
   /// True if the event after number `after` is no longer in memory.
   bool HasLeft(std::int64_t after) const { return !empty() && after + 1 < oldest(); }
@@ -199,8 +196,8 @@ class EventFeed {
  public:
   explicit EventFeed(FeedLimits limits = {}) : recent_(limits) {}
 
-  /// Sets the contents of the opened file. Does nothing if the feed already contains events,
-  /// because the file was then opened again.
+  /// Sets the contents of the opened file. Does nothing if the feed contains events: the file was
+  /// opened again.
   void Begin(FeedImage image);
   /// Adds events that are on the disk, sorted by number.
   void Add(std::vector<EventRecord> events);
@@ -215,22 +212,21 @@ class EventFeed {
     std::uint64_t lost = 0;   ///< events of `source` from `first` on that are no longer in memory
     std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
-  /// Returns events of one device, or of all devices, from number `first` on (low 32 bits); 0: the
-  /// newest events. Events so old that their device is not known count as lost, unless the device
-  /// had none then.
+  /// Returns events of one device or of all, from number `first` on (low 32 bits); 0: the newest.
+  /// Events so old that their device is not known count as lost, unless the device had none then.
   Page Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Returns at most `most` events of all devices after number `after`. Returns none if they must
-  /// first be read from the file: the listeners are woken when they are in memory.
+  /// Returns events of all devices after number `after`. None if they must first be read from the
+  /// file; the listeners are woken when they are in memory.
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
   /// Returns the alarms, which are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// The functions below are for the thread that writes the file. `asked` is called on any thread
-  /// when events are to be read from the file. Null: the file is not read. When ServeWith returns,
-  /// the previous function is not called any more.
+  /// The functions below are for the writing thread. `asked` is called on any thread when events
+  /// are to be read from the file. Null: the file is not read. When ServeWith returns, the previous
+  /// function is not called any more.
   void ServeWith(std::function<void()> asked);
   /// Returns the number after which events are to be read; empty: no request.
   std::optional<std::int64_t> wanted() const;
@@ -242,7 +238,7 @@ class EventFeed {
 
   mutable Mutex mutex_;
   RecentEvents recent_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);  // numbers of devices
+  std::map<std::string, Source> numbers_ BAUDGATE_GUARDED_BY(mutex_);
   Backlog backlog_ BAUDGATE_GUARDED_BY(mutex_);
   AlarmBoard alarms_;
   mutable Mutex asking_;

@@ -61,16 +61,14 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// Writes all or nothing: the events, the alarms that they have changed, and which of their
-  /// records are still to be read. `cursors`: replace those in the file; null: the cursors in the
-  /// file stay.
+  /// Writes all or nothing: events, the alarms that they have changed, and which of their records
+  /// are still to be read. `cursors`: replace those in the file; null: those stay.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
-  /// Replaces all alarms in the file by these.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
-  /// Returns one page of the events with numbers greater than `after`.
+  /// Returns a page of the events after number `after`.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
-  /// Returns the number of the oldest event; 0: the file contains no event.
+  /// Returns the oldest number; 0: the file contains no event.
   std::int64_t oldest() const { return oldest_; }
 
  private:
@@ -104,24 +102,21 @@ class EventFile {
   struct Opened : records::EventsConnection::Opened {
     EventTable::Contents contents{};
   };
-  /// Opens the file and reads its contents; returns nothing if the file is already open.
+  /// Opens and reads the file; returns nothing if it is already open.
   std::optional<Opened> Open();
-  /// Writes all or nothing; see EventTable. The file must be open. A damaged file is closed on
-  /// failure, and Open has to be called again.
+  /// See EventTable. The file must be open; if it is damaged, it is closed.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// Checks the whole file after a reader has found damage. The file must be open.
+  /// Checks the whole file, which must be open, because a reader has found damage.
   Status Check();
-  /// Returns the names of damaged files that were renamed; see PutAsideOf.
+  /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   /// See EventTable. The file must be open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// True if the file was opened again and may be a new file without alarms. The caller then calls
-  /// WriteAlarms.
+  /// True if the file was opened again and may be a new file without alarms: call WriteAlarms.
   bool lacks_alarms() const { return lacks_alarms_; }
-  /// Replaces all alarms in the file by these. The file must be open.
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 
   const std::filesystem::path& path() const { return connection_.path(); }

@@ -1,8 +1,8 @@
 // `EventLog` stores events while the gateway runs: lines add batches, and the thread of events.db
-// writes them. If nothing else waits, a batch is written at once. Batches that come during a commit
+// writes them. If nothing else waits, a batch is written at once; batches that come during a commit
 // share the next commit. While the disk fails, batches wait in memory, and the disk is tried again
-// every second; their devices are not asked for more events and hold them until then. Without a
-// file (in_memory), a batch counts as written at once.
+// every second; their devices are not asked for more events and hold them. Without a file
+// (in_memory), a batch counts as written at once.
 //
 //   EventLog       owns the parts and the thread
 //   EventQueue     input, for any thread               EventRounds  output, for the thread
@@ -37,12 +37,10 @@ class RoundTimer {
  public:
   /// Makes a round due at `at` or earlier.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// Sets the pause after a failure: no round is due before `until`.
+  /// No round is due before `until`, because the disk has failed.
   void Rest(Instant until) { rests_until_ = until; }
-  /// A round has begun: resets the time of Look.
   void Begin() { look_at_.reset(); }
-  /// Returns when the next round is due. `idle`: nothing waits. `left_out_at`: when events that
-  /// Shares has left out are to be added.
+  /// `idle`: nothing waits. `left_out_at`: when events that Shares has left out are to be added.
   Instant At(bool fails, bool idle, std::optional<Instant> left_out_at) const {
     if (fails) return rests_until_;
     if (!idle) return {};
@@ -54,9 +52,9 @@ class RoundTimer {
   Instant rests_until_{};
 };
 
-// `EventRounds` manages the rounds of the thread that writes events: when a round is due, which
-// batches it takes, and what follows from its result. Only this thread may call it, except for
-// Watch, Look and Doubt (any thread), and LeftBehind (after the thread has ended).
+// `EventRounds` manages the rounds of the writing thread: when a round is due, which batches it
+// takes, and what follows from its result. Only this thread may call it, except for Watch, Look and
+// Doubt (any thread), and LeftBehind (after its end).
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
@@ -66,8 +64,7 @@ class EventRounds {
 
   /// To be called once a second by any thread but the writing thread, which may hang. At every
   /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
-  /// batches that wait; the caller must then report the alarms of those that are not marked as
-  /// `told`.
+  /// batches that wait; the caller must report the alarms of those that are not `told`.
   std::vector<Batch> Watch();
   /// Makes a round due, `now` or in a second. Thread-safe.
   void Look(bool now);
@@ -76,10 +73,8 @@ class EventRounds {
 
   /// Begins a round; returns false if no round is due yet.
   bool Begin();
-  /// Returns when the next round is due, unless the thread is woken before.
   Instant NextRound() const;
-  /// Passes the contents of the opened file. Returns true if the file was opened for the first
-  /// time.
+  /// Returns true if the file was opened for the first time.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
@@ -92,15 +87,15 @@ class EventRounds {
     bool ends_alarms = false;  ///< a reload ends alarms after this commit
   };
   Round Take();
-  /// Ends the round: it is on the disk, or `status` contains the error. `oldest`: number of the
+  /// Ends the round, which is on the disk unless `status` is an error. `oldest`: number of the
   /// first event in the file; 0: not known. Returns the sources that may be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
   /// After a failure: returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
   /// True if more batches wait and the disk works.
   bool goes_on() const;
-  /// Returns one log line for each kind of event that is not on the disk. Call this after the
-  /// thread has ended.
+  /// Returns a log line for each kind of event that is not on the disk. For use after the thread
+  /// has ended.
   std::vector<std::string> LeftBehind() const;
 
  private:
@@ -116,27 +111,23 @@ class EventRounds {
 };
 
 // `RoundWriter` executes the rounds: it opens the file and writes what waits. Then it informs
-// outputs (by the feed), lines, receivers of alarms, and clients that wait for an acknowledgement.
-// Used by the writing thread, unless a comment states otherwise.
+// outputs (by the feed), lines, receivers of alarms, and clients that wait. Used by the writing
+// thread, unless a comment states otherwise.
 class RoundWriter {
  public:
   /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
-  /// Executes a round if one is due; `last`: rounds until nothing waits. Returns when the next
-  /// round is due.
+  /// Executes a round if one is due; `last`: until nothing waits. Returns when the next round is
+  /// due.
   Instant Run(bool last);
-  /// Connects the feed and the cursors, so that requests of outputs make a round due. Call this
-  /// before the first round.
+  /// Connects the feed and the cursors, so that outputs can make a round due. Call this first.
   void Serve();
-  /// Disconnects the feed and the cursors: outputs can request nothing more. Call this before the
-  /// last round, on another thread.
+  /// Undoes Serve. Call this before the last round, on another thread.
   void StopServing();
-  /// Reports the alarms that have changed in these batches, unless the batch is marked as `told`.
-  /// Thread-safe.
+  /// Reports the alarms that have changed in batches that are not `told`. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// Returns the consumers with their positions. Thread-safe. `oldest`: number of the first event
-  /// in the file.
+  /// Returns the consumers with their positions. Thread-safe. `oldest`: first number in the file.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:
@@ -159,7 +150,7 @@ class EventLog final : public EventSource {
  public:
   using Options = LogOptions;
   explicit EventLog(Options options);
-  /// Writes the events that wait, so it blocks for as long as the disk takes.
+  /// Writes the events that wait, however long the disk takes.
   ~EventLog() override;
 
   EventQueue& queue() { return queue_; }

@@ -30,7 +30,7 @@
 namespace baudgate::events {
 
 // `WaitingAck` is an acknowledgement that waits for the disk. `done` is called when it is saved, or
-// with the reason why it is not. PendingEvents contains these.
+// with the reason why it is not.
 struct WaitingAck {
   std::size_t alarms = 0;
   WallTime at{};
@@ -44,12 +44,11 @@ void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble)
 // `WatchedAlarms` ends alarms that the configuration no longer contains, because they would be
 // active for ever, and updates priorities.
 
-/// Returns the priority of an alarm in the configuration; empty: the alarm can be neither raised
-/// nor ended any more.
+/// Returns nothing if the alarm can be neither raised nor ended any more.
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
 
-/// Function that returns the priority of an alarm in the configuration; empty: the configuration no
-/// longer contains the alarm. Without a function all alarms stay as they are.
+/// Returns the priority of an alarm in the configuration; empty: the configuration no longer
+/// contains it. Without a function all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
 /// Has no lock: PendingEvents provides it.
@@ -67,8 +66,8 @@ class WatchedAlarms {
   bool TakeDue() { return std::exchange(due_, false); }
   void SetDue() { due_ = true; }
 
-  /// Adds events to the book that end alarms which the configuration no longer contains, and events
-  /// that change priorities.
+  /// Adds events that end alarms which the configuration no longer contains, or that change
+  /// priorities.
   void Follow(EventBook& book, WallTime at) const;
 
  private:
@@ -91,15 +90,14 @@ struct LogOptions {
   std::shared_ptr<CursorBook> cursors{};
   bool tells_own = false;  ///< also store the gateway's own events
   Watched watches{};
-  /// Called when the last batches of these sources are on the disk, so the sources may be asked for
-  /// more. Called on the writing thread.
+  /// Called on the writing thread when the last batches of these sources are on the disk, so the
+  /// sources may be asked for more.
   std::function<void(const std::vector<Source>& sources)> kept;
-  /// Called with events that are on the disk and whose records are still to be read. Called on the
-  /// writing thread: when the file first opens, and after a commit, before `kept`. Empty: records
-  /// are not read.
+  /// Called with events on the disk whose records are still to be read, on the writing thread: when
+  /// the file first opens, and after a commit, before `kept`. Empty: records are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
-  /// Called when an alarm has changed, or was `raised`. Each change is reported once, also while
-  /// the disk fails. Called on the writing thread, or from Watch. Empty: not called.
+  /// Called once for each change of an alarm, also while the disk fails, on the writing thread or
+  /// from Watch. `raised`: by this change. Empty: not called.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// Called from any thread: `warn` when the disk begins to fail, `inform` when the disk works
   /// again.
@@ -127,7 +125,6 @@ struct PendingEvents {
     return book.Alarms(disk.holds_up());
   }
 
-  /// Wakes the writing thread.
   const std::function<void()> wake;
   Mutex mutex;
   std::condition_variable changed;  ///< notified when a round has ended, or the disk has stalled
@@ -150,8 +147,7 @@ class EventQueue {
 
   /// Adds a batch of a device; `line` and `device` of the batch must be set.
   void Add(Batch batch);
-  /// Adds an event of the gateway itself. The event is left out if too many of its kind came; see
-  /// Shares.
+  /// Adds an event of the gateway, unless too many of its kind came; see Shares.
   void Tell(EventRecord record);
   /// Stores a record, with all its values in one commit. A record that is already in the file is
   /// not written again.

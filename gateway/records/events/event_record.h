@@ -1,6 +1,6 @@
-// `EventRecord` is one event as it is stored in events.db. docs/events.md describes the fields for
-// users. On its way, an event is first a DeviceEvent in an EventBatch (protocols), then in
-// ReportedEvents (poll), then an EventRecord in a Batch (here), and last a FedEvent for outputs.
+// `EventRecord` is one event as stored in events.db. docs/events.md describes the fields. On its
+// way, an event is a DeviceEvent in an EventBatch (protocols), then in ReportedEvents (poll), an
+// EventRecord in a Batch (here), and a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -98,7 +98,7 @@ struct KeptRecord {
   std::vector<RecordValue> values{};
 };
 
-/// An event on the disk whose record is still to be read. The list of these survives a restart.
+/// An event whose record is still to be read, also after a restart.
 struct OwedRecord {
   std::int64_t event = 0;
   std::string line{};

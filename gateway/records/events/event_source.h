@@ -1,5 +1,5 @@
-// `EventSource` is the interface by which gateway/outputs/status and gateway/outputs/control read
-// events and alarms and acknowledge alarms. Thread-safe.
+// `EventSource` is the interface to events and alarms for gateway/outputs/status and
+// gateway/outputs/control. Thread-safe.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,8 +37,7 @@ struct Page {
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// Reads a page of `file` together with the records of the events; see ReadOnce. A page with many
-/// values is shorter.
+/// Reads a page with the records of the events; see ReadOnce. A page with many values is shorter.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
@@ -53,8 +52,7 @@ struct EventsState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;      ///< why the disk fails; empty: no trouble
   WallTime since{};         ///< when `disk` last changed
-  std::size_t waiting = 0;  ///< batches of devices that wait for the disk; their devices are asked
-                            ///< for no more until then
+  std::size_t waiting = 0;  ///< batches of devices that are not on the disk
   std::int64_t newest = 0;  ///< number of the newest stored event; 0: none
   std::int64_t oldest = 0;  ///< number of the oldest stored event; 0: none
   std::vector<Consumer> consumers{};
@@ -87,7 +85,7 @@ struct AckQuery {
 };
 
 struct Acknowledged {
-  std::size_t alarms = 0;  ///< number of alarms that the query has acknowledged
+  std::size_t alarms = 0;  ///< acknowledged alarms
   std::string trouble{};   ///< why the acknowledgement is not on the disk; empty: it is
   WallTime at{};           ///< time of the request
 };
@@ -98,8 +96,8 @@ class EventSource {
   virtual EventsState state() const = 0;
   /// Returns the alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// Acknowledges alarms, and returns how many were unacknowledged. `done` is called once, when the
-  /// acknowledgement is on the disk or the disk fails: from any thread, also within this call.
+  /// Returns how many alarms were unacknowledged. `done` is called once, when the acknowledgement
+  /// is on the disk or the disk fails: from any thread, also within this call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
   /// Returns an empty page while the file is being opened.

@@ -17,7 +17,6 @@ constexpr std::array<std::string_view, kTroubles> kNames = {
     "values are not kept"};
 constexpr std::string_view kUnit = "unit-";
 
-/// Returns the first route that covers the unit; null: none.
 const config::Route* RouteOf(const config::Config& config, std::string_view device) {
   if (!device.starts_with(kUnit)) return nullptr;
   const auto unit = ParseInteger<std::uint8_t>(device.substr(kUnit.size()));
@@ -150,8 +149,8 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Subject& place, Now now
 }
 
 /// After a start, the end of an open ring or of a wrong device is not reported. The first answer of
-/// a device shows that the ring is closed. The device counts as the right one unless a wrong device
-/// is reported within kIdentified.
+/// a device shows that the ring is closed, and that the device is the right one unless a wrong
+/// device is reported within kIdentified.
 void OwnAlarms::OnFirstAnswer(const Subject& device, Now now, Records& records) {
   const Key ring{{device.line, ""}, Trouble::ring_open};
   const auto open = states_.find(ring);
@@ -185,7 +184,7 @@ OwnAlarms::Records OwnAlarms::SetInUse(const Subject& place, bool in_use, Now no
   return records;
 }
 
-/// While a port is down, its devices are not polled, so no line reports that they do not answer. If
+/// While a port is down, its devices are not polled, so nothing reports that they do not answer. If
 /// the line has no alarm for its port, no_answer begins for each of its devices.
 void OwnAlarms::BlameDevices() {
   for (const config::Line& line : config_->lines) {

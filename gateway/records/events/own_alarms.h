@@ -1,7 +1,7 @@
-// `OwnAlarms` decides when a trouble of a line, device, route or disk raises an alarm: when the
-// trouble has lasted for the configured delay and no other alarm explains it. It takes facts and
-// returns the events that raise and end alarms. It has no clock, no lock and no disk:
-// gateway/records/event_path.h provides these.
+// `OwnAlarms` decides when a trouble of a line, device, route or disk raises an alarm: when it has
+// lasted for the configured delay and no other alarm explains it. Takes facts, and returns events
+// that raise and end alarms. No clock, no lock, no disk: gateway/records/event_path.h provides
+// these.
 //
 //   Begin(no_answer) … Look 29 s later       nothing
 //                    … Look 30 s later       the alarm is raised
@@ -29,9 +29,9 @@
 
 namespace baudgate::events {
 
-// A trouble of the gateway's lines, devices, routes and disks that may raise an alarm.
-// docs/events.md has the names of the alarms for users. The columns `line` and `device` show the
-// Subject of a trouble, `setting` the part of the configuration that has its AlarmSetting.
+// A trouble of lines, devices, routes or disks that may raise an alarm. docs/events.md has the
+// names of the alarms. `line` and `device` are the Subject, `setting` is the part of the
+// configuration with the AlarmSetting.
 //
 //   trouble       line    device          setting
 //   no_answer     bay-1   feeder-1        the device
@@ -54,27 +54,25 @@ enum class Trouble : std::uint8_t {
 };
 inline constexpr std::size_t kTroubles = 10;
 
-/// Returns the name of the alarm, such as "no answer". The alarm's text begins with it.
+/// Returns the name of the alarm: "no answer". The alarm's text begins with it.
 std::string_view Name(Trouble trouble);
-/// Returns the trouble with this alarm name; empty: the name belongs to another kind of alarm.
+/// Returns nothing if `name` is that of another kind of alarm.
 std::optional<Trouble> TroubleNamed(std::string_view name);
 
-/// Returns the device name of an alarm of a routed unit, such as "unit-51". `unit`: the number that
-/// clients ask for.
+/// Returns the device name of a routed unit: "unit-51". `unit`: the number that clients ask for.
 std::string UnitName(std::uint8_t unit);
 
-/// Returns the server to which `unit` ("unit-51") is routed, such as "10.0.0.9:502"; empty: none.
+/// Returns the server of a routed unit: "10.0.0.9:502"; empty: none.
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
-/// Returns the alarm setting that applies; empty: the configuration has no such line, device or
+/// Returns the setting that applies; nothing if the configuration has no such line, device or
 /// route.
 std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
                                               std::string_view line, std::string_view device);
 
 class OwnAlarms {
  public:
-  /// Time within which a check of an answering device reports a wrong device. Without a report
-  /// until then, the device is the right one.
+  /// A device that has answered for this time without a report of a wrong device is the right one.
   static constexpr Duration kIdentified = 30s;
 
   using Records = std::vector<EventRecord>;
@@ -93,11 +91,11 @@ class OwnAlarms {
   Records End(Trouble trouble, const Subject& place, Now now);
   /// Reports a trouble that has no end.
   Records Happen(Trouble trouble, const Subject& place, const std::string& why, Now now);
-  /// Takes a device out of use, or a line whose port is lent, or back into use. A trouble of an
-  /// unused subject raises no alarm.
+  /// Takes a device, or a line whose port is lent, out of use or back into use. Troubles of an
+  /// unused subject raise no alarm.
   Records SetInUse(const Subject& place, bool in_use, Now now);
-  /// Returns the events of troubles that have lasted for their delay. To be called about once a
-  /// second.
+  /// Returns the events of troubles that have lasted for their delay. To be called from time to
+  /// time.
   Records Look(Now now);
 
   /// Applies a reload. `begun`: lines that are new or restarted, whose state is not known yet.

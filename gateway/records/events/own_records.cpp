@@ -71,7 +71,7 @@ Words WordsOf(OwnCode code) {
   return {};
 }
 
-/// True if a fact with this code lasts. Other facts happen at one moment.
+/// False for facts that happen at one moment.
 bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace

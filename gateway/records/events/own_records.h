@@ -59,8 +59,8 @@ struct LastRun {
 
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at);
 EventRecord EndRecord(WallTime at);
-/// Returns the event for a disk trouble that is over. A file name at the beginning of `trouble` is
-/// removed.
+/// Returns the event for a disk trouble that is over. `trouble` may begin with the name of the
+/// file.
 EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
                               WallTime at);
 /// Returns the event for `events` left-out events like `last`, from `since` on. The event has the
@@ -75,7 +75,6 @@ EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::
                            AlarmMark mark, std::string text, WallTime at);
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
-/// A fact about a line or one of its devices.
 struct Fact {
   OwnCode code = OwnCode::no_answer;  ///< port_down … replaced, port_served, or a clock code
   bool over = false;
@@ -95,7 +94,6 @@ class OwnRun {
     start_ = {std::move(version), at};
     ends_ = true;
   }
-  /// Passes how the previous run ended, as read from the file.
   void OnOpened(const LastRun& before) { before_ = before; }
 
   bool waits() const { return start_.has_value(); }

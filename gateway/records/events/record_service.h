@@ -39,8 +39,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// Limit for a device with events that is not drained after its values were read: the values are
-  /// stored as uncertain, because they may belong to a later event.
+  /// If a device with events is not drained for this time after its values were read, the values
+  /// are stored as uncertain: they may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
@@ -48,8 +48,8 @@ class RecordService {
     std::function<bool(bus::WriteCommand command)> ask;  ///< see CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` must outlive this object. All requested reads must be answered before this object is
-  /// destroyed.
+  /// `store` must outlive this object. All requested reads must be answered before this object
+  /// ends.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
   /// Adds the devices of a line; they get the next device numbers.
@@ -58,15 +58,14 @@ class RecordService {
   /// Permits requests to lines from now on.
   void Start();
 
-  /// Call this after a reload: records still to be read of removed devices pass to new devices of
-  /// the same names.
+  /// After a reload: records still to be read of removed devices pass to new devices of the same
+  /// names.
   void TakeOver();
 
   /// Adds events that are on the disk and whose records are still to be read.
   void Owe(const std::vector<events::OwedRecord>& owed);
   /// See PollerListener.
   void OnDrained(std::uint32_t device, Instant asked);
-  /// Call this when the device has answered.
   void OnRead(std::uint32_t device, Instant at);
 
  private:

@@ -40,8 +40,7 @@ inline constexpr Millis kMinute = 60 * kSecond;
 inline constexpr Millis kHour = 60 * kMinute;
 inline constexpr Millis kDay = 24 * kHour;
 
-/// Returns the begin of the time span of `width` ms that contains `time`. Spans are aligned to
-/// 1970.
+/// Returns the begin of the span of `width` ms that contains `time`. Spans are aligned to 1970.
 constexpr Millis FloorTo(Millis time, Millis width) {
   const Millis rest = time % width;
   return time - (rest < 0 ? rest + width : rest);
@@ -76,7 +75,7 @@ struct Trend {
   bool operator==(const Trend&) const = default;
 };
 
-/// Adds `later` to `trend`. Both are parts of the same span, and `later` comes after `trend`.
+/// Adds `later` to `trend`: parts of the same span, one after the other.
 void Merge(Trend& trend, const Trend& later);
 
 /// Computes Trends of one point and one width. Times must not decrease between two calls of Forget.
@@ -84,12 +83,12 @@ class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// Sets the value from `time` on; empty: the value is not good. `reading`: the value was read at
-  /// this time. Spans that have ended are added to `out`, except spans without good time.
+  /// Sets the value from `time` on; empty: not good. `reading`: read at this time. Spans that have
+  /// ended are added to `out`, except spans without good time.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
   /// Continues the present value until `time`.
   void Advance(Millis time, std::vector<Trend>& out);
-  /// Advances to `time`, and adds the incomplete span to `out`. After that no value is set.
+  /// Advances to `time`, adds the incomplete span to `out`, and clears the value.
   void Forget(Millis time, std::vector<Trend>& out);
 
  private:
@@ -104,7 +103,6 @@ class Rollup {
   bool begun_ = false;
 };
 
-/// The reason for the gap before a run.
 enum class RunBegin : std::uint8_t { started, dropped, clock, standstill };
 inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropped", "clock",
                                                                "standstill"};
@@ -155,10 +153,9 @@ class BatchQueue {
   /// `most`: limit of the samples, and limit of the spans.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
-  /// Returns the number of samples that still fit.
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
-  /// Adds a batch with at most Room() samples. Spans have a separate limit, because they are few
-  /// and worth more than samples. Returns how many spans were dropped.
+  /// Adds a batch with at most Room() samples. Returns how many spans were dropped: spans have a
+  /// separate limit, because they are few and worth more.
   std::size_t Add(Batch&& batch) {
     std::size_t dropped = 0;
     if (waiting_.trends.size() + batch.trends.size() > most_) {
@@ -189,8 +186,8 @@ class PendingValues {
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// Call this when the file with stored values of the run is lost. The values that wait begin a
-  /// new run, because the time range of the lost values is unknown.
+  /// The file with stored values is lost: the values that wait begin a new run, because the time
+  /// range of the lost values is unknown.
   void CutRun();
   /// True if CutRun was called since the last call of TakeLost.
   bool TakeLost() { return std::exchange(lost_, false); }
@@ -203,7 +200,7 @@ class PendingValues {
 
   Batch batch_;
   std::optional<std::int64_t> runs_before_;
-  std::optional<Run> cut_;  // run that began in the middle of a run of the recorder
+  std::optional<Run> cut_;  // begun in the middle of a run of the recorder
   bool lost_ = false;
 };
 

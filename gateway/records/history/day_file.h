@@ -1,6 +1,6 @@
-// `DayFile` is values-YYYYMMDD.db: the stored values of one day (UTC). New entries are rows in one
-// of two tables. While that table fills, the rows of the second table become chunks in one
-// transaction, so an entry is never in the file twice. docs/history.md has the tables.
+// `DayFile` is values-YYYYMMDD.db: the stored values of one day (UTC). New entries become rows of
+// one of two tables, while the rows of the second table become chunks in one transaction. So an
+// entry is never in the file twice. docs/history.md has the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@
 
 namespace baudgate::history {
 
-// `OpenRows` holds the entries that are rows in a day's file in memory, in few bytes each, by
-// point. Chunks are made from these without reading the rows from the file.
+// `OpenRows` holds a copy of a day file's rows in memory, in few bytes each, by point. Chunks are
+// made from it without reading the file.
 struct Chunk {
   PointNumber point = 0;
   std::int64_t run = 0;
@@ -31,15 +31,13 @@ struct Chunk {
 
 class OpenRows {
  public:
-  /// Adds an entry. Entries that are not later than the last entry of their point and run are left
-  /// out.
+  /// Adds an entry, unless it is not later than the last entry of its point and run.
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   Millis oldest() const { return oldest_; }  ///< time of the oldest entry; valid if not empty
 
-  /// Takes about `entries` entries out and adds them to `out` as chunks. Returns false if memory is
-  /// short.
+  /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
 
  private:
@@ -69,12 +67,12 @@ inline constexpr std::int64_t kValuesApplication = 0x42477661;
 
 /// Returns "values-20261123.db" for the day that begins at `day`.
 std::string DayFileName(Millis day);
-/// Returns the day of a file name; empty: the name is not that of a day's file.
+/// Returns nothing if the name is not that of a day's file.
 std::optional<Millis> DayOf(const std::string& file_name);
 
 /// `PointFile` is the common part of a day's file and trends.db: a database with points, runs and
-/// their rows. Used by one thread. After a failed call, error() describes the failure, and
-/// damaged() tells the owner whether to close the file.
+/// their rows. Used by one thread. After a failed call, error() describes the failure, and the
+/// owner closes a damaged() file.
 class PointFile {
  public:
   struct Opened {
@@ -87,8 +85,7 @@ class PointFile {
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// Checks the whole file after a reader has found damage. Returns a description of the damage, or
-  /// nothing.
+  /// Checks the whole file because a reader has found damage; returns what is damaged.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
@@ -97,12 +94,12 @@ class PointFile {
   PointFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
       : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
-  /// Opens the file; `database_` is null if that fails. `damage`: damage that was found before, so
-  /// that the file is put aside.
+  /// Opens the file; `database_` is null if that fails. `damage`: found before; the file is put
+  /// aside.
   Opened Begin(const records::DatabaseKind& kind, const std::string& damage);
   bool Fail();
-  /// Calls `use` for each row of a configured point. `rows`: an SQL query for number, name, and
-  /// further columns that `use` reads.
+  /// Calls `use` for each row of a configured point. `rows`: query for number, name, and columns
+  /// for `use`.
   bool ReadPoints(const char* rows,
                   const std::function<void(PointNumber point, const records::Statement& row)>& use);
   bool WriteRuns(const std::vector<Run>& runs);
@@ -124,18 +121,17 @@ class DayFile final : public PointFile {
   DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: damage that was found while the file was in use; the file is then put aside.
+  /// `damage`: found while the file was in use; the file is then put aside.
   Opened Open(const std::string& damage = {});
 
   /// Writes samples as rows, and the runs; all or nothing. Run numbers are those of the file.
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
-  /// Begins to pack the present rows; new rows go to the other table. Must not be called while
-  /// packing().
+  /// Begins to pack the present rows; new rows go to the other table. Not while packing().
   void BeginPacking();
   bool packing() const { return packing_; }
-  /// Packs about `entries` entries. The last step writes all chunks. Call this again after a
-  /// failure.
+  /// Packs about `entries` entries; the last step writes all chunks. After a failure, call this
+  /// again.
   bool Pack(std::size_t entries);
 
   std::size_t open_rows() const { return active_.size(); }

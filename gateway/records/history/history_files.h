@@ -1,5 +1,5 @@
-// `HistoryFiles` manages the open files of the history. A file in which damage is found is closed,
-// and is put aside when it is opened again.
+// `HistoryFiles` manages the open files of the history. A damaged file is closed, and is put aside
+// when it is opened again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -45,7 +45,7 @@ class TrendFile final : public PointFile {
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: damage that was found while the file was in use; the file is then put aside.
+  /// `damage`: found while the file was in use; the file is then put aside.
   Opened Open(const std::string& damage = {});
   /// Writes all or nothing. Writing the same rows again changes nothing. `sure`: see SureTime;
   /// spans are deleted if they are too old both for `sure` and for the new rows.
@@ -74,18 +74,18 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` must outlive this object; messages about files that were put
-  /// aside or removed by another program are added to it.
+  /// `vfs`: as in Database. `news` must outlive this object; it gets messages about files that were
+  /// put aside, or removed by another program.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
   /// Opens trends.db; does nothing if it is open.
   Status OpenTrends();
-  /// Opens the files of these days, and leaves only the file of `today` open. Returns the last run
-  /// number in these files.
+  /// Opens the files of these days; only that of `today` stays open. Returns the last run number in
+  /// them.
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
-  /// Returns the file of a day, and opens it if necessary; see TakeLost. The pointer is valid until
-  /// the day's file is closed.
+  /// Opens the file if necessary; see TakeLost. The pointer is valid until the day's file is
+  /// closed.
   Result<DayFile*> Day(Millis day);
   /// Returns why the last call of `file` failed, and closes the file if it is damaged.
   Error Failed(DayFile& file);
@@ -97,13 +97,12 @@ class HistoryFiles {
 
   /// Checks that all open files still exist and are undamaged; closes the others.
   void Look();
-  /// Checks the whole content of these files if they are open, because readers have found damage.
+  /// Checks the whole content of those of these files that are open: readers have found damage.
   void Check(const std::set<std::string>& files);
   /// True if, since the last call, a file with values of the present run was lost.
   bool TakeLost() { return std::exchange(lost_, false); }
 
-  /// Performs one step of packing: rows of past hours become chunks, and files of past days are
-  /// closed.
+  /// Performs one step: rows of past hours become chunks, and files of past days are closed.
   Status Pack(Millis now, const StoreLimits& limits);
   void CloseDay(Millis day) { days_.erase(day); }
 

@@ -8,8 +8,8 @@
 namespace baudgate::history {
 namespace {
 
-/// Interval at which the present time is written to the runs if no values are written. It is long,
-/// because writing wears disks.
+/// Interval at which the runs are extended if no values are written. It is long, because writing
+/// wears disks.
 constexpr Millis kMark = 10 * kSecond;
 constexpr Millis kLookEvery = 10 * kSecond;
 
@@ -201,7 +201,7 @@ HistoryLog::~HistoryLog() {
 
 // ---------------------------------------------------------------- the recording thread
 
-/// Waits for changes of the point store until the next tick, and passes them to the queue.
+/// Waits for changes of the point store until the next tick.
 Instant HistoryLog::Record(bool last) {
   recorder_.Wait(last);
   std::size_t room = 0;

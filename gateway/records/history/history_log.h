@@ -1,7 +1,7 @@
 // `HistoryLog` stores the history while the gateway runs. One thread reads the changes of the point
-// store and decides which values are stored; another thread writes them once a second. Lines never
-// wait for these threads. While the disk is slow, full or failing, entries wait in a bounded queue.
-// When the queue is full, entries are dropped and counted, and the history has a gap.
+// store and decides which values are stored; another thread writes them once a second. Lines wait
+// for neither. While the disk is slow, full or failing, entries wait in a bounded queue. When it is
+// full, entries are dropped and counted, and the history has a gap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,20 +42,18 @@ class ValueStore {
   /// Takes over the batch, and writes as much of it as possible. The rest waits for the next call.
   /// `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
-  /// Checks the whole content of these files if they are open, because readers have found damage.
+  /// See HistoryFiles::Check.
   void Check(const std::set<std::string>& files) { files_.Check(files); }
-  /// True if the rest of an earlier batch waits.
   bool waits() const {
     return !pending_.batch().samples.empty() || !pending_.batch().trends.empty();
   }
 
   std::size_t waiting() const { return pending_.batch().samples.size(); }
 
-  /// Returns the messages since the last call: files that were put aside, removed by another
-  /// program, or deleted.
+  /// Returns messages about files that were put aside, removed by another program, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
-  /// True if, since the last call, a file with values of the present run was lost. Later values
-  /// belong to another run, in which points are unknown until they change.
+  /// See HistoryFiles::TakeLost. Later values belong to another run, in which points are unknown
+  /// until they change.
   bool TakeLost() { return pending_.TakeLost(); }
   const FolderFiles& folder_files() const { return folder_files_; }
 

@@ -76,8 +76,7 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // Reads chunks and rows in one transaction, so an entry that becomes a chunk meanwhile is read
-    // once.
+    // One transaction: an entry that becomes a chunk meanwhile is read once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -293,8 +292,7 @@ class TrendReader {
                                            " WHERE point=? AND begin>=? AND begin<?" + where +
                                            " ORDER BY begin, run");
     rows.BindAll(point_, since, query_.until);
-    // A page has at most kPage spans. A client that requests years by minutes requests the next
-    // page.
+    // A page has at most kPage spans; clients request the next page.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();
     records::Statement::Step step = rows.Next();

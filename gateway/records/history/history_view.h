@@ -90,8 +90,8 @@ Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQue
                              bool* damaged = nullptr);
 
 // `UnreadFiles` lists files of days that could not be read completely. Each is read again from time
-// to time, and removed from the list when that works: because the file was mended or removed, or
-// file descriptors are available again. It has no lock: HistoryView provides it.
+// to time, and removed when that works: the file was mended or removed, or file descriptors are
+// available again. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
@@ -105,7 +105,6 @@ class UnreadFiles {
   void Forget(const UnreadFile& file);
   const std::vector<Entry>& entries() const { return entries_; }
 
-  /// Returns true if reading the file now succeeds.
   static bool CanBeRead(const std::filesystem::path& folder, const Entry& entry);
 
  private:

@@ -8,9 +8,9 @@ namespace {
 
 /// How often a found device is asked again: two devices at one address do not always collide.
 constexpr int kRepeats = 3;
-/// If another master is active, replies are lost now and then, so a question is tried this often.
+/// Tries of a question if another master is active, because replies are then lost now and then.
 constexpr int kTriesInTraffic = 4;
-/// Fewer bytes than this are a glitch of the line.
+/// Fewer bytes are a glitch of the line.
 constexpr std::size_t kLeastOfReply = 3;
 constexpr const char* kTwo = "two devices may have this address";
 
@@ -37,8 +37,7 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// Sets the port. Returns false if the port does not support the settings; the scan goes on without
-/// them.
+/// Returns false if the port does not support the settings; the scan goes on without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -111,8 +110,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// True if the device was found already, or was found in a protocol in which the questions of this
-/// protocol would be writes (never_at).
+/// True if the device was found already, also in a protocol in which this protocol's questions are
+/// writes (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -131,7 +130,7 @@ void Scanner::Look(Asked asked, std::uint32_t finds) {
   }
 }
 
-/// Repeats an unclear exchange if another master is active, because replies may then be lost.
+/// Repeats an unclear exchange if another master is active.
 Verdict Scanner::Exchange(const Asked& asked) {
   Verdict verdict = ExchangeOnce(asked);
   for (int tries = 1; traffic_ && tries < kTriesInTraffic && !is_over(); ++tries) {
@@ -172,8 +171,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Handles bytes that came without a request, or in the name of another device. They may be a late
-/// reply to the question `late`, which is asked once more with a longer timeout.
+/// Bytes have come without a request, or in the name of another device: they may be a late reply to
+/// `late`, which is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -213,8 +212,8 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// Handles a device that accepts any parity, but whose replies show its own format: repeats the
-/// question in that format, and stores the device with it if that works.
+/// The device accepts any parity, and its reply shows its format: asks it in that format, and
+/// stores the format if that works.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -248,8 +247,8 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Repeats the question after a damaged reply. If all replies are damaged, tries other formats; if
-/// that fails, records that two devices may have this address.
+/// Repeats the question. If all replies are damaged, tries other formats; if that fails, records
+/// that two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {
@@ -351,8 +350,8 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Drops damaged replies from addresses at which another protocol has found a device, because that
-/// device sent them.
+/// Drops damaged replies from addresses at which another protocol has found a device, which sent
+/// them.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

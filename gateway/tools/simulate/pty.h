@@ -1,5 +1,5 @@
 // `Pty` is a pseudo terminal that acts as the far end of a serial cable, for twins, the demo and
-// tests: bytes that the twin writes to the master arrive at a reader of the linked path.
+// tests: bytes that a twin writes to the master arrive at a reader of the linked path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,42 +10,39 @@
 
 namespace baudgate::tools {
 
-// `ServerOf` finds which program serves the pty that a symbolic link points to, so that a second
-// simulator does not take the link of a running twin.
+// `ServerOf` finds the program that serves the pty of a symbolic link, so that a second simulator
+// does not take the link of a running twin.
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
 //   link -> /dev/pts/7, which was created before the link       served
 
-/// Returns the program, such as "socat (pid 4711)", or "another program" if it cannot be read;
-/// empty: the pty is not served. `target`: the target of `link`, such as "/dev/pts/7".
+/// Returns "socat (pid 4711)", or "another program" if it cannot be read; empty: not served.
+/// `target`: the target of `link`, "/dev/pts/7".
 std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
  public:
-  /// Creates a raw pair of master and slave. With `link`, creates a symbolic link to the slave
-  /// there. It replaces an older link whose pty is not served any more; anything else at this path
-  /// is left alone, and is an error.
+  /// Creates a raw pair. With `link`, also a symbolic link to the slave, in place of an older link
+  /// whose pty is not served any more; anything else at this path is left alone, and is an error.
   static Result<Pty> Create(const std::string& link = {});
 
   Pty(Pty&& other) noexcept;
   Pty& operator=(Pty&& other) noexcept;
   ~Pty() { Unplug(); }
 
-  /// Returns the master: non-blocking, close-on-exec; -1 after Unplug or TakeMaster. The Pty owns
+  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty owns
   /// it.
   int master() const { return master_; }
-  /// Returns the master and passes its ownership to the caller, for example to an asio
-  /// stream_descriptor, which closes it.
+  /// Passes ownership of the master to the caller (an asio stream_descriptor closes it).
   int TakeMaster();
-  /// Returns the path of the slave, such as "/dev/pts/7".
+  /// Returns "/dev/pts/7".
   const std::string& slave_path() const { return slave_path_; }
   /// Returns the path that a reader opens: the link, or the slave if there is no link.
   const std::string& path() const { return link_.empty() ? slave_path_ : link_; }
 
-  /// Simulates a pulled cable: removes the link, if it still points to this pty, and closes both
-  /// sides. Programs with an open slave get a hang-up. A master that TakeMaster has returned stays
-  /// open.
+  /// Pulls the cable: removes the link, if it still points to this pty, and closes both sides.
+  /// Programs with an open slave get a hang-up. A master from TakeMaster stays open.
   void Unplug();
 
  private:

@@ -10,15 +10,14 @@
 
 namespace baudgate::tools {
 
-/// The configuration file of the service.
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
-/// Adds the option --socket, for commands that talk to the running gateway.
+/// Adds --socket, for commands that talk to the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
 }
 
-/// Adds an option that reads a time such as "250ms" into `target`.
+/// Adds an option with a time such as "250ms".
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {
   return app.add_option_function<std::string>(
@@ -31,7 +30,7 @@ inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration
       help);
 }
 
-/// Adds the option --seconds, which reads a number such as "30" or "0.5" into `target`.
+/// Adds --seconds, such as "30" or "0.5".
 inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
   constexpr double kMostSeconds = 1e9;
   return app.add_option_function<double>(

@@ -49,10 +49,9 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
-/// `most`. The default is longer than the time after which the gateway ends the process. If the
-/// gateway is dead, no other program would end a hanging process, and subscribers would take its
-/// last samples for valid.
+/// Feeds the watchdog of this process: SIGALRM ends it if Live is not called again within `most`,
+/// by default later than the gateway would end it. If the gateway is dead, no other program would
+/// end a process that hangs, and subscribers would take its last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
 /// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the
@@ -156,7 +155,7 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
 }
 
 /// Runs `baudgate watch` in a child process, so that a datagram that crashes the library does not
-/// end the command. The child checks that its output was written, for example to a full disk.
+/// end it. The child checks that its output was written.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))

@@ -84,9 +84,8 @@ class Mailbox {
   bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// `Listening` restarts a subscriber that no longer receives. If a network interface was deleted and
-// created again, the library receives nothing more; the subscriber is then created again, as the
-// gateway does with its participant.
+// `Listening` restarts a subscriber that no longer receives: if a network interface was deleted and
+// created again, the library receives nothing more.
 class Listening {
  public:
   using Open = std::function<Status()>;

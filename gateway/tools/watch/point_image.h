@@ -66,7 +66,6 @@ class PointImage {
   /// Returns the events sorted by gateway and device, with the points of each device in the order
   /// of its profile.
   std::vector<const PointEvent*> Ordered() const;
-  /// Returns rows for the table, in the order of Ordered().
   std::vector<PointRow> Rows(WallTime now) const;
 
  private:
@@ -100,9 +99,7 @@ class Publishers {
   void OnDeaf();
   void Tick(Instant now);
 
-  /// Returns the remarks since the last call.
   std::vector<Remark> TakeRemarks() { return std::exchange(remarks_, {}); }
-  /// Returns the alarms that are still active.
   std::vector<std::string> Alarms() const;
 
  private:
