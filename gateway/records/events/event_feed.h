@@ -57,7 +57,8 @@ class CursorBook {
   void OnDue(std::function<void()> due);
   /// Passes the cursors of the opened file. Cursors that are already set take precedence.
   void OnOpened(const Cursors& kept);
-  /// Returns all cursors if the file differs; they replace all cursors in the file.
+  /// Returns all cursors if the file differs from them, else nothing. They replace all cursors in
+  /// the file.
   std::optional<Cursors> Due() const;
   void OnKept(const Cursors& kept);
   Cursors all() const;

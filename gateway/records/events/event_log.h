@@ -94,7 +94,7 @@ class EventRounds {
   std::vector<Batch> Unsaved();
   /// True if more batches wait and the disk works.
   bool goes_on() const;
-  /// Returns a log line for each kind of event that is not on the disk. For use after the thread
+  /// Returns a log line for each kind of event that is not on the disk. Call this after the thread
   /// has ended.
   std::vector<std::string> LeftBehind() const;
 

@@ -96,8 +96,8 @@ class EventSource {
   virtual EventsState state() const = 0;
   /// Returns the alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// Returns how many alarms were unacknowledged. `done` is called once, when the acknowledgement
-  /// is on the disk or the disk fails: from any thread, also within this call.
+  /// Acknowledges the selected alarms and returns their number. `done` is called once, when the
+  /// acknowledgement is on the disk or the disk fails: from any thread, also within this call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
   /// Returns an empty page while the file is being opened.
