@@ -22,7 +22,7 @@
 
 namespace baudgate::events {
 
-/// The numbers are public: users see them on Modbus and DDS.
+/// The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
   normal = 0,        ///< the alarm is deleted from the file
   active = 1,        ///< active, not acknowledged yet
