@@ -46,7 +46,7 @@ std::optional<std::string> Listening::Look(Instant now) {
 
 Status PointFeed::Open() {
   Close();
-  mailbox_.TakeAll();  // their publishers may have left meanwhile
+  mailbox_.TakeAll();  // the publishers of these samples may have left meanwhile
   return MakeAnew(subscriber_, mailbox_, [this] {
     return dds::DdsSubscriber::Create({.participant = participant_}, Callbacks());
   });
