@@ -1,5 +1,5 @@
-// A line of devices that stands in no file: profiles and a few words of the command line, checked
-// as a file would be. For `simulate`, `decode` and `demo`.
+// MakeLine makes a line with devices from a few words of the command line, checked like a
+// configuration file. For `simulate`, `decode` and `demo`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,15 +22,16 @@ struct WantedDevice {
 struct WantedLine {
   std::string name = "line";
   std::string port = "/dev/null";
-  std::string protocol = {};  ///< empty: the one whose profile the first device has
+  std::string protocol = {};  ///< empty: the protocol that has the first device's profile
   std::string serial = {};    ///< "9600 7E1"; empty: the protocol's default
   std::vector<WantedDevice> devices = {};
 };
 
-/// The protocol whose profile this is, by its name.
+/// Returns the name of the protocol that has this profile.
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Every option of every device is present. The error lists all that is wrong, a line each.
+/// Makes the line. Every option of every device has a value, if necessary its default. The error
+/// lists all problems, one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools
