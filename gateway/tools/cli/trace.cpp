@@ -16,7 +16,8 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// Frames, or the records as they are. Each line is flushed, so that it can be piped.
+/// Prints decoded frames, or (with `bytes`) the records as they are. Flushes each line, so that the
+/// output can be piped.
 class TracePrinter {
  public:
   TracePrinter(const TraceOptions& options, const Json& answer, const config::Catalog& catalog,
@@ -66,7 +67,8 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// When to look again: at the end, or when nothing has followed bytes that wait.
+/// Returns when to look at the records again: at the end, or when a pause after bytes shows that
+/// their frame is complete.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;
@@ -99,7 +101,7 @@ int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::o
     const Json json = Json::parse(line, nullptr, false);
     if (json.contains("end")) why = json.value("end", why);
     if (json.contains("record")) printer.Print(json.value("record", ""));
-    if (!out) return 0;  // its reader has left
+    if (!out) return 0;  // the reader of the output has closed it
   }
   err << "baudgate: the trace has ended: " << why << '\n';
   return kNoDaemon;

@@ -46,7 +46,7 @@ nlohmann::ordered_json HistoryJson(const config::Config& config);
 ///   writes to feeder-2: none; 5 points could be written (setting_group, …): add 'write: allow', …
 void PrintWrites(const config::Line& line, std::ostream& out);
 
-/// {"allowed":["setting_group"],"off":[]}: names of points that could be written.
+/// Returns {"allowed":["setting_group"],"off":[]}. "off" lists points that could be written.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
 // The web server.
