@@ -1,6 +1,6 @@
-// Line use: how much of what characters, think time and prescribed silences allow does the line
-// carry? A gateway polls as fast as it can a twin that is paced at the real bit rate: the line
-// alone, then with Modbus TCP, DDS, every reading in the history and, of a relay, events.
+// Benchmark of line use: the share of the possible exchanges, given by characters, think time and
+// prescribed silences, that a line carries. A gateway polls a twin, paced at the real bit rate, as
+// fast as possible: the line alone, then with Modbus TCP, DDS, history and, for a relay, events.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

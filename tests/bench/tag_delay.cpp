@@ -1,6 +1,6 @@
-// RFID tag to a DDS subscriber: from the last byte of a tag on a pty to its event in a subscriber
-// of its own, through the disk. Beside it what the disk takes for one fsync, measured in the same
-// minute between the tags.
+// Benchmark of the delay from an RFID tag to a DDS subscriber: from the last byte of a tag on a pty
+// to its event in the subscriber, including the write to disk. The time of one fsync is measured
+// between the tags.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ constexpr int kDomain = 113;
 constexpr int kTags = 200;
 constexpr auto kPeriod = std::chrono::milliseconds(50);
 constexpr double kWantedMs = 20;
-constexpr double kFsyncMs = 5;  // the figure holds where the disk needs no longer
+constexpr double kFsyncMs = 5;  // the limit applies only if an fsync takes at most this long
 
 using Clock = std::chrono::steady_clock;
 
@@ -31,8 +31,8 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A file where the events are. Its pages are written anew each time, as those of the log of a
-/// database: the file does not grow.
+/// Measures fsync on the disk of the events. Overwrites the same pages each time, as a database log
+/// does, so that the file does not grow.
 class Fsyncs {
  public:
   Fsyncs()
@@ -67,7 +67,7 @@ class Fsyncs {
   off_t next_ = 0;
 };
 
-/// When each tag arrived, by its digits.
+/// The arrival time of each tag, by its digits.
 class Arrivals {
  public:
   void Add(std::string_view tag) {
@@ -127,7 +127,7 @@ void RunTagDelay(const config::Catalog& catalog) {
     const auto sent = Clock::now();
     if (write(pty->master(), frame.data(), frame.size()) < 0) std::exit(4);
     const auto arrived = arrivals.Wait(Digits(tag));
-    if (tag > 1) {  // behind the first all have found each other
+    if (tag > 1) {  // during the first tag, the DDS participants are still being discovered
       if (!arrived) ++lost;
       if (arrived) {
         delays.push_back(std::chrono::duration<double, std::milli>(*arrived - sent).count());

@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kKept = 60;  // requests and replies
+constexpr std::size_t kKept = 60;  // number of requests and replies that Latest() prints
 
 Instant ReadClock() { return std::chrono::steady_clock::now(); }
 
@@ -39,8 +39,8 @@ void LagPort::Read() {
                               });
 }
 
-/// A request comes over a pty in no time. Its devices have it when its last character would have
-/// come over a wire.
+/// A request arrives over a pty at once. It is passed on at the time at which its last character
+/// would have arrived over a wire.
 void LagPort::Take(View bytes) {
   assembler_.Feed(bytes);
   while (const auto request = NextRequest()) {
@@ -52,7 +52,8 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// A request that only silence ends is taken at once if all that is held is one.
+/// Returns the next request. A request that only silence ends is returned at once if it is
+/// complete.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;
