@@ -2,7 +2,6 @@
 // SPA device of a hundred points at 1 s. It shows the cost of an exchange, and whether the cost
 // rises with the number of lines. The devices are one child process, the gateway is another; this
 // process measures both.
-// are many lines? The devices are one other process, the gateway another; this one looks at both.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
