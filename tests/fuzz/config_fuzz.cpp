@@ -1,5 +1,6 @@
-// Any text as a configuration: problems with a place and words, never a crash or a hang. What is
-// accepted loads a second time to the same, and everything that is made of it can be made.
+// Fuzzes the loading of configurations: any text gives problems with a place and a message, never a
+// crash or a hang. An accepted configuration loads a second time with the same result, and
+// everything can be built from it.
 // Input: the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>

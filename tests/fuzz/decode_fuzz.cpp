@@ -1,4 +1,5 @@
-// `baudgate decode` on any capture file: one JSON object an exchange, or a complaint.
+// Fuzzes `baudgate decode` with any capture file: it prints one JSON object for each exchange, or
+// an error.
 // Input: one byte for the protocol, then the text.
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>

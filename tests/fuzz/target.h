@@ -1,6 +1,6 @@
-// A fuzz target: what is done with one input. A source registers those that it has, and one of two
-// programs runs them: libfuzzer.cpp with new inputs (clang), replay_test.cpp with all inputs of the
-// corpora (ctest).
+// A fuzz target processes one input. Source files register their targets, and one of two programs
+// runs them: libfuzzer.cpp with new inputs (clang), replay_test.cpp with all inputs of the corpora
+// (ctest).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,20 +14,20 @@
 namespace baudgate::fuzz {
 
 struct Target {
-  std::string name;  ///< as in targets.txt
+  std::string name;  ///< the name in targets.txt
   std::function<void(View input)> run;
 };
 
-/// A constant of this type makes a target known before main() begins.
+/// Registers a target. Define a constant of this type, so that it is registered before main().
 class Registered {
  public:
   Registered(std::string name, std::function<void(View input)> run);
 };
 
-/// All that are known.
+/// Returns all registered targets.
 const std::vector<Target>& Targets();
 
-/// Null: there is none of that name.
+/// Returns null if there is no target of this name.
 const Target* FindTarget(std::string_view name);
 
 }  // namespace baudgate::fuzz

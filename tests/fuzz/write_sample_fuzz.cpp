@@ -1,6 +1,7 @@
-// What strangers publish on baudgate/write: any bytes are refused, or are a request that can be
-// sent on; and whatever requests come in whatever order, each is carried out once at most, and the
-// memory of them is bounded. Several requests in one input, each behind its length.
+// Fuzzes samples on baudgate/write from unknown publishers: any bytes are refused, or are a request
+// that can be passed on. In any order of requests each is executed once at most, and the memory for
+// them is bounded.
+// Input: several requests, each behind its length.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>

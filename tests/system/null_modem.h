@@ -1,5 +1,5 @@
-// A crossed serial cable for tests: two ptys, so that two programs that each want to open a tty
-// have one, and a thread that carries bytes between them and counts them.
+// `NullModem` is a crossed serial cable: two ptys, because two programs each want to open a tty,
+// and a thread that carries bytes between them and counts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@ namespace baudgate::system_test {
 
 class NullModem {
  public:
-  /// Links of these names appear; both ends may be opened from now on.
+  /// Creates both links; both ends may be opened when it returns.
   NullModem(const std::string& near, const std::string& far);
   ~NullModem();
   NullModem(const NullModem&) = delete;

@@ -1,5 +1,6 @@
-// A bus of many twins on one pty, which answer only where the port has their bit rate; and odd
-// parity where they have it: all that a pty keeps of its settings. For tests of `baudgate scan`.
+// `PtyBus` is a bus of many twins on one pty. A twin answers only if the port has its bit rate and
+// its odd or not odd parity, which are all settings that a pty stores. For tests of `baudgate
+// scan`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,13 +15,13 @@ namespace baudgate::system_test {
 
 class PtyBus {
  public:
-  /// `link`: where the pty is found.
+  /// `link`: path of the link to the pty.
   explicit PtyBus(const std::string& link);
   ~PtyBus();
 
-  /// Before Start.
+  /// Must be called before Start().
   void Add(const TwinWish& wish) { bus_.Add(wish); }
-  /// Another master says this again and again.
+  /// Makes another master send this telegram repeatedly.
   void Talk(const std::string& telegram) { talk_ = telegram; }
   void Start();
 

@@ -1,5 +1,5 @@
-// Prints what a tty driver tells of one port: its error counters, low latency and RS-485 mode.
-// Goes its own way to the driver, so that baudgate's figures can be compared with these.
+// Prints the state of one port from its tty driver: error counters, low latency and RS-485 mode.
+// Does not use baudgate's code, so that baudgate's numbers can be compared with these.
 // SPDX-License-Identifier: Apache-2.0
 #include <asm/ioctls.h>
 #include <fcntl.h>
