@@ -43,7 +43,6 @@ constexpr std::string_view kGateway = "gateway";
 
 std::int64_t NowNs() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
-/// Returns a DCON reply with `number`: ">+12345." and CR.
 std::string Reply(int number) { return fmt::format(">+{:05d}.\r", number); }
 
 void WriteAll(int descriptor, std::string_view text) {
@@ -346,7 +345,6 @@ struct Delays {
   std::vector<double> ratios;  ///< of the medians, one for each round
 };
 
-/// Measures the gateway and the bare pipeline alternately.
 Delays Compare(const config::Catalog& catalog, const std::string& self) {
   Subscriber subscriber(self);
   DirectPipeline direct(self);

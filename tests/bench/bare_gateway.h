@@ -17,12 +17,9 @@ namespace baudgate::bench {
 /// Answers a read of one register with 0x09C4 at every address.
 std::vector<Piece> InstantAnswer(View request);
 
-/// Returns the RTU frame of a read of one register at `address` of slave 20.
 Bytes ReadFrame(std::uint16_t address);
-/// Returns the Modbus TCP frame of the same read.
 Bytes ReadAdu(std::uint16_t transaction, std::uint16_t address);
 
-/// Opens a tty in raw mode.
 int OpenRaw(const std::string& path);
 /// Waits until `count` bytes have been received. Returns false after a second of silence.
 bool ReadWhole(int descriptor, std::uint8_t* to, std::size_t count);

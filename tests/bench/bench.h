@@ -22,7 +22,6 @@ double Percentile(std::vector<double> values, double share);
 std::string Scratch();
 /// Loads a configuration. If it has problems, prints them and exits.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
-/// Counters of all devices since the start.
 struct Totals {
   std::uint64_t exchanges = 0;
   std::uint64_t failed = 0;
@@ -30,11 +29,9 @@ struct Totals {
   std::uint64_t readings = 0;  ///< point readings
 };
 Totals Sum(const bus::PointStore& store);
-/// Returns the processor time of another process since its start.
 double CpuSeconds(pid_t process);
 /// Returns a number of /proc/PID/status, for example VmRSS in KiB; 0: missing.
 double StatusOf(pid_t process, const std::string& key);
-/// Returns "reached" or "MISSED".
 const char* Verdict(bool reached);
 
 void RunLineUse(const config::Catalog& catalog);

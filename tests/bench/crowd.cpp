@@ -157,7 +157,6 @@ void Await(const std::string& path) {
   while (!fs::exists(path)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-/// Another process, measured through /proc.
 struct Process {
   pid_t id = 0;
 
@@ -165,7 +164,6 @@ struct Process {
     const fs::directory_iterator all(fmt::format("/proc/{}/fd", id));
     return std::distance(fs::begin(all), fs::end(all));
   }
-  /// Returns the gateway's counters.
   Totals Ask(const std::string& directory) const {
     fs::remove(directory + "/totals");
     kill(id, SIGUSR1);

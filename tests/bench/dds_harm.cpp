@@ -59,7 +59,7 @@ class Gateway {
     waitpid(child_, nullptr, 0);
   }
 
-  /// Returns the DDS process; 0: it does not run.
+  /// Returns 0 while the process does not run.
   pid_t DdsProcess() const {
     std::error_code gone;
     for (const auto& thread : fs::directory_iterator(fmt::format("/proc/{}/task", child_), gone)) {
@@ -91,7 +91,6 @@ class Gateway {
   pid_t child_ = -1;
 };
 
-/// A Modbus connection that reads ten registers of a polled device.
 class Client {
  public:
   Client() {

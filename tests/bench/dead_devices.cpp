@@ -77,7 +77,6 @@ class Lines {
         world_, protocol_, {its.devices.begin(), its.devices.begin() + kLiving}, options);
     twins_[line] = std::move(*twins);
   }
-  /// Stops the twins: the pty hangs up and its link disappears.
   void StopTwins(std::size_t line) {
     asio::post(world_, asio::use_future([&] { twins_[line].reset(); })).wait();
   }

@@ -24,7 +24,7 @@ int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   for (const OnWire& request : log) {
     if (request.from < sent) continue;
     if (request.pdu == StartPdu()) return reads;
-    // The start command needs time to pass through the gateway
+    // The start command needs time to pass through the gateway.
     const bool on_its_way = request.from < sent + 1ms;
     if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }

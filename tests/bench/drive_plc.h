@@ -21,7 +21,7 @@ inline constexpr Duration kPlcPeriod = 30ms;  // nominal period of the five mess
 inline constexpr std::array<std::uint16_t, 9> kBlocks = {999,  1119, 1239, 1359, 1479,
                                                          1599, 1719, 1839, 1959};
 
-/// Returns the PDU of the start command as hex.
+/// As hex.
 std::string StartPdu();
 
 /// The PLC. It repeats a message when its period is over and its last answer has arrived.

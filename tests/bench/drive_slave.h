@@ -48,7 +48,6 @@ class DriveValues final : public protocols::TwinValues {
   bool running_ = false;
 };
 
-/// One request that the slave received.
 struct OnWire {
   Instant from;
   std::string pdu;

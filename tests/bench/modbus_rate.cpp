@@ -167,7 +167,6 @@ class NoCommands final : public bus::CommandSink {
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-/// Makes a configuration with one device that has enough registers.
 config::Config MakeConfig() {
   config::Config config;
   config::Listener listener;

@@ -115,7 +115,6 @@ class Servers {
     std::size_t server = 0;
     Bytes held;
   };
-  /// Server, unit, register.
   using Place = std::array<std::size_t, 3>;
 
   void Listen() {
@@ -264,7 +263,6 @@ std::string Write(const Plant& plant, const Outputs& outputs, const std::vector<
 
 double Mib(pid_t process, const std::string& key) { return StatusOf(process, key) / 1024; }
 
-/// Returns the only child, baudgate-dds; nothing: there is none.
 std::optional<pid_t> ChildOf(pid_t process) {
   for (const auto& thread : fs::directory_iterator(fmt::format("/proc/{}/task", process))) {
     std::ifstream file(thread.path() / "children");

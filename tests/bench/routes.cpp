@@ -39,7 +39,6 @@ constexpr double kWantedHigh = 0.5;
 constexpr std::size_t kReplyFrame = 7;  // reply to a read of one register
 constexpr std::uint16_t kFrequency = 200;
 
-/// Returns a port on which nothing listens.
 std::uint16_t FreePort() { return BareGateway("/dev/null").port(); }
 
 struct Gateway {
@@ -105,7 +104,7 @@ std::vector<double> TimeMaster(int tty, int count, Duration quiet = {}) {
   return times;
 }
 
-/// Returns the requests per second of `clients` with one outstanding request each.
+/// Returns requests per second. Each client has one outstanding request.
 double Rate(std::uint16_t port, int clients) {
   std::vector<RawClient> all;
   std::vector<pollfd> ready;
@@ -113,7 +112,7 @@ double Rate(std::uint16_t port, int clients) {
     all.emplace_back(port);
     ready.push_back({all.back().socket(), POLLIN, 0});
   }
-  // All addresses differ, because identical reads would share an exchange
+  // All addresses differ, because identical reads would share an exchange.
   std::uint16_t address = 0;
   for (const RawClient& client : all) client.Send(ReadAdu(1, address++));
   std::uint64_t answered = 0;

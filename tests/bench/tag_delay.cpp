@@ -67,7 +67,6 @@ class Fsyncs {
   off_t next_ = 0;
 };
 
-/// The arrival time of each tag, by its digits.
 class Arrivals {
  public:
   void Add(std::string_view tag) {

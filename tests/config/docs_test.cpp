@@ -54,7 +54,6 @@ constexpr Exception kExceptions[] = {
     {"docs/writes.md", "allow_when: { point: LINE", "a point of the reader's plant"},
     {"docs/settings.md", "gateway: \"substation-7\"", "a file of `baudgate settings`"},
 };
-/// Inline code that is not tested.
 constexpr Exception kUnreadCode[] = {
     {"protocols/telegram/README.md", "",
      "keys of a telegram; its blocks show them at their places"},
@@ -257,7 +256,6 @@ YAML::Node List(const YAML::Node& element) {
   return list;
 }
 
-/// Completes a piece for one protocol.
 class Completion {
  public:
   explicit Completion(const Base& base) : base_(base) {}
@@ -348,7 +346,6 @@ class Completion {
   static void Fill(YAML::Node& map, const char* key, const std::string& value) {
     if (!map[key]) map[key] = value;
   }
-  /// Returns the protocol of the first device with a shipped profile.
   static std::optional<std::string> ProtocolOf(const YAML::Node& devices) {
     if (!devices || !devices.IsSequence()) return std::nullopt;
     for (const YAML::Node& device : devices) {
@@ -359,7 +356,7 @@ class Completion {
     }
     return std::nullopt;
   }
-  /// Adds the lines that routes name but an excerpt omits.
+  /// Routes name lines that an excerpt omits.
   static void AddLinesOfRoutes(YAML::Node& file) {
     if (!file["modbus"].IsMap() || !file["modbus"]["routes"].IsSequence()) return;
     for (const YAML::Node& route : file["modbus"]["routes"]) {
@@ -382,7 +379,6 @@ class Completion {
 
 YAML::Node Listed(const YAML::Node& piece) { return piece.IsMap() ? List(piece) : piece; }
 
-/// Puts a piece at one level and returns the resulting file.
 using Level = YAML::Node (*)(YAML::Node& piece);
 constexpr Level kLevels[] = {
     [](YAML::Node& piece) { return piece; },
@@ -430,7 +426,6 @@ constexpr Level kLevels[] = {
 /// Only the first levels depend on the protocol; the others need no profile, so they are tried
 /// once.
 constexpr std::size_t kLevelsOfProtocols = 4;
-/// The levels of a profile.
 constexpr Level kProfileLevels[] = {
     [](YAML::Node& piece) { return piece; },
     [](YAML::Node& piece) {
@@ -470,7 +465,6 @@ std::string Printed(const YAML::Node& node) {
   return printed;
 }
 
-/// Tries all levels and protocols until an attempt loads.
 void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   const config::Catalog& catalog = Shipped();
   for (const Base& base : kBases) {

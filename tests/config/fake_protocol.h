@@ -23,19 +23,16 @@ const config::Catalog& FakeCatalog();
 /// Returns "fake" and fakes of "modbus_ascii" and "modbus_rtu", which carry Modbus.
 const config::Catalog& ModbusCatalog();
 
-/// Keys, and the problem that they cause.
 struct Case {
   const char* keys;
   const char* problem;
 };
 
-/// Returns all problems as they are printed, one per line.
 std::string Shown(const std::vector<config::Problem>& problems);
 
 /// Loads a configuration. Its first line should be `lines:`, so that line and column are easy to
 /// count.
 config::Loaded Load(const std::string& text);
-/// Loads with ModbusCatalog.
 config::Loaded LoadModbus(const std::string& text);
 
 /// Returns the problems of a configuration with one line and one device. `device` is inserted

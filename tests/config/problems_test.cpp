@@ -58,7 +58,6 @@ std::string ProblemsOf(const std::string& catalog, const std::string& document) 
   return problems;
 }
 
-/// Removes the lines that begin with `prefix`.
 std::string Without(const std::string& prefix, std::string problems) {
   for (std::size_t at = 0; at < problems.size();) {
     const std::size_t size = problems.find('\n', at) + 1 - at;

@@ -29,7 +29,6 @@ WriteRecord Example(int i) {
   return record;
 }
 
-/// Returns a file with a few records.
 std::vector<char> GoodFile() {
   FaultyDisk disk;
   {

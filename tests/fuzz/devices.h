@@ -15,7 +15,6 @@ namespace baudgate::fuzz {
 /// plugin allows it. The device is made on first use and never freed. All arguments are valid.
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant);
 
-/// Checks that `answer` keeps the contract of Answer.
 void CheckAnswer(const protocols::Answer& answer, const config::Device& device);
 
 }  // namespace baudgate::fuzz

@@ -25,7 +25,6 @@ modbus::OwnUnits& TheUnits(FuzzSink*& sink) {
   return units;
 }
 
-/// Returns the number of value bytes in a checked write.
 std::size_t DataOf(const modbus::ModbusRequest& request) {
   switch (request.function) {
     case modbus::kWriteCoil:

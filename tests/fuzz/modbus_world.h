@@ -15,7 +15,6 @@
 
 namespace baudgate::fuzz {
 
-/// Returns a configuration that is never freed.
 const config::Config& ModbusConfig();
 bus::PointStore& FilledStore();
 /// A time at which some values are young, some are old, and some were never read.
@@ -35,7 +34,6 @@ class FuzzTarget final : public bus::RouteTarget {
  public:
   bool Submit(bus::RoutedRequest request) override;
   void Abandon(std::uint64_t client) override;
-  /// Answers the oldest stored request.
   void AnswerKept(Outcome outcome);
 
   std::uint8_t turn = 0;

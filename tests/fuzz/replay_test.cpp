@@ -30,7 +30,6 @@ constexpr unsigned kMostSeconds = 60;  // time limit of one input
 
 fs::path Folder() { return fs::path(FUZZ_SOURCE_DIR) / "tests/fuzz"; }
 
-/// Returns the first word of each line of targets.txt.
 std::vector<std::string> Names() {
   std::ifstream file(Folder() / "targets.txt");
   std::vector<std::string> names;

@@ -24,10 +24,8 @@ class Registered {
   Registered(std::string name, std::function<void(View input)> run);
 };
 
-/// Returns all registered targets.
 const std::vector<Target>& Targets();
 
-/// Returns null if there is no target of this name.
 const Target* FindTarget(std::string_view name);
 
 }  // namespace baudgate::fuzz

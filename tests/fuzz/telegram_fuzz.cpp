@@ -81,7 +81,6 @@ Form FormOf(View text, std::uint8_t flags) {
   return form;
 }
 
-/// Checks that every good number was sent as a number.
 void CheckNumbers(const Telegram& telegram, View frame) {
   const Reply reply = DecodeReply(telegram, frame, {});
   Require(reply.outcome == Outcome::ok || !reply.reason.empty(), "what is not ok has a reason");

@@ -10,7 +10,6 @@
 
 namespace baudgate::fuzz {
 
-/// Returns the protocol of the running target.
 const protocols::Protocol& UnderTest();
 
 enum class Protocols {
@@ -25,10 +24,9 @@ class RegisteredFor {
                 void (*run)(View input));
 };
 
-/// Returns device options whose flags and choices are set by the bits of `variant`.
 config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant);
 
-/// Returns the parsed options, which are made on first use and never freed.
+/// Made on first use and never freed.
 const protocols::ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

@@ -15,7 +15,7 @@ namespace baudgate::layers {
 struct Entry {
   std::string name;   ///< "bus", or the folder "gateway/bus/exchange"
   std::string layer;  ///< the module's layer; empty: the entry is a layer
-  /// For a layer: layers that it may include; for a module: modules of its layer
+  /// For a layer: layers that it may include; for a module: modules of its layer.
   std::vector<std::string> may;
 };
 

@@ -24,7 +24,6 @@ std::string ReadFile(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns the paths of all sources of the product, from the root.
 std::vector<std::string> Sources() {
   std::vector<std::string> sources;
   for (const char* top : {"config", "protocols", "transports", "gateway"}) {

@@ -3,7 +3,7 @@
 // every point again. Prints a line per round, and the slowest of each kind at the end;
 // packaging/soak.sh discovery.
 // BAUDGATE_SOAK_ROUNDS, _GATEWAYS, _POINTS (of each gateway), _BY (servers, peers), _DOMAIN
-// _IDLE: seconds of idle time afterwards, whose cost is measured
+// _IDLE: seconds of idle time afterwards, whose cost is measured.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -114,7 +114,7 @@ class Domain {
     StartSubscriber();
   }
 
-  /// Starts the server; kills the running one first.
+  /// Kills the running server first.
   void StartServer(std::size_t which) {
     if (!plan_.by_servers) return;
     servers_[which].reset();

@@ -25,7 +25,7 @@ LagPort::LagPort(asio::io_context& io, const protocols::Protocol& protocol,
       descriptor_(io, pty_.TakeMaster()),
       timer_(io),
       on_request_(std::move(on_request)) {
-  descriptor_.non_blocking(true);  // nobody need be reading
+  descriptor_.non_blocking(true);  // a full pty must not block this thread
   assembler_.Begin(protocol.request_rule, protocol.expect({}, ParseOptions(protocol, options)));
   Read();
 }

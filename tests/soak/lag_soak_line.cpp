@@ -106,7 +106,7 @@ void LagSoakLine::EndTurn() {
   share.all += time;
 }
 
-/// Starts the next turn. Its length is 0.5 to 1.5 times `turn_`.
+/// The length of a turn is 0.5 to 1.5 times `turn_`.
 void LagSoakLine::NextTurn() {
   troubled_ = !troubled_;
   turn_began_ = NowOnStage();

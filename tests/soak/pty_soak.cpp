@@ -31,7 +31,7 @@ constexpr Duration kLook = 10ms;
 constexpr Duration kProgress = 10s;
 constexpr Duration kSampleHeap = 1s;
 constexpr Duration kPatience = 5min;
-// Allowed heap growth above the maximum of the first third
+// Allowed heap growth above the maximum of the first third.
 constexpr std::size_t kFlat = 256 * 1024;
 
 Duration Length() { return std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4)); }

@@ -28,7 +28,6 @@ inline std::size_t Number(const char* name, std::size_t usual) {
 }
 inline Instant Now() { return ReadClocks().instant; }
 
-/// Returns the bytes received on lo so far.
 inline std::uint64_t LoopbackBytes() {
   std::ifstream file("/proc/self/net/dev");
   for (std::string word; file >> word;) {
@@ -55,7 +54,6 @@ class Role {
   Role(const Role&) = delete;
   Role& operator=(const Role&) = delete;
 
-  /// Returns user and system time since the start of the child.
   double ProcessorSeconds() const {
     std::ifstream file(Folder() + "stat");
     std::string word;

@@ -37,7 +37,6 @@ std::size_t Entries(const fs::path& folder) {
   return count;
 }
 
-/// Resources of the gateway and, if there is one, of its DDS process.
 struct Held {
   std::size_t kib = 0;
   std::size_t dds_kib = 0;

@@ -27,7 +27,6 @@ void RunIn(asio::io_context& io, Work work) {
   asio::post(io, asio::use_future(std::move(work))).wait();
 }
 
-/// Makes the twin always measure `value`.
 void Pin(config::Point& point, const Value& value) {
   if (!point.simulate || point.simulate->text) return;
   point.simulate = config::Simulate{ToDouble(value), ToDouble(value), std::nullopt};
@@ -196,7 +195,7 @@ void SoakLine::EndFaults() {
     struck_ = simulator_->fault_counts();
     simulator_->SetFaults(Standing());
   });
-  // Every exchange had an echo, so its count is left out
+  // Every exchange had an echo, so its count is left out.
   if (echoes_) struck_.erase(struck_.begin());
 }
 

@@ -55,7 +55,6 @@ class SoakLine {
   /// Fails the test if the line has sent nothing since the last call.
   void ExpectProgress();
   void PrintSummary() const;
-  /// Returns how many faults have occurred.
   std::uint64_t struck() const;
   const std::string& name() const { return setup_.name; }
 
@@ -70,9 +69,9 @@ class SoakLine {
   asio::io_context& world_;
   config::Config config_;
   std::vector<std::vector<Value>> truth_;
-  // Sequence number of the last reported wrong value
+  // Sequence number of the last reported wrong value.
   std::vector<std::vector<std::uint64_t>> told_;
-  std::vector<std::uint64_t> versions_;  // of each device at the last check
+  std::vector<std::uint64_t> versions_;  // each device's version at the last check
   std::unique_ptr<bus::PointStore> store_;
   std::unique_ptr<WeakChecksums> weak_;
   std::unique_ptr<tools::Simulator> simulator_;

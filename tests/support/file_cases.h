@@ -3,10 +3,10 @@
 //
 //   # a comment
 //   @ HEAD            begins a section, up to the next one
-//   | of the section
+//   |                 more lines of the section
 //   - GIVEN           begins a case
-//   | more lines of it
-//   = RESULT          a sign and a text: what they mean is a matter of the test
+//   |                 more lines of the case
+//   = RESULT          a sign and a text, whose meaning the test defines
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -40,7 +40,7 @@ class Journald {
     ::unsetenv("JOURNAL_STREAM");
   }
   std::string path() const { return folder_ / "socket"; }
-  /// Returns the next message; empty: there is none.
+  /// Returns an empty text if there is no message.
   std::string Next() const {
     char buffer[4096];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);

@@ -9,7 +9,6 @@
 
 namespace baudgate {
 
-/// Returns the environment variable as a number, or `otherwise` if it is not set.
 inline std::size_t Setting(const char* variable, std::size_t otherwise) {
   const char* text = std::getenv(variable);
   return text == nullptr ? otherwise : std::strtoul(text, nullptr, 10);

@@ -25,7 +25,6 @@ bool Readable(int socket) {
   return ::poll(&waited, 1, kPatience) > 0;
 }
 
-/// Reads until `bytes` is full, from index `from` on.
 bool Fill(int socket, Bytes& bytes, std::size_t from) {
   while (from < bytes.size()) {
     if (!Readable(socket)) return false;

@@ -18,11 +18,9 @@
 
 namespace baudgate {
 
-/// Returns address, PDU and CRC.
 Bytes RtuFrame(std::uint8_t unit, View pdu);
 /// Returns the good reply to a read of registers. Each register contains `base` plus its address.
 Bytes RegistersReply(View request, std::uint16_t base);
-/// Returns the address of the first register of a read.
 std::uint16_t AddressOf(View request);
 
 /// Bytes to send, and the delay after the request or the piece before.
@@ -45,7 +43,6 @@ class ScriptedSlave {
   bool connected() const { return thread_.joinable(); }
   /// Path at which a master opens the pty.
   const std::string& path() const { return pty_->path(); }
-  /// Returns all complete requests in order.
   std::vector<Bytes> heard() const;
 
  private:

@@ -25,7 +25,7 @@ namespace baudgate {
 
 using Settable = std::vector<std::pair<std::string, config::OptionValue>>;
 
-/// Returns every option that the protocol declares with its default, overwritten by `given`.
+/// Returns the default of every option that the protocol declares, overwritten by `given`.
 config::Options OptionsOf(const protocols::Protocol& protocol, const Settable& given = {});
 
 config::Point ReadPoint(const std::string& name, const std::string& read, config::Type type,
@@ -63,7 +63,6 @@ class Talk {
 
   protocols::Conversation* operator->() const { return conversation_.get(); }
   const protocols::Protocol& protocol() const { return *protocol_; }
-  /// The latest request.
   const protocols::Request& request() const { return request_; }
 
   Result<protocols::Request> Ask(const protocols::Task& task);
@@ -78,7 +77,6 @@ class Talk {
   protocols::Answer Exchange(const protocols::Task& task, protocols::Twin& twin) {
     return Exchange(task, WireTo(twin));
   }
-  /// Runs exchanges until the task ends.
   protocols::Answer Run(const protocols::Task& task, const Wire& wire);
   protocols::Answer Run(const protocols::Task& task, protocols::Twin& twin) {
     return Run(task, WireTo(twin));

@@ -10,7 +10,6 @@
 namespace baudgate {
 namespace {
 
-/// The parts of "?A7=5" or "A7=5".
 struct Words {
   char address = 0;
   std::string number;

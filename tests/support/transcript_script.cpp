@@ -29,7 +29,7 @@ std::vector<std::string> Words(std::string_view text) {
   return words;
 }
 
-/// Splits "scale=0.01" into "scale" and "0.01".
+/// Returns "scale" and "0.01" for "scale=0.01".
 std::pair<std::string, std::string> KeyAndValue(const std::string& word) {
   const auto equals = word.find('=');
   if (equals == std::string::npos) return {word, ""};
@@ -118,7 +118,6 @@ class Reader {
     script_.line.options = script_.device.options;
   }
 
-  /// Adds all points and options of a shipped profile.
   void Profile(const std::string& name) {
     const config::Catalog catalog = {.protocols = {{std::string(protocol_.name), &protocol_}},
                                      .module_dirs = {},

@@ -11,7 +11,6 @@
 
 namespace baudgate {
 
-/// Bytes of a reply that arrive together.
 struct TranscriptPiece {
   Bytes bytes;
   bool after_silence = false;  ///< the file has a time before this piece
@@ -21,7 +20,7 @@ struct TranscriptPiece {
 /// One request with its reply and its expected result.
 struct TranscriptStep {
   int line = 0;
-  /// The task that begins here: a write with a raw value, or events
+  /// The task that begins here: a write with a raw value, or events.
   std::optional<protocols::Task> task;
   bool unasked = false;          ///< there is no request: the device sends `reply` unasked
   std::optional<Bytes> request;  ///< nothing: the write must end without a request

@@ -62,7 +62,6 @@ struct StateChange {
   bus::DeviceState to = bus::DeviceState::never_seen;
 };
 
-/// For messages of failed tests.
 inline void PrintTo(WriteEnd end, std::ostream* out) { *out << Name(end); }
 
 class VirtualLine : private bus::RequestPort, private bus::PollerListener {
@@ -101,7 +100,6 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   Duration elapsed() const { return instant_ - kStart; }
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
   bus::Poller& poller() { return *poller_; }
-  /// True while a request was sent and its exchange has not ended.
   bool asking() const;
   bus::PointStore& store() { return *store_; }
   const config::Config& config() const { return config_; }
@@ -110,7 +108,6 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   Value ValueOf(std::uint32_t device, std::uint32_t point) const;
   std::optional<Duration> AgeOf(std::uint32_t device, std::uint32_t point) const;
   bus::DeviceStatus StatusOf(std::uint32_t device) const;
-  /// Returns the number of sent requests that begin with `start`.
   std::size_t CountSent(std::string_view start) const;
 
   bool keep_sent = true;       ///< false in runs that are too long to store all requests

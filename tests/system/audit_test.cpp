@@ -24,13 +24,12 @@ constexpr int kRouteUnit = 20;
 constexpr int kRegister = 4;      // of the slave
 constexpr int kFirstValue = 100;  // above the slave's first value
 
-/// A slave that stores the last written value.
 class Slave {
  public:
   explicit Slave(const std::string& link)
       : slave_(link, [this](View request) { return Answer(request); }) {}
 
-  /// Returns all values that were written to the point's register, in the order on the wire.
+  /// Returns the values in the order on the wire.
   std::vector<int> Written() const {
     std::vector<int> values;
     for (const Bytes& request : slave_.heard()) {
@@ -144,7 +143,6 @@ TEST_F(Audit, AGatewayThatWritesNothingSaysSo) {
   EXPECT_FALSE(std::filesystem::exists(directory() / "state"));
 }
 
-/// Writes increasing numbers and records which writes were confirmed.
 class NumberWriter {
  public:
   explicit NumberWriter(std::uint16_t port) : client_(port) {}

@@ -14,7 +14,7 @@
 namespace baudgate::system_test {
 namespace {
 
-// Ms between two pieces of a reply; shorter than every protocol's gap
+// Milliseconds between two pieces of a reply; shorter than every protocol's gap.
 constexpr int kMostDelay = 15;
 constexpr int kMostNoise = 24;  // bytes at once
 

@@ -30,7 +30,6 @@ class BadSlave : public RouteStation {
     return Yaml({kRoute}, BareLine("drive", timing));
   }
 
-  /// Returns the values of `count` registers from `address` on, as in RegistersReply.
   static std::vector<std::uint16_t> Values(std::uint16_t base, int address, int count) {
     std::vector<std::uint16_t> values(static_cast<std::size_t>(count));
     std::iota(values.begin(), values.end(), static_cast<std::uint16_t>(base + address));
@@ -109,7 +108,7 @@ TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
     Send(cut, ReadRequest(1, kUnit, 999, 120));
     Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
-    // The pty disappears with the slave.
+    // the pty disappears with the slave
   }
   EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: down: "));
   EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
@@ -183,7 +182,6 @@ class StalledServer {
 
   std::uint16_t port() const { return port_; }
 
-  /// Accepts the oldest waiting connection.
   int Accept() const {
     return IsReady(listening_, kPatience) ? ::accept(listening_, nullptr, nullptr) : -1;
   }
@@ -209,7 +207,6 @@ class StalledServer {
   std::uint16_t port_ = 0;
 };
 
-/// Returns the unit of each whole write request.
 std::vector<int> UnitsIn(const Bytes& bytes) {
   std::vector<int> units;
   for (std::size_t at = 0; at + kFrame <= bytes.size(); at += kFrame) units.push_back(bytes[at]);

@@ -70,7 +70,6 @@ class Child {
   std::filesystem::path errors_;
 };
 
-/// The result of a command that ends by itself.
 struct Finished {
   int code = -1;  ///< as in WaitForEnd; -1: it had to be killed
   std::string output;

@@ -24,7 +24,6 @@ class Cli : public Station {
                  Head(true) + Line("bay", "spabus", "address: 1, profile: spaj140c, unit: 5"))
         .string();
   }
-  /// Returns the exchanges that `decode` prints for `captures`.
   std::vector<Json> Decode(std::vector<std::string> words, const std::string& captures) const {
     words.insert(words.begin(), "decode");
     words.push_back(Write("captures.txt", captures).string());

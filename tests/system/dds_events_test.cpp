@@ -25,7 +25,6 @@ class EventsOnDds : public EventStation {
         "--seconds",    "60"};
     return std::make_unique<Child>(words, directory());
   }
-  /// Starts the example of the package baudgate-dev.
   std::unique_ptr<Child> Example() const {
     constexpr char kLoopback[] =
         "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"

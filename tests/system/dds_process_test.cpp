@@ -43,8 +43,7 @@ class DdsProcess : public ThreeDevices {
                                          << daemon->Errors();
   }
 
-  /// Returns the point's sequence number at a new subscriber; nothing if the subscriber does not
-  /// get all points.
+  /// Returns nothing if a new subscriber does not get all points.
   std::optional<std::uint64_t> SeqOf(const std::string& device, const std::string& point) const {
     const Finished watch = Command({"watch", "--domain", std::to_string(domain()), "--gateway",
                                     gateway(), "--json", "--once"});

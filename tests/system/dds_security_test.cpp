@@ -90,7 +90,7 @@ TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
   constexpr Duration kShort = 8s;  // enough for the start on a busy machine
   const auto begun = ReadClocks();
   const auto made =
-      // Subscriber-2, valid for a few seconds
+      // Makes subscriber-2, valid for a few seconds.
       pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
   ASSERT_TRUE(made.ok()) << made.error();
   const auto expired = Start(Watch("subscriber-2"));
@@ -124,7 +124,6 @@ class Discovery : public ThreeDevices {
     return yaml;
   }
 
-  /// True if a new subscriber discovers the gateway.
   bool IsSeen() const {
     const Finished watch =
         Command({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--once",

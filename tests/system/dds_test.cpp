@@ -45,7 +45,6 @@ class OnDds : public ThreeDevices {
     return samples;
   }
 
-  /// Returns the number of points in the configuration.
   std::size_t PointCount() const {
     const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
     return Json::parse(map.output)["points"].size();

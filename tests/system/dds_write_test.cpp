@@ -38,7 +38,6 @@ class DdsWrites : public Station {
     ASSERT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 0; }));
   }
 
-  /// Starts the gateway, or restarts it.
   void Run(const std::string& dds, const std::string& io = "allow") {
     daemon_.reset();
     daemon_ = StartDaemon(Yaml(dds, io));
@@ -54,7 +53,6 @@ class DdsWrites : public Station {
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  /// Returns the client's output for one request.
   std::string Ask(const std::string& device, const std::string& point,
                   std::vector<std::string> more) const {
     const Finished asked = RunToEnd(Words(device, point, std::move(more)), directory());
@@ -126,7 +124,7 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredOnceMoreAlsoByANewProcess) {
   ::kill(before, SIGKILL);
   ASSERT_TRUE(Eventually([&] { return Process() > 0 && Process() != before; }));
   ASSERT_TRUE(Eventually([&] { return DdsStatus()["state"] == "up"; }));
-  // Another client writes 4.0
+  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
@@ -139,7 +137,7 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   daemon_->Signal(SIGTERM);
   ASSERT_EQ(daemon_->WaitForEnd(), 0);
   Run("write: allow, ");
-  // Another client writes 4.0
+  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),

@@ -12,8 +12,7 @@ namespace baudgate::system_test {
 
 class EventStation : public Station {
  protected:
-  /// Returns a configuration with the relay's events; with "events: {}\n" in `top` also the
-  /// gateway's.
+  /// With "events: {}\n" in `top`, the gateway records its own events, too.
   std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "",
                    bool dds = false) const {
     return top + WithSocket(Head(dds), "state: " + LinkOf("state") + ", ") +

@@ -313,7 +313,7 @@ using ::testing::ElementsAre;
 class Alarms : public Routes {
  protected:
   std::vector<Json> All() const { return JsonLines(Ask({"alarms", "--json"}).output); }
-  /// Returns alarms as text: "drive unit-20 no answer to clients active high".
+  /// Returns texts such as "drive unit-20 no answer to clients active high".
   std::vector<std::string> Shown() const {
     std::vector<std::string> shown;
     for (const Json& alarm : All()) {
@@ -401,7 +401,6 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
   EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
   EXPECT_TRUE(EventuallyShown({"absent  port down acknowledged medium", raised[1]}));
 
-  // Removes the line and changes the device's delay.
   Write("baudgate.yaml",
         yaml(BareLine("drive", "alarms: { priority: low, delay: 2s }, " + devices)));
   const Finished reload = Ask({"reload"});

@@ -42,7 +42,6 @@ class HeldThread {
   HeldThread& operator=(const HeldThread&) = delete;
 
   bool held() const { return held_; }
-  /// Returns true when the process has ended, and this thread with it.
   bool EndsWithItsProcess() {
     int status = 0;
     const bool ended = Eventually(

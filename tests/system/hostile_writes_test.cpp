@@ -56,7 +56,7 @@ class Attack {
     return {++transaction_, Pick(8) == 0 ? Byte() : kHostileUnit, pdu};
   }
 
-  /// Returns the bytes of a truncated frame, or random bytes.
+  /// Returns a truncated frame, or random bytes.
   Bytes Half() {
     Bytes bytes(1 + Pick(40));
     for (std::uint8_t& byte : bytes) byte = Byte();
@@ -112,7 +112,6 @@ class HostileWrites : public RouteStation {
             "io.io-1.host_watchdog, is: 4 } }, { name: clear_host_watchdog, select: true }]"));
   }
 
-  /// Sends whole frames as fast as possible until `stop_`.
   void Flood(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {

@@ -16,7 +16,6 @@ using ::testing::HasSubstr;
 
 class Installed : public Station {
  protected:
-  /// Returns the path in the scratch root, which stands for "/".
   fs::path At(const std::string& path) const {
     return directory() / "root" / fs::path(path).relative_path();
   }

@@ -28,7 +28,6 @@ class LibmodbusSlave {
   LibmodbusSlave& operator=(const LibmodbusSlave&) = delete;
 
   bool connected() const { return connected_; }
-  /// Returns the unit of the latest request.
   int last_unit() const { return last_unit_; }
 
  private:

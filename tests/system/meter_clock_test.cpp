@@ -43,7 +43,6 @@ class MeterClock : public Station {
     twin_ = StartTwin("meters", "twin", "200");
   }
 
-  /// Sets whether the host's clock counts as synchronised from now on.
   std::filesystem::path Say(bool host_clock_is_right) const {
     return Write("host_clock", host_clock_is_right ? "right" : "unknown");
   }

@@ -27,7 +27,6 @@ class NotifySocket {
   NotifySocket& operator=(const NotifySocket&) = delete;
 
   bool bound() const { return bound_; }
-  /// Returns the next message; empty: none.
   std::string Receive(int flags = 0) const {
     char buffer[4096];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, flags);

@@ -11,7 +11,6 @@
 namespace baudgate::system_test {
 namespace {
 
-/// Copies available bytes and returns their number.
 std::uint64_t Pass(int from, int to) {
   std::array<std::uint8_t, 1024> buffer;
   const ssize_t count = ::read(from, buffer.data(), buffer.size());

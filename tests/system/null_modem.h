@@ -15,7 +15,6 @@ namespace baudgate::system_test {
 
 class NullModem {
  public:
-  /// Creates both links; both ends may be opened when it returns.
   NullModem(const std::string& near, const std::string& far);
   ~NullModem();
   NullModem(const NullModem&) = delete;

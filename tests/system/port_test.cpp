@@ -27,7 +27,6 @@ class Ports : public Station {
     PinProfile("dcon", "owen-mv110-8a", "other", {{"input_1", "-7.5"}});
   }
 
-  /// Returns a configuration of one line "bay" on `port` with one module.
   std::string Yaml(const fs::path& port) const {
     return WithSocket(Head(), "recordings: " + Folder().string() + ", ") +
            "  - name: bay\n    port: " + port.string() +
@@ -39,7 +38,6 @@ class Ports : public Station {
     words.insert(words.begin(), "release");
     return Ask(words);
   }
-  /// Returns line bay of the status.
   Json Status() const { return Station::Status("bay")["lines"][0]; }
   bool EventuallyQualityIs(int quality) { return EventuallyQuality(client, 1, 0, quality); }
   std::vector<fs::path> Recordings() const {

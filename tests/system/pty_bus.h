@@ -15,7 +15,6 @@ namespace baudgate::system_test {
 
 class PtyBus {
  public:
-  /// `link`: path of the link to the pty.
   explicit PtyBus(const std::string& link);
   ~PtyBus();
 

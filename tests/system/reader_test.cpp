@@ -22,7 +22,6 @@ class ReaderOnAPty : public Station {
     EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
     return twin;
   }
-  /// Returns the tags of the event log in order.
   std::vector<std::string> Tags() const {
     std::vector<std::string> tags;
     for (const Json& event : JsonLines(Ask({"events", "--json"}).output)) {

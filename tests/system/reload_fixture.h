@@ -26,7 +26,6 @@ class Reload : public ThreeDevices {
   std::filesystem::path ConfirmedCopy() const {
     return directory() / "state" / gateway() / "configurations/confirmed.yaml";
   }
-  /// Returns the configuration with a slower poll on the second of three lines.
   std::string WithSlowerIo() const {
     return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");
   }

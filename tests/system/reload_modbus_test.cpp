@@ -20,7 +20,6 @@ using ::testing::HasSubstr;
 
 constexpr const char* kMoreUnits = "{ units: 33-40, line: drive, remap: 1 }";
 
-/// Stands for another program that listens on this port.
 class Taken {
  public:
   explicit Taken(std::uint16_t port) : acceptor_(io_, {asio::ip::address_v4::loopback(), port}) {}

@@ -22,7 +22,6 @@ class RouteStation : public Station {
   /// Returns a line without devices on the pty of that name.
   std::string BareLine(const std::string& name, const std::string& keys = {},
                        const std::string& protocol = "modbus_rtu") const;
-  /// Returns the far end of the line's null modem.
   std::string FarEnd(const std::string& line) const { return LinkOf(line + ".far"); }
 
   // ---- independent programs
@@ -42,11 +41,11 @@ class RouteStation : public Station {
   /// Starts `baudgate run` and waits until these lines are open, too.
   std::unique_ptr<Child> StartGateway(const std::string& yaml,
                                       const std::vector<std::string>& lines = {"drive"}) const;
-  /// Returns the status of a route; null if there is none with these units.
+  /// Returns null if there is no route with these units.
   Json Route(const std::string& units) const;
 };
 
-/// Returns "[N]: <tab>value", as mbpoll prints a register.
+/// "[N]: <tab>value".
 std::string MbpollLine(int address, int value);
 
 }  // namespace baudgate::system_test

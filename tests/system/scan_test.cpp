@@ -188,7 +188,6 @@ TEST_F(ScanGateway, ATelegramByHandGoesBetweenTwoPolls) {
   EXPECT_EQ(json["sent"], "3E 31 52 46 3A 32 31 0D");
   EXPECT_EQ(json["outcome"], "ok");
   EXPECT_THAT(read.output, HasSubstr("SPCJ 4D29"));
-  // Works for a device that is not configured, too.
   EXPECT_THAT(Ask(">2RF:XX").output, HasSubstr("SPAU 130 C"));
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood));
 }

@@ -12,8 +12,6 @@ using ::testing::HasSubstr;
 
 class SimulateConfig : public Station {
  protected:
-  /// Writes a configuration: two relays and an inverter on one line, a module behind a serial
-  /// server, a meter over TCP.
   std::string Plant() const {
     return Write("plant.yaml",
                  "gateway: { name: plant }\n"
@@ -126,7 +124,6 @@ class SimulateFault : public Station {
                                      "address: 1, profile: module, unit: 11, poll: 100ms",
                                      "serial: 115200 8N1"));
   }
-  /// Returns a 32-bit counter of the status block.
   std::uint32_t Counter(int address) {
     const Registers answer = client_.Input(kFaultyUnit, address, 2);
     return answer.ok() ? static_cast<std::uint32_t>(answer.values[0] << 16 | answer.values[1]) : 0;

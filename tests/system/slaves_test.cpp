@@ -34,7 +34,6 @@ using Context = std::unique_ptr<modbus_t, FreeContext>;
 
 class Slaves : public RouteStation {
  protected:
-  /// Connects a libmodbus master to this unit.
   Context Connect(int unit) const {
     Context context(modbus_new_tcp("127.0.0.1", port()));
     modbus_set_response_timeout(context.get(), 10, 0);
@@ -159,7 +158,6 @@ TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 30, 0, kGood));
   ASSERT_TRUE(EventuallyQuality(client, 30, 1, kGood));
-  // Polling continues while the routed slave is read.
   for (int i = 0; i < 20; ++i) {
     const Registers routed = client.Holding(kUnit, i, 3);
     ASSERT_TRUE(routed.ok()) << routed.exception;

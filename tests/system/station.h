@@ -46,7 +46,6 @@ class Station : public testing::Test {
   std::string socket() const { return LinkOf("gate.sock"); }
   /// Adds socket() and `keys` ("state: /tmp/x, ") to the gateway of `yaml`.
   std::string WithSocket(std::string yaml, const std::string& keys = {}) const;
-  /// Returns the head of a configuration; lines follow it.
   std::string Head(bool dds = false) const;
   /// Returns one line on the pty of that name, with one device "NAME-1" described by `keys`.
   std::string Line(const std::string& name, const std::string& protocol, const std::string& keys,
@@ -58,7 +57,6 @@ class Station : public testing::Test {
                                Child::Environment more = {}) const;  ///< runs baudgate
   Finished Command(std::vector<std::string> words) const;            ///< runs baudgate to its end
   Finished Ask(std::vector<std::string> words) const;  ///< runs baudgate to its end, with socket()
-  /// Returns `status --json` over socket(), for a line or a device if one is named.
   Json Status(const std::string& target = {}) const;
   /// Starts a twin on the pty of `line` and waits until the pty can be opened.
   std::unique_ptr<Child> StartTwin(const std::string& line, const std::string& profile,
@@ -79,10 +77,9 @@ class Station : public testing::Test {
   std::string gateway_;
 };
 
-/// Parses each whole line as a document.
 std::vector<Json> JsonLines(const std::string& output);
 
-/// Returns the first child of a process; 0: none.
+/// Returns 0 if there is no child.
 pid_t ChildOf(const Child& process);
 
 /// Returns a loopback port on which nothing listens and that no other test uses, below the range

@@ -21,14 +21,12 @@ class SteadyClient {
   SteadyClient(const SteadyClient&) = delete;
   SteadyClient& operator=(const SteadyClient&) = delete;
 
-  /// Stops the client and returns the number of failures.
   int Stop() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
     return failed_;
   }
   int asked() const { return asked_; }
-  /// True if the client sends further requests.
   bool GoesOn() const {
     return Eventually([this, until = asked() + 10] { return asked() > until; });
   }

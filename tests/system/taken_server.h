@@ -17,7 +17,6 @@ namespace baudgate::system_test {
 
 class TakenServer {
  public:
-  /// Listens on loopback.
   explicit TakenServer(std::uint16_t port);
   ~TakenServer();
   TakenServer(const TakenServer&) = delete;

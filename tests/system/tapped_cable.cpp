@@ -14,7 +14,6 @@
 namespace baudgate::system_test {
 namespace {
 
-/// Copies available bytes and returns them.
 std::string PassText(int from, int to) {
   std::array<char, 1024> buffer;
   const ssize_t count = ::read(from, buffer.data(), buffer.size());

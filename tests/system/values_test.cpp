@@ -146,7 +146,6 @@ TEST_F(Writes, OutputsOfAnAnalogModule) {
   EXPECT_EQ(client.WriteRegisters(kRelay, 2, AsRegisters(7.125F)), kNoException);
   EXPECT_TRUE(EventuallyFloat(client, kRelay, 2, 7.125F));
   EXPECT_EQ(client.Float(kRelay, 0), 1.5F) << "the output beside it stays";
-  // Writes two outputs at once.
   std::vector<std::uint16_t> both = AsRegisters(0.5F);
   for (const std::uint16_t word : AsRegisters(9.5F)) both.push_back(word);
   EXPECT_EQ(client.WriteRegisters(kRelay, 4, both), kNoException);

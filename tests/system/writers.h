@@ -26,7 +26,6 @@ struct WriteStep {
 
 /// Returns the `number`-th write of a client, from 1 on. Every fifth write is a forbidden one.
 WriteStep StepOf(int client, int number);
-/// Returns the registers of a float32.
 std::vector<std::uint16_t> RegistersOf(const std::string& value);
 
 /// The result of a write as its client received it.
@@ -40,7 +39,6 @@ class Writer {
   virtual std::vector<Told> Write(const std::vector<WriteStep>& steps) = 0;
 };
 
-/// Runs a program that writes one value and ends.
 using RunOnce = std::function<Finished(const WriteStep& step)>;
 using RunPymodbus = std::function<nlohmann::json(const std::vector<std::string>& commands)>;
 

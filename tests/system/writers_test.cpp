@@ -19,12 +19,10 @@ namespace {
 
 constexpr const char* kAddress = "1F";
 
-/// "output_2 3.003".
 using Writes = std::vector<std::string>;
 
 class Writers : public RouteStation {
  protected:
-  /// One writer with its steps and the results it received.
   struct Part {
     std::unique_ptr<Writer> writer;
     std::vector<WriteStep> steps{};

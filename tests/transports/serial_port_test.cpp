@@ -155,7 +155,7 @@ TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
   Open();
   EXPECT_EQ(port_->Restore(), std::nullopt);
   termios sane{};
-  // The kernel has one set of settings for both ends
+  // The kernel has one set of settings for both ends.
   const int far = far_->stream().native_handle();
   ASSERT_EQ(::tcgetattr(far, &sane), 0);
   sane.c_lflag |= ICANON | ECHO | ISIG;

@@ -208,7 +208,6 @@ TEST_F(TcpClientTest, SettingsCanNotBeSwitchedFromHere) {
   EXPECT_NE(applied.error().find("serial server"), std::string::npos);
 }
 
-/// Returns the client's end of the connection, found among this process's descriptors.
 int ClientDescriptor(std::uint16_t server_port) {
   for (int fd = 3; fd < 256; ++fd) {
     sockaddr_in peer{};
@@ -243,7 +242,6 @@ class StalledServer : public TcpClientTest {
     EXPECT_GE(Queued(fd, SIOCOUTQNSD), 100'000);
     EXPECT_TRUE(listener_.losses.empty());
   }
-  /// Lets the server read and returns the number of bytes it gets.
   std::size_t ReadOfFirst(FarServer& first) {
     first.Start();
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); }));
@@ -479,7 +477,6 @@ TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
   EXPECT_EQ(server_->asked, static_cast<int>(kMost));
 }
 
-/// The whole path, on one loop that the lines share.
 TEST_F(NamesTest, ADeadNameServerDelaysNoOtherLine) {
   asio::ip::tcp::acceptor acceptor(io_,
                                    asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));

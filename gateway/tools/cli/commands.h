@@ -30,12 +30,10 @@ using Action = std::function<int(const config::Catalog&)>;
 /// Adds all subcommands. The parsed subcommand sets `action`. `app` and `action` must stay valid
 /// until parsing has ended.
 void AddCommands(CLI::App& app, Action& action);
-/// Adds the subcommands that talk to a running gateway.
 void AddClientCommands(CLI::App& app, Action& action);
-/// Adds `scan` and `ask`.
 void AddBusCommands(CLI::App& app, Action& action);
-/// Adds the subcommands for devices outside a running gateway: twins, profiles, reading at a free
-/// port, a bridge.
+/// Adds the subcommands that need no running gateway: twins, profiles, reading at a free port, a
+/// bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
 /// True if `word` looks like a subcommand but is none. The caller then lists the subcommands,

@@ -95,7 +95,6 @@ void AddBusCommands(CLI::App& app, Action& action) {
 
 namespace {
 
-/// Adds options that make a twin misbehave or send unasked.
 void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& options) {
   command
       .add_option_function<std::vector<std::string>>(

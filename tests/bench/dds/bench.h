@@ -14,7 +14,7 @@ namespace baudgate::bench {
 pid_t Start(const std::vector<std::string>& words);
 void End(pid_t child, int signal);
 
-/// Returns the processor time so far, in seconds.
+/// The processor time since the start, in seconds.
 double ProcessorOf(pid_t process);
 /// Returns VmRSS in KiB.
 long ResidentOf(pid_t process);

@@ -51,7 +51,6 @@ config::Config MakeConfig() {
   return config;
 }
 
-/// Changes every device once a second, one after the other.
 void ChangeAll(bus::PointStore& store, const std::atomic<bool>& stop) {
   Instant next = ReadClocks().instant;
   for (std::uint64_t round = 0; !stop; ++round) {

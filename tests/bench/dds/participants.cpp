@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 namespace fast = eprosima::fastdds::dds;
 constexpr int kDomain = 66;
 constexpr int kPoints = 100;
-// Participants of one machine that have separate ports in a domain
+// A domain has separate ports for this many participants of one machine.
 constexpr int kMostOfAMachine = 119;
 
 std::string Yaml() {
@@ -96,7 +96,6 @@ void Leave(fast::DataReader* reader) {
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
 }
 
-/// True if the reader has received all points.
 bool IsWhole(fast::DataReader* reader) {
   return reader->get_unread_count() >= static_cast<std::uint64_t>(kPoints);
 }
@@ -158,7 +157,7 @@ int BeSubscribers(const std::vector<std::string>& words) {
   for (int i = 0; i < count; ++i) {
     readers.push_back(OpenReader(deaf));
     if (readers.back() == nullptr) return 4;
-    // The gateway accepts eight new participants a second from one address
+    // The gateway accepts eight new participants a second from one address.
     std::this_thread::sleep_for(150ms);
   }
   // A reader that never acknowledges cannot request earlier samples, so it gets no image.

@@ -25,7 +25,6 @@ constexpr bool HasRoomFor(std::index_sequence<kIndices...>) {
   return requires { T{(void(kIndices), Anything())...}; };
 }
 
-/// Counts the members of a struct: the most values that can initialise it.
 template <typename T, std::size_t kCount = 64>
 constexpr std::size_t CountMembers() {
   if constexpr (kCount > 0 && !HasRoomFor<T>(std::make_index_sequence<kCount>())) {

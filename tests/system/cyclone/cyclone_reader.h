@@ -14,8 +14,8 @@
 
 struct topic {
   const char* program;  // for error messages
-  const char* what;     // "events"
-  const char* name;     // name of the topic
+  const char* what;
+  const char* name;  // name of the topic
   const dds_topic_descriptor_t* type;
   int32_t depth;  // history of each instance
   int32_t instances;
@@ -24,5 +24,4 @@ struct topic {
   bool (*show)(const void* sample);  // prints a sample; false: the sample does not count
 };
 
-// Returns the exit code.
 int read_topic(int argc, char** argv, const struct topic* topic);

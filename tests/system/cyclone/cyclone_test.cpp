@@ -33,7 +33,6 @@ class CycloneSubscriber {
     if (output_ != nullptr) ::pclose(output_);
   }
 
-  /// Returns the next line without its end; nothing after the last.
   std::optional<std::string> Line() {
     char buffer[512];
     if (output_ == nullptr || ::fgets(buffer, sizeof buffer, output_) == nullptr) return {};

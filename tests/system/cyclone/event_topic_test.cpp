@@ -30,7 +30,6 @@ EventSample Event(std::uint64_t seq, const std::string& device) {
           .text = "stage I> started: " + std::to_string(seq)};
 }
 
-/// Collects all received events by device.
 class Events {
  public:
   std::unique_ptr<DdsSubscriber> Listen() {

@@ -31,7 +31,7 @@
 namespace {
 
 using Words = std::vector<std::string>;
-// The words of each line, by directive
+// The words of each line, by directive.
 using Directives = std::map<std::string, std::vector<Words>>;
 
 constexpr int kCannot = 125;

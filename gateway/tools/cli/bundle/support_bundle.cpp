@@ -36,7 +36,6 @@ struct Ran {
   std::string output;
   bool well = false;  ///< the command could be started and its exit code is 0
 };
-/// Runs a shell command and returns its standard output.
 Ran Run(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return {};
@@ -231,7 +230,7 @@ class Bundle {
   Archive archive_;
   bool answers_ = false;
   std::string gateway_version_;
-  std::string file_;  // the configuration file of the running gateway
+  std::string file_;  // the running gateway's configuration
   std::vector<std::string> names_;
   std::vector<std::string> missing_;
 };

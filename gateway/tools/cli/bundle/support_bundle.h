@@ -20,7 +20,7 @@ Result<std::string> SystemLog();
 
 struct BundleOptions {
   std::string file{};  ///< the archive to write (tar.gz); it must not exist yet
-  /// Empty: the configuration of the running gateway, else that of the service
+  /// The configuration file; empty: that of the running gateway, else that of the service.
   std::string config{};
   std::string socket{};  ///< empty: the gateway in the default places
   std::function<Result<std::string>()> log = SystemLog;

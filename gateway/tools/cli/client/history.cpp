@@ -51,7 +51,7 @@ int HistoryStream::Fetch() {
     if (const int code = ReadAnswer(client_, request_, answer, err_); code != 0) return code;
     const auto history = answer.find("history");
     if (history == answer.end() || FieldText(*history, "state") != "opening") break;
-    // A gateway that has just started is still opening its history
+    // A gateway that has just started is still opening its history.
     std::this_thread::sleep_for(kLookForHistory);
   }
   page_ = answer.value("records", Json::array());
@@ -383,7 +383,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
     oldest->Next(record);
     printer.Print(*record);
     oldest->Pop();
-    if (!out) return 0;  // the reader of the output has closed it
+    if (!out) return 0;
   }
 }
 

@@ -18,7 +18,7 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  /// Print mean, minimum and maximum of each interval of this length; empty: the values themselves
+  /// Print mean, minimum and maximum of each interval of this length; empty: the values themselves.
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;

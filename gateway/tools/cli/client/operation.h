@@ -17,13 +17,13 @@ namespace baudgate::tools {
 struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
-  bool end = false;        ///< end the release instead
+  bool end = false;
   std::string socket{};    ///< empty: the gateway in the default places
   Duration patience = 5s;  ///< how long to wait until the port is closed or open
-  /// Offer the port over the network at this ADDRESS:PORT; empty: to a program on this machine
+  /// Offer the port over the network at this ADDRESS:PORT; empty: to a program on this machine.
   std::string tcp{};
   bool rfc2217 = false;
-  /// Networks whose clients may connect to `tcp`, separated by blanks; empty: all
+  /// Networks whose clients may connect to `tcp`, separated by blanks; empty: all.
   std::string allow{};
 };
 
@@ -36,7 +36,7 @@ int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& e
 // docs/reload.md.
 struct ReloadCommand {
   bool dry_run = false;
-  /// The time to confirm within, before the gateway rolls back; empty: no confirmation needed
+  /// The time to confirm within, before the gateway rolls back; empty: no confirmation needed.
   std::optional<Duration> confirm{};
   bool json = false;
   std::string socket;  ///< empty: the gateway in the default places
@@ -60,7 +60,7 @@ struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
   bool json = false;
   std::string socket;  ///< empty: the gateway in the default places
-  /// The gateway ends after this answer: the caller prints the reason of a failure
+  /// The gateway ends after this answer: the caller prints the reason of a failure.
   bool passing = false;
   bool unasked = false;  ///< the device sends unasked and has done so since the gateway started
 };
@@ -90,7 +90,7 @@ int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
 struct InUseOptions {
   std::string target;  ///< "LINE.DEVICE"
   bool in_use = true;
-  std::string socket;  ///< empty: the gateway in the default places
+  std::string socket;
 };
 
 /// Exit codes: 0; 2 unknown device; 4 no gateway answers.

@@ -27,7 +27,7 @@ constexpr Duration kLookForRecords = 500ms;
 
 struct RecordPages {
   ControlClient::Json request;  ///< the request for the first page
-  /// The key of an answer whose object contains the state of the record file
+  /// The key of an answer whose object contains the state of the record file.
   const char* state = "";
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
@@ -175,7 +175,6 @@ Kept KeptOf(const Json& event) {
   return kept;
 }
 
-/// Returns indented rows to print below the event.
 std::string KeptRows(const Kept& kept, std::size_t width) {
   if (kept.title.empty()) return {};
   const std::size_t longest = width == 0 ? kLongestLine : width - std::min(width, kIndent.size());
@@ -196,7 +195,6 @@ std::string KeptRows(const Kept& kept, std::size_t width) {
   return rows;
 }
 
-/// Returns title and values as one table cell.
 std::string KeptCell(const Kept& kept) {
   std::string cell = kept.title;
   for (const std::string& value : kept.values) cell += "; " + value;

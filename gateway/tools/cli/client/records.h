@@ -17,7 +17,6 @@ namespace baudgate::tools {
 /// Returns a field as printable text; empty: the field is missing.
 std::string FieldText(const ControlClient::Json& record, const char* key);
 
-// `baudgate events`: prints the events of devices, oldest first.
 struct EventsOptions {
   bool follow = false;    ///< go on and print new events
   std::int64_t from = 1;  ///< the number of the first event to print
@@ -52,7 +51,7 @@ struct AckOptions {
 /// Exit codes as for RunAlarms; 2 unknown device, point or alarm.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate writes`: prints the audit records, one for each write, oldest first.
+// `baudgate writes`: prints the audit records, oldest first.
 struct WritesOptions {
   bool follow = false;  ///< go on, and print new writes when they have ended
   std::optional<WallTime> since{};

@@ -57,7 +57,7 @@ std::string Sentences(const std::vector<std::string>& sentences, std::size_t wid
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const std::string one = WrapSentence(sentences[i], width);
     const auto lines = static_cast<std::size_t>(std::ranges::count(one, '\n'));
-    // A line for the number of sentences left out
+    // A line for the number of sentences left out.
     const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;
     if (used + lines + kept > height && i == 0) {
       return FirstLines(one, height - 1) + "…\n";
@@ -77,7 +77,6 @@ std::size_t LinesOf(const std::vector<std::string>& sentences, std::size_t width
       [&](std::size_t sum, const std::string& one) { return sum + WrapLines(one, width).size(); });
 }
 
-/// Returns the message about a gateway whose answer this version cannot read.
 std::string OtherVersion(const nlohmann::ordered_json& status) {
   return "baudgate: the gateway is of another version (" +
          status.value("version", std::string("unknown")) +
@@ -131,7 +130,6 @@ using Json = ControlClient::Json;
 
 constexpr Duration kBetweenFrames = 1s;
 
-/// The result of one status request: the answer, or the reason why there is none.
 struct Look {
   int code = 0;
   Json status;

@@ -269,7 +269,6 @@ std::string LabelledText(const Json& labels, const Json& of) {
   return text;
 }
 
-/// Returns lines "label  text" with aligned texts.
 std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
                   const TableView& view) {
   constexpr std::size_t kLabels = 14;
@@ -420,7 +419,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
   const Json& device = lines.at(0).at("devices").at(0);
   const Json& points = device.at("points");
   const std::string reason = Text(device, "last_reason");
-  // An answer of an older gateway lacks this member
+  // An answer of an older gateway lacks this member.
   const std::string learned = device.value("learned", std::string());
   std::string text =
       fmt::format("{}.{}: {}, address {}{}\n", Text(lines.at(0), "name"), Text(device, "name"),

@@ -13,15 +13,13 @@
 
 namespace baudgate::tools {
 
-// The lines and devices of a status as tables, for RenderStatus and RenderStatusFrame.
-
 /// Returns "-" for null.
 std::string MillisecondsText(const nlohmann::ordered_json& json);
 std::string RoundTripText(double us);
 /// Returns the use of the line: "78 %".
 std::string UseText(const nlohmann::ordered_json& line);
 
-/// Returns the number of devices of the line that answer.
+/// Returns the number of devices that answer.
 std::size_t Alive(const nlohmann::ordered_json& line);
 Tone ToneOfLine(const nlohmann::ordered_json& line);
 Tone ToneOfDevice(const nlohmann::ordered_json& device);
@@ -34,9 +32,6 @@ std::string LineTable(const nlohmann::ordered_json& lines, const TableView& view
                       Order order = Order::configured);
 std::string DeviceTable(const nlohmann::ordered_json& lines, const TableView& view,
                         Order order = Order::configured);
-
-// The sentences of a status: problems, and facts about the whole gateway. For RenderStatus and
-// RenderStatusFrame.
 
 /// Returns "substation-7: baudgate 0.1.0, up 2 min, lines: 2, devices: 3, online: 1".
 std::string HeadSentence(const nlohmann::ordered_json& status);

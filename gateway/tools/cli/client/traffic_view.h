@@ -19,8 +19,8 @@ std::string ControlLinesText(const nlohmann::ordered_json& modem);
 /// Returns labelled facts of a line's status: "lines" and "clients", if there are any.
 std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::ordered_json& line);
 
-/// Returns a table of routes, a table of masters and a table of clients, each after an empty line.
-/// Empty tables are left out.
+/// Returns tables of routes, masters and clients, each after an empty line. Empty tables are left
+/// out.
 std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
 
 }  // namespace baudgate::tools

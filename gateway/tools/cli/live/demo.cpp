@@ -74,7 +74,7 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Returns all protocols. Those that carry no Modbus come first.
+/// Returns all protocols; those that carry no Modbus come first.
 std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
@@ -136,7 +136,6 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
   return config;
 }
 
-/// Returns the current values of the fast groups' points.
 std::vector<PointRow> Rows(const bus::PointStore& store) {
   std::vector<PointRow> rows;
   const Instant now = ReadClocks().instant;
@@ -199,7 +198,6 @@ class Twins {
   std::thread thread_;
 };
 
-/// Redraws the table on a terminal until the time is over or a signal arrives.
 class LiveDemo {
  public:
   LiveDemo(const daemon::Daemon& daemon, std::string head, std::string tail, std::ostream& out)
@@ -270,7 +268,7 @@ void Show(const daemon::Daemon& daemon, const DemoOptions& options, std::ostream
 
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err) {
-  // Otherwise a closed output would end this process before it removes its scratch directory
+  // Otherwise a closed output would end this process before it removes its scratch directory.
   signal(SIGPIPE, SIG_IGN);
   const ScratchDirectory scratch("demo");
   if (scratch.path().empty()) {

@@ -13,7 +13,7 @@ namespace baudgate::tools {
 
 struct DemoOptions {
   std::optional<Duration> seconds;  ///< empty: until SIGINT or SIGTERM
-  /// Of Modbus TCP; if it is taken, the next free port above it is used
+  /// The port of Modbus TCP; if it is taken, the next free port above it is used.
   std::uint16_t port = 1502;
   int domain = 0;
 };

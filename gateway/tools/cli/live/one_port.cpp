@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::size_t kLongestName = 40;
 
-/// Returns `text` in YAML quotes.
 std::string YamlText(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -32,7 +31,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
-/// Makes the name of a gateway or line from its port: "/dev/serial/by-id/usb-x" → "usb-x".
+/// Returns "usb-x" for "/dev/serial/by-id/usb-x".
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -205,7 +204,6 @@ Status AwaitPort(const bus::PointStore& store) {
   return Error{"it did not open within " + FormatDuration(kWaitForPort)};
 }
 
-/// A summary of the line's traffic.
 struct Traffic {
   int requests = 0;
   std::string request{};  ///< the last request, in hex

@@ -186,7 +186,7 @@ sigset_t BlockSignals() {
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
-  // Declared first, so that it still guards the daemon's destructor
+  // Declared first, so that it still guards the daemon's destructor.
   std::optional<StopGuard> stop_guard;
   daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
@@ -276,7 +276,6 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err) {
 
 namespace {
 
-/// Returns the points of all profiles, one profile on each line.
 std::string PointsOfProfiles(const config::Catalog& catalog) {
   std::string text;
   for (const config::ProfileFile& file : catalog.Profiles()) {

@@ -23,7 +23,7 @@ struct CertsOptions {
   std::string directory;
   /// Gateway names; if nothing is requested and there is no authority yet: "baudgate"
   std::vector<std::string> gateways;
-  /// Number of subscribers; empty: 1 under the same condition, else 0
+  /// Number of subscribers; empty: 1 if nothing is requested and there is no authority yet, else 0.
   std::optional<int> subscribers;
   int writers = 0;
 };

@@ -93,7 +93,7 @@ std::vector<std::string> Row(const config::Device& device) {
           device.enabled ? "" : "disabled"};
 }
 
-/// Prints the times in force. Devices of the line with equal times are printed together.
+/// Devices of the line with equal times are printed together.
 void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const config::Device& device : line.devices) {

@@ -380,7 +380,6 @@ std::string Describe(const config::Listener& listener) {
   return text + ", for " + Whom(listener.allow);
 }
 
-/// Lists the priorities in the order in which they are applied.
 std::string DescribePriorities(const config::Listener& listener) {
   std::string text;
   for (const config::FunctionPriority& rule : listener.functions) {

@@ -49,9 +49,6 @@ void PrintWrites(const config::Line& line, std::ostream& out);
 /// Returns {"allowed":["setting_group"],"off":[]}. "off" lists points that could be written.
 nlohmann::ordered_json WritesJson(const config::Device& device);
 
-// The web server.
-
-/// Adds the problems of the token file.
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems);
 
 /// Prints "web 127.0.0.1:8502, …" and the number of metric series.
@@ -59,8 +56,6 @@ void PrintWeb(const config::Config& config, std::ostream& out);
 
 /// Returns the web server's part for `--json`; null: it is off.
 nlohmann::ordered_json WebJson(const config::Config& config);
-
-// The routing of every Modbus unit id.
 
 /// One row of the routing table. Rows are in the order in which requests are matched.
 struct UnitRow {
@@ -74,8 +69,6 @@ struct UnitRow {
 std::vector<UnitRow> UnitRows(const config::Config& config);
 
 void PrintRouteTable(const config::Config& config, std::ostream& out);
-
-// The Modbus listeners.
 
 void PrintListener(const config::Listener& listener, std::ostream& out);
 nlohmann::ordered_json ModbusJson(const config::Modbus& modbus);

@@ -16,7 +16,6 @@
 namespace baudgate::tools {
 namespace {
 
-/// The exchanges of a capture, and the devices that its head lists.
 struct Captures {
   std::vector<records::TracedDevice> devices;
   std::vector<diagnosis::Capture> exchanges;
@@ -29,7 +28,6 @@ bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& pi
          diagnosis::kApart;
 }
 
-/// Starts a capture with a request that was sent. Its reply follows.
 diagnosis::Capture Begun(const diagnosis::TraceLine& marked, int number,
                          const diagnosis::ParsedHex& hex) {
   diagnosis::Capture capture;
@@ -42,7 +40,6 @@ diagnosis::Capture Begun(const diagnosis::TraceLine& marked, int number,
   return capture;
 }
 
-/// Starts a capture with bytes that a device sent unasked.
 diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
                          const diagnosis::ParsedHex& hex) {
   return {.unasked = true,
@@ -55,7 +52,7 @@ diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
           .last = true};
 }
 
-/// Adds one line of the input to `captures`. The error says what is wrong with the line.
+/// The error says what is wrong with the line.
 Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
   const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
@@ -90,7 +87,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// Reads all exchanges. The error contains the number of the line that is no hex.
+/// The error contains the number of the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;

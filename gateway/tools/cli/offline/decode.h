@@ -25,9 +25,10 @@ diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
 
 struct DecodeOptions {
   std::string protocol{};  ///< empty: each device's protocol in the head of the trace
-  /// Empty: each device's profile in the head; without any, values are named by address
+  /// The profile; empty: each device's profile in the head; without any, values are named by
+  /// address.
   std::string profile{};
-  /// Device options, "key=value", in addition to those of the head
+  /// Device options, "key=value", in addition to those of the head.
   std::vector<std::string> set{};
   std::string device{};   ///< of a trace: only exchanges with this device; empty: all
   bool prose = false;     ///< readable text; false: one JSON object per line

@@ -27,11 +27,10 @@ struct WantedLine {
   std::vector<WantedDevice> devices = {};
 };
 
-/// Returns the name of the protocol that has this profile.
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Makes the line. Every option of every device has a value, if necessary its default. The error
-/// lists all problems, one on each line.
+/// Every option of every device gets a value, if necessary its default. The error lists all
+/// problems, one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

@@ -61,7 +61,7 @@ using Json = nlohmann::ordered_json;
 using config::kAgeOffset;
 using config::kQualityOffset;
 
-/// Returns what Modbus clients may do ("r", "rw"); empty: nothing.
+/// Returns what Modbus clients may do: "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
   if (point.writing.allowed) return std::string(config::Name(point.access));
   return point.access == config::Access::write ? "" : "r";

@@ -12,7 +12,6 @@
 
 namespace baudgate::tools {
 
-/// The place of one point on Modbus.
 struct MapPlace {
   bool served = false;
   bool bit = false;

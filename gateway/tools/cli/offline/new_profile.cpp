@@ -182,7 +182,6 @@ std::optional<std::string> Named(std::span<const Meaning> meanings, std::string_
   return std::nullopt;
 }
 
-/// Returns the text in YAML quotes.
 std::string InQuotes(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) {

@@ -64,9 +64,9 @@ std::optional<std::string> AccessNamed(std::string_view text);
 /// endian", which stands for CDAB in some manuals and for DCBA in others.
 std::optional<std::string> OrderNamed(std::string_view text);
 
-/// Returns the number of registers of a form; 1 for bits.
+/// Returns 1 for bits.
 std::size_t RegistersOf(const std::string& form);
-/// Returns the number of characters: 16 for "string(16)".
+/// Returns 16 for "string(16)".
 std::size_t LengthOf(const std::string& form);
 /// True if the form is two registers with a time or a date of IEC 61131-3.
 bool IsTimeForm(std::string_view form);

@@ -17,7 +17,8 @@ namespace baudgate::tools {
 
 struct SimulateOptions {
   std::string profile;
-  /// Empty: the protocol that has this profile; modbus_ascii uses the profiles of modbus_rtu
+  /// The protocol; empty: the protocol that has this profile. modbus_ascii uses the profiles of
+  /// modbus_rtu.
   std::string protocol{};
   std::string address;
   std::string pty;     ///< path of the link to the pty

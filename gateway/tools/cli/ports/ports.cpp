@@ -172,7 +172,6 @@ std::vector<gid_t> OwnGroups() {
   return groups;
 }
 
-/// Empty: the file does not exist.
 std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path) {
   struct stat info {};
   const std::string at = root / std::filesystem::path(path).relative_path();

@@ -80,9 +80,7 @@ struct PortsPlace {
   std::function<nlohmann::ordered_json()> status;
 };
 
-/// Returns exit code 0, with or without ports.
 int ShowPorts(bool json, const PortsPlace& place, std::ostream& out);
-/// Like ShowPorts, for this machine.
 int RunPorts(const PortsOptions& options, std::ostream& out);
 
 }  // namespace baudgate::tools

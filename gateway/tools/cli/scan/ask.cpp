@@ -23,7 +23,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSilent = 1;
 
-/// One exchange, at a port or through the gateway.
 struct Exchanged {
   std::string sent{};      ///< in hex, secrets masked; empty: nothing was sent
   std::string received{};  ///< in hex

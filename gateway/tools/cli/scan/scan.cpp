@@ -50,7 +50,6 @@ Json ToJson(const scan::Found& found, bool network) {
       {"suspect", found.suspect},   {"remarks", found.remarks}};
 }
 
-/// True if standard input and standard error are terminals.
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
 /// Asks a yes/no question on the terminal. Returns false without a terminal or at Ctrl-C.
@@ -149,7 +148,6 @@ namespace {
 
 constexpr Duration kLastAnswer = 1s;
 
-/// Returns the absolute path of a port, as a configuration needs it.
 std::string PortOf(const std::string& target) {
   return transports::IsTcpPort(target)
              ? target

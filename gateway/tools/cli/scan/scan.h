@@ -47,7 +47,6 @@ class ScanView final : public scan::Watcher {
   void OnProgress(const scan::Progress& progress) override;
   void OnFound(const scan::Found& found) override;
   bool MayTalk(const std::string& who) override;
-  /// Prints the table and further hints.
   void Conclude(const scan::Report& report);
 
   /// True if the line has traffic and the user has not allowed the scan to send.

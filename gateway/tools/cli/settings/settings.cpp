@@ -108,7 +108,6 @@ namespace {
 
 using namespace settings;  // NOLINT
 
-/// Writes a new file; an existing file is never overwritten.
 Status WriteNew(const std::string& path, const std::string& text) {
   const auto failed = [&](const char* what) {
     return Error{path + ": " + what + " (" + std::strerror(errno) + ")"};
@@ -239,7 +238,6 @@ std::string NameOf(const Difference& row) {
   return row.filed->point + " (" + row.filed->item + ")";
 }
 
-/// Writes row by row and prints the result of each row.
 class Restore {
  public:
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)

@@ -56,7 +56,7 @@ struct SettingsOptions {
   bool json = false;
   bool confirm = false;  ///< for restore: without it nothing is written
   std::string socket;    ///< empty: the gateway in the default places
-  /// For restore: how long to wait for the read-back
+  /// For restore: how long to wait for the read-back.
   Duration patience = std::chrono::seconds(10);
 };
 
@@ -72,9 +72,6 @@ int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& wr
 
 namespace baudgate::settings {
 
-// Shared by the commands of `baudgate settings`.
-
-/// Returns "1 setting", "2 settings".
 std::string Count(std::size_t count);
 
 /// `denied`: writable points that the gateway does not allow to write.

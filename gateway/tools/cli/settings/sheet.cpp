@@ -122,7 +122,6 @@ namespace {
 
 constexpr std::size_t kMostSettings = 10'000;
 
-/// Reads the text of a required key. The text may be empty.
 void Need(config::MapReader& map, std::string_view key, std::string& target) {
   if (map.Need(key, "\"…\"")) config::Assign(target, map.Label(key));
 }

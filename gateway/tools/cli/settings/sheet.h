@@ -41,7 +41,6 @@ struct Sheet {
   config::Mark mark;  ///< place in the file
 
   std::string target() const { return line + "." + device; }
-  /// Returns null if there is no such point.
   const Setting* Find(const std::string& point) const;
   /// Returns the age of the oldest known value; empty: no value is known.
   std::optional<Duration> oldest() const;
@@ -61,8 +60,8 @@ Result<Sheet> ReadSheet(const std::string& path);
 
 /// A setting whose value in the file differs from its value in the device.
 struct Difference {
-  const Setting* filed = nullptr;  ///< in the file's sheet
-  const Setting* now = nullptr;    ///< in the device's sheet
+  const Setting* filed = nullptr;
+  const Setting* now = nullptr;
 };
 
 struct Comparison {
@@ -70,7 +69,7 @@ struct Comparison {
   /// One sentence for each setting that could not be compared, because one side lacks it or its
   /// value is unknown.
   std::vector<std::string> open;
-  /// Number of `open` settings of the file whose value in the device is unknown now
+  /// Number of `open` settings of the file whose value in the device is unknown now.
   std::size_t unread = 0;
 
   bool same() const { return different.empty() && open.empty(); }
