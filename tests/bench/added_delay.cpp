@@ -1,6 +1,5 @@
-// Benchmark of the added delay: from the last byte of a reply to the sample in a DDS subscriber in
-// another process. The limit is a bare pipeline with the same hops: pty read, hand-over to a writer
-// thread, a socket to another process, bare Fast DDS.
+// Benchmark: delay from the last byte of a reply to the sample in a DDS subscriber process. The
+// limit is a bare pipeline with the same hops: pty, writer thread, socket, bare Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -119,8 +118,8 @@ void WriteBare(dds::SampleWriter& writer, double number) {
   writer.Write(sample);
 }
 
-/// The limit: a thread reads the pty up to CR and hands the number to a writer thread, which sends
-/// it to another process of the program `self`. That process publishes it.
+/// The limit: a thread reads the pty up to CR; a second thread sends the number to a process that
+/// publishes it.
 class DirectPipeline {
  public:
   explicit DirectPipeline(const std::string& self) : pty_(std::move(*tools::Pty::Create())) {
@@ -250,8 +249,7 @@ class GatewayPipeline {
   }
 
  private:
-  /// Plays a DCON module that answers every request. While the other pipeline is measured, its
-  /// value does not change.
+  /// Plays a DCON module that answers every request.
   void BeTwin() {
     char buffer[64];
     std::string request;

@@ -1,5 +1,4 @@
-// Shared by the benchmarks: a temporary directory, configurations as text, medians, and the report.
-// Every result is a ratio to a limit that is measured in the same run.
+// Shared by the benchmarks. Every result is a ratio to a limit that is measured in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

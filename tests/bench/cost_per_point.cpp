@@ -1,6 +1,5 @@
-// Benchmark of the cost of one changed point from the line's thread to the DDS writer: store, feed
-// and publish plan, with 1,000 to 100,000 points. The writer does nothing here, so the cost of Fast
-// DDS is not included.
+// Benchmark: cost of one changed point from the line's thread to the DDS writer (store, feed,
+// publish plan), with 1,000 to 100,000 points, without the cost of Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
-// Benchmark of disturbances of the DDS process: it is killed, stopped, at its memory limit, or
-// receives hostile datagrams. Measures the delay of Modbus reads and counts missed polls meanwhile.
-// The gateway is `baudgate demo` with 14 devices; a phase without disturbance precedes each other
+// Benchmark: delay of Modbus reads and missed polls of `baudgate demo` while its DDS process is
+// killed, stopped, at its memory limit, or receives hostile datagrams. A quiet phase precedes each
 // phase.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>

@@ -1,6 +1,5 @@
-// Benchmark of dead devices and returning ports: the loss of living devices on the same paced line,
-// and the time until a port that comes back is served. All lines run at the same time; the line
-// without dead devices is the limit.
+// Benchmark: loss of living devices through dead ones on the same paced line, and the time until a
+// port that comes back is served. The limit is a line without dead devices in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -41,8 +40,7 @@ std::string LineYaml(const std::string& port, int living, int dead) {
   return yaml;
 }
 
-/// Runs the lines of a configuration with real runners. Each line has a paced simulator of its
-/// first devices.
+/// Runs lines with real runners. Each line has a paced simulator of its first devices.
 class Lines {
  public:
   Lines(const std::string& yaml, const config::Catalog& catalog)

@@ -1,6 +1,5 @@
-// Benchmark of an installation with transparent routes: an inverter on RS-485 at 19200 8E1, and a
-// PLC that repeats five messages, transfers whole parameter blocks, and starts and stops the motor.
-// Measures the time from a start to a changed frequency, and checks the line meanwhile.
+// Benchmark: time from a motor's start to a changed frequency. A PLC repeats five messages and
+// transfers parameter blocks through a transparent route to an inverter on RS-485 at 19200 8E1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,9 +15,8 @@
 namespace baudgate::bench {
 namespace {
 
-/// Returns the number of reads on the line between the moment when the PLC sent a start command
-/// (`sent`) and the start command's own transmission. Only the exchange that was already under way
-/// may delay a start command, so the number should be 0.
+/// Returns the number of reads that were sent after the PLC's start command (`sent`) but before it
+/// on the line. The exchange that was already under way does not count.
 int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   int reads = 0;
   for (const OnWire& request : log) {

@@ -1,6 +1,5 @@
-// Benchmark of line use: the share of the possible exchanges, given by characters, think time and
-// prescribed silences, that a line carries. A gateway polls a twin, paced at the real bit rate, as
-// fast as possible: the line alone, then with Modbus TCP, DDS, history and, for a relay, events.
+// Benchmark: share of the possible exchanges that a line carries, as limited by characters, think
+// time and prescribed silences: the line alone, then with Modbus TCP, DDS, history and events.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
-// Benchmark of Modbus reads per second. The limit of this machine's loopback and scheduler is a
-// bare epoll echo server with the same message sizes and the same load generator in the same run.
+// Benchmark: Modbus reads per second. The limit is a bare epoll echo server with the same message
+// sizes and load generator in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -1,6 +1,5 @@
-// Benchmark of transparent routes against minimal programs with the same task: round trips,
-// requests per second, time added to the silences that the bus prescribes, and how clients share a
-// line.
+// Benchmark of transparent routes against minimal programs with the same task: round trips, rate,
+// time added to prescribed silences, and how clients share a line.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <poll.h>

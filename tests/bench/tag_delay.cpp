@@ -1,6 +1,5 @@
-// Benchmark of the delay from an RFID tag to a DDS subscriber: from the last byte of a tag on a pty
-// to its event in the subscriber, including the write to disk. The time of one fsync is measured
-// between the tags.
+// Benchmark: delay from the last byte of an RFID tag on a pty to its event in a DDS subscriber,
+// including the write to disk. The time of one fsync is measured between the tags.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -31,8 +30,7 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Measures fsync on the disk of the events. Overwrites the same pages each time, as a database log
-/// does, so that the file does not grow.
+/// Measures fsync. Overwrites the same pages each time, as a database log does.
 class Fsyncs {
  public:
   Fsyncs()

@@ -1,13 +1,10 @@
-// Tests that every piece of YAML in the documents can be pasted: each piece is completed to a whole
-// file and loaded as by `baudgate check`.
+// Tests that every piece of YAML in the documents can be pasted: it is completed to a whole file
+// and loaded.
 //
-// Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), runs of
-// lines in other blocks that begin with a key of the configuration, and inline code that begins
-// with such a key (`sentinels: { 999: bad }`). A piece may be an excerpt in which "…" stands for
-// omitted parts. The test tries it at every level (the file, a line, a device, a point, a profile
-// …) and with every protocol, and one of the attempts has to load. Missing names, ports and
-// addresses are filled in.
-//
+// Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), lines in
+// other blocks and inline code that begin with a key of the configuration. "…" stands for omitted
+// parts. Each piece is tried at every level (file, line, device, point, profile …) with every
+// protocol until an attempt loads; missing names, ports and addresses are filled in.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -161,8 +158,7 @@ class Document {
   std::vector<Piece> pieces_;
 };
 
-/// Removes the signs for omitted parts. The value of a key is replaced by `instead`, or its key is
-/// removed as well.
+/// Replaces omitted values by `instead`, or removes their keys.
 std::string WithoutDots(std::string text, bool keys) {
   static const std::string kDots = R"((…|\.\.\.))";
   const auto replace = [&text](const std::string& form, const std::string& by) {
@@ -435,8 +431,7 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// Stores the attempt with the fewest problems. Unknown keys weigh more, because they only show
-/// that the piece belongs to another level.
+/// Stores the attempt with the fewest problems. Unknown keys weigh more: they show a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }

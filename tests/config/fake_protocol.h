@@ -30,8 +30,7 @@ struct Case {
 
 std::string Shown(const std::vector<config::Problem>& problems);
 
-/// Loads a configuration. Its first line should be `lines:`, so that line and column are easy to
-/// count.
+/// The text should begin with `lines:`, so that line and column are easy to count.
 config::Loaded Load(const std::string& text);
 config::Loaded LoadModbus(const std::string& text);
 

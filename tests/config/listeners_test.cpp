@@ -1,5 +1,4 @@
-// Tests every key of a listener at a TCP port and at a serial port: accepted, refused, or with a
-// warning.
+// Tests every key of a listener at a TCP port and at a serial port.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -154,8 +153,8 @@ TEST(Network, ServersMayLeaveThePortOut) {
   EXPECT_EQ(shown("x:0"), "'x:0' has no usable port number; allowed: 1…65535");
 }
 
-// ---------------- modbus.routes: the resulting routes, refused routes, and units that a route does
-// not get.
+// ---------------- modbus.routes: resulting and refused routes, and units that a route does not
+// get.
 
 using config::Route;
 
@@ -243,8 +242,7 @@ TEST(Units, AsText) {
   EXPECT_EQ(text({33, 34, 35, 37, 254, 255}), "33-35, 37, 254-255");
 }
 
-// ---------------- The sections gateway, modbus and dds: notations of listeners and networks, and
-// refused values.
+// ---------------- The sections gateway, modbus and dds.
 
 constexpr const char* kLines =
     "lines:\n"

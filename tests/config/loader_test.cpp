@@ -1,5 +1,4 @@
-// Tests the result of a valid configuration: defaults, precedence of device over profile over
-// protocol, options, serial settings.
+// Tests the result of a valid configuration: defaults, precedence, options, serial settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/loader.h"
 
@@ -201,8 +200,7 @@ TEST(OptionTable, ReadsTextForEveryKind) {
       << "a secret is not quoted";
 }
 
-// ---------------- A protocol that uses the profiles of another protocol in addition to its own:
-// found by name, listed, and named in messages.
+// ---------------- A protocol that also uses the profiles of another protocol.
 
 class SharedProfiles : public ::testing::Test {
  protected:

@@ -1,5 +1,4 @@
-// Tests points: their keys and values, overlapping registers, and profiles with additional points
-// in the device.
+// Tests points: keys and values, overlapping registers, and additions to a profile's points.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

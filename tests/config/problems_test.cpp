@@ -1,5 +1,4 @@
-// Tests every problem of a configuration. problems.txt contains the exact place and sentence of
-// each.
+// Tests place and text of every problem of a configuration, as listed in problems.txt.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

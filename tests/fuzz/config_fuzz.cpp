@@ -1,7 +1,5 @@
-// Fuzzes the loading of configurations: any text gives problems with a place and a message, never a
-// crash or a hang. An accepted configuration loads a second time with the same result, and
-// everything can be built from it.
-// Input: the YAML text.
+// Fuzzes the loading of configurations. An accepted configuration loads a second time with the same
+// result, and everything can be built from it. Input: the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 

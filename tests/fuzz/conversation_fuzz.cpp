@@ -1,5 +1,4 @@
-// Fuzzes a conversation, driven like by the poller: tasks, real requests, and replies that range
-// from a good one of the twin over a damaged one with a right checksum to noise.
+// Fuzzes a conversation: tasks, real requests, and replies from a good one of the twin to noise.
 // Input: device, options, then steps: task and reply (see Session).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
@@ -159,8 +158,7 @@ class Session {
     return cut.kind == protocols::Cut::Kind::frame && cut.size == request.size();
   }
 
-  /// Returns the options with and without checksum exchanged, because a DCON module is asked for
-  /// its identity in both modes.
+  /// Exchanges the options with and without checksum: a DCON module is identified in both modes.
   config::Options OtherMode() const {
     config::Options options = device_.options;
     if (UnderTest().name == "dcon") options.Set("checksum", !options.Flag("checksum"));

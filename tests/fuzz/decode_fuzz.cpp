@@ -1,6 +1,4 @@
-// Fuzzes `baudgate decode` with any capture file: it prints one JSON object for each exchange, or
-// an error.
-// Input: one byte for the protocol, then the text.
+// Fuzzes `baudgate decode`. Input: one byte for the protocol, then the text of a capture file.
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 #include <sstream>

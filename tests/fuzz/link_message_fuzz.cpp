@@ -1,5 +1,5 @@
-// Fuzzes the messages between daemon and DDS process: any packet is refused with a reason, or has
-// the same meaning after it was encoded again.
+// Fuzzes the messages between daemon and DDS process: a packet is refused with a reason, or has the
+// same meaning after it was encoded again.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 #include "gateway/outputs/dds/published_types.h"

@@ -1,5 +1,4 @@
-// Fuzzes the Modbus server without sockets: bytes to frames, checked requests, values and writes,
-// and the answers.
+// Fuzzes the Modbus server without sockets.
 // Input: an unused byte, then pieces: a length byte and that many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>

@@ -1,6 +1,4 @@
-// Fuzzes a whole session over a socket pair, with Modbus TCP or RTU frames: pieces from a client,
-// writes and routed requests that are answered late or never, a client that reads late, and an end
-// at any moment.
+// Fuzzes a Modbus session over a socket pair, with TCP or RTU frames, late answers and late reads.
 // Input: flags, then pieces: an action byte (see Step), a length byte and that many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/socket.h>
@@ -119,8 +117,7 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Checks that every answer is a whole frame with a good CRC and the length that its function
-  /// prescribes.
+  /// Every answer is a whole frame with a good CRC and the length that its function prescribes.
   static void CheckRtuAnswers(View answers) {
     while (!answers.empty()) {
       Require(answers.size() >= 5, "answers are whole");

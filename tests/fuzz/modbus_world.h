@@ -1,6 +1,5 @@
-// A gateway for the Modbus fuzz targets: devices with points of every type, table and access,
-// values of every kind, lines that answer writes at once, routes to slaves of different behaviour,
-// and checks of every answer.
+// A gateway for the Modbus fuzz targets, with points of every type, values of every kind, and
+// routes to slaves of different behaviour; and checks of its answers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Fuzzes the loading of device profiles with any text, for each protocol.
-// Input: one byte for the protocol ('d', 's', 'm', 'r'; others: by number), then the YAML text.
+// Fuzzes the loading of device profiles. Input: one byte for the protocol ('d', 's', 'm', 'r';
+// others: by number), then the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
@@ -12,8 +12,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// Returns the first protocol whose name contains the letter; for other bytes the protocol of this
-/// number.
+/// The first protocol whose name contains the letter, else the protocol of this number.
 const protocols::Protocol& ProtocolOf(std::uint8_t byte) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;

@@ -1,6 +1,5 @@
-// Runs every input of tests/fuzz/corpus through its target, to detect old findings that come back.
-// Each target runs in a child process, so that an input that ends the process is named and the
-// other targets still run.
+// Runs every input of tests/fuzz/corpus through its target. Each target runs in a child process, so
+// that an input that ends the process is named and the other targets still run.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

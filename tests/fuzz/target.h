@@ -1,6 +1,5 @@
-// A fuzz target processes one input. Source files register their targets, and one of two programs
-// runs them: libfuzzer.cpp with new inputs (clang), replay_test.cpp with all inputs of the corpora
-// (ctest).
+// A fuzz target processes one input. Targets are registered by their source files and run by
+// libfuzzer.cpp with new inputs (clang), or by replay_test.cpp with the corpora (ctest).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// Fuzzes the web server with any request: the checks before routing, logins, files of the page and
-// every request of the API.
+// Fuzzes the web server with any request.
 // Input: a byte for the method, a byte for the path (a known path, or the counted text that
 // follows), counted texts: host, origin, cookie, authorization, body; then pairs of a byte for the
 // name of a query and a counted text.

@@ -1,7 +1,5 @@
-// Fuzzes samples on baudgate/write from unknown publishers: any bytes are refused, or are a request
-// that can be passed on. In any order of requests each is executed once at most, and the memory for
-// them is bounded.
-// Input: several requests, each behind its length.
+// Fuzzes samples on baudgate/write: they are refused, or are executed once at most in any order,
+// within bounded memory. Input: several requests, each behind its length.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>

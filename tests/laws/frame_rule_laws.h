@@ -56,8 +56,7 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
  protected:
   using Frames = std::vector<Bytes>;
 
-  /// Returns the frames of a `stream` that arrives in pieces, which end at `cuts`, followed by
-  /// silence.
+  /// Returns the frames of a `stream` in pieces that end at `cuts`, followed by silence.
   static Frames Deliver(const LawSubject& subject, View stream,
                         const std::vector<std::size_t>& cuts) {
     protocols::Assembler assembler;

@@ -211,8 +211,7 @@ std::string NamesIn(const std::string& list) {
   return std::regex_replace(names, std::regex(R"(\s+)"), "|");
 }
 
-/// Returns literals that are a protocol's name or recommend one, and comparisons of parts of a
-/// name.
+/// Returns literals that contain a protocol's name, and comparisons of parts of a name.
 std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
   const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
                          ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");

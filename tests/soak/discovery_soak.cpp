@@ -1,7 +1,6 @@
-// Soak of DDS discovery without multicast: gateways, a subscriber and two discovery servers (or
-// peers) are separate processes and are killed in turn. Measures the time until the subscriber has
-// every point again. Prints a line per round, and the slowest of each kind at the end;
-// packaging/soak.sh discovery.
+// Soak of DDS discovery without multicast (packaging/soak.sh discovery): gateways, a subscriber and
+// two discovery servers or peers are killed in turn. Measures the time until the subscriber has
+// every point again, and prints the slowest times.
 // BAUDGATE_SOAK_ROUNDS, _GATEWAYS, _POINTS (of each gateway), _BY (servers, peers), _DOMAIN
 // _IDLE: seconds of idle time afterwards, whose cost is measured.
 // SPDX-License-Identifier: Apache-2.0
@@ -80,8 +79,7 @@ void BeGateway(const Plan& plan, std::size_t which, std::size_t life) {
   }
 }
 
-/// Writes "GATEWAY LIFE\n" to `to` when it has received all points of that life, and again when
-/// further samples arrive.
+/// Writes "GATEWAY LIFE\n" when all points of that life have arrived, and with each later sample.
 void BeSubscriber(const Plan& plan, int to) {
   struct Seen {
     std::set<std::string> points;

@@ -39,8 +39,7 @@ void LagPort::Read() {
                               });
 }
 
-/// A request arrives over a pty at once. It is passed on at the time at which its last character
-/// would have arrived over a wire.
+/// Passes a request on when its last character would have arrived over a wire.
 void LagPort::Take(View bytes) {
   assembler_.Feed(bytes);
   while (const auto request = NextRequest()) {

@@ -31,8 +31,7 @@ class LagPort {
   LagPort(asio::io_context& io, const protocols::Protocol& protocol, const config::Options& options,
           const tools::TwinWire& wire, const std::string& path, OnRequest on_request);
 
-  /// Returns the latest requests and replies as text, each with its time before now, to explain a
-  /// wrong value.
+  /// Returns the latest requests and replies with their ages, to explain a wrong value.
   std::string Latest() const;
 
  private:

@@ -1,7 +1,6 @@
-// Soak in real time behind lagging servers: lines of four kinds on ptys, each with one query, two
-// and many, and an oracle that judges every good reading. It repeats lag_test.cpp with the daemon's
-// real clocks, timers and threads. Some seconds in ctest, an hour by `packaging/soak.sh ptys 60`.
-// BAUDGATE_SOAK_SECONDS sets the length, BAUDGATE_LAG_SEED repeats a run.
+// Soak of lag_test.cpp with real clocks, timers and threads: lines on ptys behind lagging servers,
+// and an oracle that judges every good reading. Some seconds in ctest, an hour by
+// `packaging/soak.sh ptys 60`. BAUDGATE_SOAK_SECONDS: the length; BAUDGATE_LAG_SEED repeats a run.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -52,8 +51,7 @@ class LagSoak : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  /// Runs everything except the lines' threads. Returns true as soon as `done` is true, false after
-  /// `limit`.
+  /// Runs everything but the lines' threads until `done` is true. Returns false after `limit`.
   bool RunUntil(const std::function<bool()>& done, Duration limit) {
     const Instant until = std::chrono::steady_clock::now() + limit;
     while (!done()) {

@@ -1,6 +1,5 @@
-// `LagSoakLine` is a real line on a pty behind a lagging server. On one side runs the daemon's line
-// runner; on the other side run twins whose values contain the device and the time of measurement
-// (lag_stage.h). Quiet and troubled turns alternate with random lengths.
+// `LagSoakLine` is a real line on a pty behind a lagging server. The values of its twins contain
+// the device and the time of measurement (lag_stage.h). Quiet and troubled turns alternate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +29,7 @@ class LagSoakLine final : public protocols::LagStage {
   void EndTroubles();
   /// True if some device is not the configured one, or is being replaced.
   bool IsReplacing() const;
-  /// Checks the store and does what is due. Must be called as often as possible. The first wrong
+  /// Checks the store and does what is due; must be called as often as possible. The first wrong
   /// reading fails the test and prints the latest traffic.
   void Look();
   void PrintSummary();

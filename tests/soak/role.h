@@ -1,5 +1,4 @@
-// `Role` is a child process of a soak with its use of processor and memory. Setting and Number read
-// settings of a soak from the environment.
+// `Role` is a child process of a soak. Setting and Number read the environment.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

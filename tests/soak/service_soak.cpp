@@ -22,8 +22,7 @@ using soak::Now;
 using soak::Number;
 
 constexpr int kUnit = 1;  // the twin whose values are awaited
-/// More counts as growth. malloc takes a little more now and then even if the heap's content stays
-/// the same.
+/// Below this limit it is no growth: malloc takes a little more now and then.
 constexpr std::size_t kMostGrowthKiB = 2048;
 /// Closed client connections that the gateway has not noticed yet hold descriptors.
 constexpr std::size_t kMostMoreDescriptors = 2;
@@ -110,8 +109,7 @@ class ServiceSoak : public Station {
       EXPECT_TRUE(Eventually(answers, 60s)) << unit;
     }
   }
-  /// Reads like a PLC: ten registers ten times a second, over one connection and over a new one
-  /// each time.
+  /// Reads ten registers ten times a second, over one connection and over a new one each time.
   void ReadFor(Duration time) {
     for (const Instant end = Now() + time; Now() < end; std::this_thread::sleep_for(100ms)) {
       client_.Input(kUnit, 0, 10);

@@ -1,5 +1,4 @@
-// The length of random runs: in ctest a tenth of that by packaging/soak.sh, which sets
-// $BAUDGATE_LONG_RUNS.
+// The length of random runs: a tenth in ctest, all if packaging/soak.sh sets $BAUDGATE_LONG_RUNS.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

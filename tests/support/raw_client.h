@@ -1,6 +1,5 @@
-// `RawClient` is a blocking client that sends and receives bytes, for tests of every server: over
-// TCP to this machine, or over a Unix socket. No call waits longer than 20 s, so that no test
-// hangs.
+// `RawClient` is a blocking client for bytes over TCP to this machine or over a Unix socket. No
+// call waits longer than 20 s, so that no test hangs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,8 +34,7 @@ class RawClient {
 
   /// Returns exactly `count` bytes, or none if the other side closes before.
   Bytes Receive(std::size_t count) const;
-  /// Returns one Modbus TCP frame with its header, or no bytes if the other side closes before its
-  /// end.
+  /// Returns one Modbus TCP frame with its header; no bytes if the connection ends before.
   Bytes ReceiveFrame() const;
   /// Returns one line without its end, or nothing if the other side closes before its end.
   std::optional<std::string> ReceiveLine() const;

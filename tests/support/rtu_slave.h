@@ -1,5 +1,4 @@
-// `ScriptedSlave` is a Modbus RTU slave on a pty that answers as its script prescribes, in a
-// separate thread.
+// `ScriptedSlave` is a Modbus RTU slave on a pty that answers as its script prescribes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// `Talk` runs a conversation against the twin of its device in a test, without poller, line or
-// wire: single requests and replies, and whole tasks.
+// `Talk` runs a conversation against its device's twin, without poller, line or wire.
 //
 //   Talk talk(DconProtocol(), device);
 //   talk.Ask(Poll(0))                           → Request "#01\r"
@@ -49,8 +48,7 @@ protocols::Task Write(std::size_t point, Value value);
 /// Returns the first complete frame in bytes that are followed by silence; empty: none.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
-/// Returns the twin's reply to these bytes; empty: they are no complete request, or the twin is
-/// silent.
+/// Returns the twin's reply; empty: the bytes are no complete request, or the twin is silent.
 Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
               const config::Options& options, View request, Instant now = {});
 

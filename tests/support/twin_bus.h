@@ -1,6 +1,5 @@
-// `TwinBus` simulates many twins of several protocols on one bus, each with separate serial
-// settings, and a second master: for tests of scans. It works on the bits of characters, so that
-// 7E1 received as 8N1 looks as on a real wire. It has neither port nor clock.
+// `TwinBus` simulates twins of several protocols with separate serial settings on one bus, for
+// tests of scans. It works on the bits of characters: 7E1 received as 8N1 looks as on a real wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -47,8 +46,7 @@ class TwinBus {
     FromWire heard;
     int speakers = 0;
   };
-  /// How two twins that answer the same request disturb each other: their signals overlap, or their
-  /// replies follow each other.
+  /// Two replies to one request overlap, or follow each other.
   enum class Two { together, in_turn };
   Answer Ask(View request, const config::SerialSettings& serial, Instant now,
              Two two = Two::together);

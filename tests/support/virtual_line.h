@@ -80,8 +80,7 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
 
   void Open();
   void Close();
-  /// Ends the program and starts it again; server and devices continue. The store keeps its
-  /// content, so that a test sees one history.
+  /// Ends the program and starts it again. Server, devices and the content of the store stay.
   void Restart();
   void RunFor(Duration time);
   /// Stops the program for `time`, as SIGSTOP does. Bytes that arrive meanwhile are delivered in

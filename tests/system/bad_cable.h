@@ -1,6 +1,5 @@
-// `BadCable` is a damaging cable between the daemon and a twin: it tears replies apart, delays the
-// pieces, changes and loses some bytes and adds others. Requests pass unchanged. The daemon opens a
-// pty of the cable; the cable opens the twin's pty. A thread carries the bytes.
+// `BadCable` is a cable between daemon and twin that tears, delays and damages replies. Requests
+// pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the twin's pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

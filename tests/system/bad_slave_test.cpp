@@ -1,5 +1,4 @@
-// Tests slaves behind a route that are silent, late, mistaken for each other or gone: what masters
-// receive, and that all works again afterwards.
+// Tests slaves behind a route that are silent, late, mistaken for each other or gone.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -146,8 +145,8 @@ TEST_F(BadSlave, TwinThatIsKilledAndStartedAgainIsAskedAgain) {
   EXPECT_TRUE(daemon->Running());
 }
 
-// ---------------- A serial server that stops taking data for a while: requests that have been
-// answered with 0x0B meanwhile do not reach it afterwards.
+// ---------------- A serial server that stops taking data: requests that were answered with 0x0B
+// meanwhile never reach it.
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -233,8 +232,8 @@ TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
     return daemon->Errors().find("takes no data: a request has not been acknowledged") !=
            std::string::npos;
   };
-  // Fill the server's kernel buffer. Each request goes to another slave, because a silent slave is
-  // not asked again.
+  // Fill the server's kernel buffer, each request for another slave: silent slaves are not asked
+  // again.
   std::uint8_t last = 0;
   while (!lost() && last < kAfter - 1) {
     Send(client, Write(++last));

@@ -22,8 +22,7 @@ using ::testing::StartsWith;
 
 constexpr int kOutOfService = 0x1C;
 
-/// A relay that answers, a device on the same line that does not exist, and a line without its
-/// port.
+/// A relay that answers, a device that does not exist, and a line without its port.
 class Control : public ThreeDevices {
  protected:
   std::string YamlOf(const std::string& head) const {

@@ -1,5 +1,5 @@
-// Tests events on DDS with the whole program, a subscriber on Fast DDS (`watch --events`) and one
-// of another vendor, while the gateway and the DDS process are killed.
+// Tests events on DDS while the gateway and the DDS process are killed, with a subscriber on Fast
+// DDS (`watch --events`) and one of another vendor.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

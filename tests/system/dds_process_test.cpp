@@ -1,5 +1,4 @@
-// Tests that Modbus reads and polling continue while the DDS process is killed or stopped, and that
-// subscribers have all points again soon after.
+// Tests that Modbus and polling continue while the DDS process is killed or stopped.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>

@@ -1,5 +1,4 @@
-// Tests DDS Security with the whole program: `certs dds`, a gateway with its files, `watch` with
-// and without files, and a gateway with wrong files.
+// Tests DDS Security with the whole program and the files of `certs dds`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -104,8 +103,7 @@ TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
   EXPECT_TRUE(expired->Running());
 }
 
-// ---------------- `baudgate discovery-server` with a real gateway and subscribers without
-// multicast: they discover each other through the server, and continue without it.
+// ---------------- `baudgate discovery-server` with subscribers without multicast.
 
 class Discovery : public ThreeDevices {
  protected:

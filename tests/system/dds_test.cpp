@@ -1,5 +1,4 @@
-// Tests that the values of twins arrive at DDS subscribers: `baudgate watch` and one of another
-// vendor.
+// Tests that the values of twins arrive at `baudgate watch` and at another vendor's subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

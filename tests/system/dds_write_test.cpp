@@ -1,5 +1,4 @@
-// Tests writes by a client of another DDS vendor through the whole program to a twin: reply, audit
-// record and refusals. The client is built from baudgate's IDL only.
+// Tests writes by a client of another DDS vendor, which is built from baudgate's IDL only.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -103,8 +103,7 @@ TEST_F(Traces, EndAsTheyEndedThen) {
   }
 }
 
-/// An exchange that the recorder saved half-way, or that a release interrupted, is not decoded as a
-/// failure.
+/// An exchange that was saved half-way, or that a release interrupted, is no failure.
 TEST_F(Traces, MayEndBeforeTheExchange) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.

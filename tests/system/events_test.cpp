@@ -1,6 +1,5 @@
-// Tests events with the whole program: a relay's twin that deletes events once they were read, a
-// gateway that is killed in bursts of events, and the output of `baudgate events`.
-// $BAUDGATE_EVENT_KILLS: the number of kills, by default 5.
+// Tests events with a relay's twin that deletes events once they were read, and a gateway that is
+// killed in bursts of events. $BAUDGATE_EVENT_KILLS: the number of kills, by default 5.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -204,8 +203,8 @@ TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
   std::cout << kills << " kills, " << number << " events\n";
 }
 
-// ---------------- The event registers, read by pymodbus while the ring moves on: the file has more
-// events than the ring, so each new event removes the oldest from the ring.
+// ---------------- The event registers, read by pymodbus while each new event removes the oldest
+// from the ring.
 
 using ::testing::SizeIs;
 
@@ -304,9 +303,8 @@ TEST_F(EventRing, ShowsTheNewestToWhoeverCanNotWrite) {
   EXPECT_EQ(client.Input(1, 9016, 80).values[11], 2);
 }
 
-// ---------------- The alarms that the gateway raises itself: for a routed slave that leaves a
-// client without a reply, for a device and for a port; with and without events, over a restart and
-// a reload.
+// ---------------- The alarms that the gateway raises itself: a routed slave without replies, a
+// device, a port.
 
 using ::testing::ElementsAre;
 

@@ -1,5 +1,4 @@
-// Tests threads of the running gateway that hang: the test stops them one by one, like a driver
-// call that does not return.
+// Tests threads of the running gateway that hang, as in a driver call that does not return.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -21,9 +20,9 @@ using ::testing::HasSubstr;
 
 constexpr Duration kWatchdog = 2s;
 
-/// Stops a thread of a process for the lifetime of this object. The thread is stopped before its
-/// next system call that waits for events, where it holds no lock: at other places it might hold a
-/// lock of the heap or of its queue, which a driver call never does.
+/// Stops a thread for the lifetime of this object, before its next system call that waits for
+/// events: elsewhere the thread might hold a lock of the heap or of its queue, which a driver call
+/// never does.
 class HeldThread {
  public:
   HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {

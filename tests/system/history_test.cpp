@@ -1,5 +1,4 @@
-// Tests the history with the whole program: a meter's twin with changing values, a gateway that is
-// stopped and killed, and the output of `baudgate history` and sqlite3.
+// Tests the history with a gateway that is stopped and killed, by `baudgate history` and sqlite3.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -107,8 +106,8 @@ TEST_F(History, IsOffUntilItIsAskedFor) {
   EXPECT_TRUE(Status()["history"].is_null());
 }
 
-// ---------------- State that survives a restart: after it, only the meter that was present before
-// has good values, until a user accepts another meter.
+// ---------------- After a restart only the meter that was present before has good values, until a
+// user accepts another one.
 
 constexpr int kGrowingUnit = 21;
 constexpr int kSwapped = 0x090C;

@@ -1,5 +1,5 @@
-// Tests clients that write as fast as they can to all addresses, in whole frames and in parts: the
-// device receives no forbidden write, and a good client and polling continue.
+// Tests clients that write to all addresses as fast as they can: the device receives no forbidden
+// write, and a good client and polling continue.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/socket.h>

@@ -1,5 +1,4 @@
-// `LibmodbusSlave` is a Modbus slave or server made with libmodbus, on a thread, on a tty or a TCP
-// port.
+// `LibmodbusSlave` is a Modbus slave or server made with libmodbus, in a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

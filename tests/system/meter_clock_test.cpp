@@ -1,6 +1,5 @@
-// Tests that the whole program corrects the clock of a meter, or does not: a twin whose clock is a
-// minute ahead, and a host whose clock is synchronised or not as the test chooses
-// (host_clock/said_clock.cpp).
+// Tests whether the gateway corrects a meter's clock that is a minute ahead. The test chooses
+// whether the host's clock counts as synchronised (host_clock/said_clock.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>

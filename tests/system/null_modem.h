@@ -1,5 +1,4 @@
-// `NullModem` is a crossed serial cable: two ptys, because two programs each want to open a tty,
-// and a thread that carries bytes between them and counts them.
+// `NullModem` is a crossed serial cable: two ptys, and a thread that carries and counts bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// Tests `baudgate bridge` and `baudgate read --port`, and the tutorial of docs/new-device.md, block
-// by block.
+// Tests `baudgate bridge`, `baudgate read --port`, and the tutorial of docs/new-device.md.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

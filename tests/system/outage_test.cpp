@@ -1,5 +1,4 @@
-// Tests absent ports, pulled cables and silent devices: what clients receive, and that all works
-// again by itself.
+// Tests absent ports, pulled cables and silent devices, and that all works again afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,6 +1,4 @@
-// Tests ports of the running daemon: found when they appear, followed when they get another number,
-// lent to another program and taken back; and the recordings of the flight recorder after a
-// failure.
+// Tests ports that appear, get another number or are lent, and the flight recorder's recordings.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

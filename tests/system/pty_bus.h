@@ -1,6 +1,5 @@
-// `PtyBus` is a bus of many twins on one pty. A twin answers only if the port has its bit rate and
-// its odd or not odd parity, which are all settings that a pty stores. For tests of `baudgate
-// scan`.
+// `PtyBus` is a bus of many twins on one pty, for tests of `baudgate scan`. A twin answers only at
+// its bit rate and its odd or not odd parity: a pty stores no other settings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// The fixture of reload tests: a gateway with three twins, whose configuration file is changed
-// while it runs.
+// The fixture of reload tests: a gateway with three twins, whose file is changed while it runs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Tests listeners and routes that are added, removed and changed while the gateway runs: other
-// clients are not disturbed, and a port that cannot be opened changes nothing.
+// Tests reloads of listeners and routes: other clients are not disturbed, and a port that cannot be
+// opened changes nothing.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,5 +1,5 @@
-// Tests a changed configuration while the gateway runs: unchanged parts are not disturbed, a bad
-// file changes nothing, and an unconfirmed one is rolled back, also after kill -9.
+// Tests reloads: unchanged parts are not disturbed, a bad file changes nothing, and an unconfirmed
+// one is rolled back, also after kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -324,8 +324,7 @@ TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
-// ---------------- A reload while the system refuses further resources, or of a file that is not
-// regular.
+// ---------------- A reload while the system refuses resources, or of a file that is not regular.
 
 namespace fs = std::filesystem;
 

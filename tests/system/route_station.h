@@ -1,5 +1,4 @@
-// The fixture of the tests of transparent routes: configurations with routes, the status of the
-// running gateway, and independent programs as masters and slaves.
+// The fixture of route tests: configurations, and independent programs as masters and slaves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

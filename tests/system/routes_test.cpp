@@ -1,5 +1,4 @@
-// Tests transparent routes as masters see them: exceptions of each kind, counters, and wrong
-// routes.
+// Tests transparent routes as masters see them: exceptions, counters, and wrong routes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -194,8 +193,7 @@ TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
   EXPECT_EQ(results[6][124], 1130);
 }
 
-// ---------------- Many requests and many clients at once: which requests wait, are answered, or
-// are refused.
+// ---------------- Many requests and many clients at once.
 
 TEST_F(Routes, ThatAreFullSaySo) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);

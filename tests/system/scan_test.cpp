@@ -1,5 +1,4 @@
-// Tests `baudgate scan` and `baudgate ask`: on ptys with twins of three protocols, on a line of the
-// running gateway, and on a line with another master.
+// Tests `baudgate scan` and `baudgate ask` on ptys, on a gateway's line, and beside another master.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,5 +1,4 @@
-// Tests a serial master on a port of the gateway (mbpoll or pymodbus), which reads cached devices,
-// slaves of another line, and servers elsewhere.
+// Tests a serial master (mbpoll or pymodbus) that reads cached devices, slaves and servers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

@@ -97,8 +97,7 @@ TEST_F(SimulateConfig, WhatCanNotBeMadeIsSaidWithTheWayOut) {
             kBadConfiguration);
 }
 
-// ---------------- `baudgate simulate --fault`: a twin that misbehaves, the daemon that reads it,
-// and the twin's summary at its end.
+// ---------------- `baudgate simulate --fault`: a twin that misbehaves, and its summary at its end.
 
 using ::testing::ContainsRegex;
 using ::testing::Not;

@@ -1,5 +1,4 @@
-// Tests independent slaves behind Modbus TCP with independent masters: libmodbus, pymodbus and
-// mbpoll through routes, and cached devices on the same lines.
+// Tests independent slaves with independent masters (libmodbus, pymodbus, mbpoll) through routes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <modbus/modbus.h>

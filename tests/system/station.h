@@ -1,6 +1,5 @@
-// `Station` is the fixture of the system tests: a separate directory, a free port, a DDS domain,
-// device profiles with fixed values, twins started by `baudgate simulate`, and the daemon that
-// reads them.
+// `Station` is the fixture of the system tests: a directory, a free port, a DDS domain, profiles
+// with fixed values, twins (`baudgate simulate`), and the daemon that reads them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,5 @@
-// `TakenServer` is a serial server whose port another client uses: it accepts every connection and
-// ends it at once, alternately by a close, a reset, and a text before the close; until Serve() is
-// called.
+// `TakenServer` is a serial server whose port another client uses: it ends every connection at
+// once, in turn by a close, a reset, and a text before the close, until Serve() is called.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

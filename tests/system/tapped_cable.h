@@ -1,5 +1,5 @@
-// `TappedCable` is a cable between the daemon and a twin that records all bytes to the twin, to
-// check what a device really received. For protocols whose requests end with a carriage return.
+// `TappedCable` is a cable that records all bytes from daemon to twin. For protocols whose requests
+// end with a carriage return.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

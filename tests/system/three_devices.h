@@ -1,5 +1,4 @@
-// The fixture with three reference devices, each on a separate line with known values, and the
-// gateway that reads them.
+// The fixture with the three reference devices, each on a separate line with known values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,9 +1,5 @@
-// Clients that write the outputs of one analog module at the same time, each with another program
-// or library. A new kind of client is a new Writer.
-//
-// client 3, third write: output 2 becomes 3.003 V. The value shows the client and the number of the
-// write.
-//
+// Clients that write the outputs of one analog module at the same time. A value shows its client
+// and the number of the write: 3.003 V is the third write of client 3.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

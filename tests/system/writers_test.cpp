@@ -1,6 +1,5 @@
-// Tests several programs that write to one device at once: each write is answered once, each
-// client's writes stay in order, and the device receives what the audit lists and no forbidden
-// write.
+// Tests several programs that write to one device at once: each write is answered once and in
+// order, and the device receives what the audit lists.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/writers.h"
 
@@ -76,8 +75,7 @@ class Writers : public RouteStation {
   }
 #endif
 
-  /// Runs all writers at once. The first `quick` writers continue until the others have done
-  /// `count` writes.
+  /// Runs all writers. The first `quick` ones continue until the others have done `count` writes.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
     constexpr int kMost = 999;  // the largest number that fits into the digits of a value
     std::latch start(std::ssize(parts));

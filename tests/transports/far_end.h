@@ -1,5 +1,4 @@
-// Shared by transport tests: a listener that records, the far end of a wire, and waiting for events
-// (never for a fixed time) on their common loop.
+// Shared by transport tests: a recording listener, the far end of a wire, and waiting for events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,8 +29,7 @@ inline bool RunUntil(asio::io_context& io, const std::function<bool()>& conditio
   return true;
 }
 
-/// Runs everything that is ready now, in several rounds, before a test checks that an event did not
-/// happen.
+/// Runs everything that is ready now, before a test checks that an event did not happen.
 inline void RunReady(asio::io_context& io) {
   for (int round = 0; round < 10; ++round) {
     io.restart();

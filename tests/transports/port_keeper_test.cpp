@@ -250,8 +250,7 @@ class PortWatchTest : public testing::Test {
     });
     ASSERT_TRUE(watch_->Start());
   }
-  /// inotify delivers before the call that caused the event returns, so later events need no
-  /// waiting.
+  /// inotify delivers at once, so later events need no waiting.
   int News() {
     test::RunReady(io_);
     return std::exchange(news_, 0);
@@ -368,8 +367,7 @@ TEST_F(PortWatchTest, WhatCanNotBeWatchedIsSaid) {
   EXPECT_FALSE(proc.watching());
 }
 
-// ---------------- A port whose driver blocks, and the events that its owner on the other thread
-// gets.
+// ---------------- A port whose driver blocks, and the events that its owner gets.
 
 using test::RunReady;
 using test::RunUntil;

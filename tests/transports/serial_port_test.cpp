@@ -128,8 +128,7 @@ TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
   Open();
 }
 
-// ---------------- The settings of an open serial port, on real ptys: parity in software,
-// switching, and impossible settings.
+// ---------------- The settings of an open serial port, on real ptys.
 
 TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
   serial_.software_parity = true;
@@ -230,8 +229,7 @@ TEST_F(SerialPortTest, ImpossibleSettingsFailTheOpen) {
   EXPECT_NE(listener_.failures[0].find("software parity"), std::string::npos);
 }
 
-// ---------------- A serial port whose far end reads nothing, on real ptys: which bytes are
-// dropped, and when the port counts as lost.
+// ---------------- A serial port whose far end reads nothing, on real ptys.
 
 TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
   Open();
@@ -284,9 +282,8 @@ class StalledPort : public SerialPortTest {
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// The kernel delivers only what fits into its buffer for the far end (see serial_settings.h). The
-/// bytes in the driver's queue and in the port's queue must not follow when the far end reads
-/// again.
+/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h). The rest
+/// in the driver's and the port's queues must not follow.
 TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
   port_->Send(much_);
   test::RunReady(io_);

@@ -1,5 +1,4 @@
-// Shared by the benchmarks of the DDS library: child processes of the same program, and their use
-// of processor and memory.
+// Shared by the benchmarks of the DDS library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

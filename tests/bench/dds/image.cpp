@@ -1,5 +1,5 @@
-// Benchmark of a late subscriber: the time until it has 5,000 points that all change once a second,
-// and the cost on both sides. The publisher is this process, each subscriber a new one.
+// Benchmark: time and cost until a late subscriber has 5,000 points that all change once a second.
+// The publisher is this process, each subscriber a new one.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/resource.h>

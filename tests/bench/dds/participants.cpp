@@ -1,6 +1,6 @@
-// Benchmark of the cost of other participants for the DDS process: subscribers that join, leave,
-// are killed, are stopped, or never acknowledge. The publisher is a real gateway with 100 points,
-// each sent once a second; its port is missing. The subscribers of a phase share one process.
+// Benchmark: cost of subscribers that join, leave, are killed, are stopped, or never acknowledge,
+// for the DDS process of a real gateway with 100 points. The subscribers of a phase share one
+// process.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
 #include <fmt/format.h>

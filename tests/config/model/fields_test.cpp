@@ -1,5 +1,4 @@
-// Tests that every member of the configuration's structs is visited, and that a change of a member
-// is reported under its name.
+// Tests that every member of the configuration's structs is visited and reported by its name.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/model/fields.h"
 

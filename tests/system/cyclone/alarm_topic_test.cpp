@@ -1,6 +1,4 @@
-// Tests the topic of alarms with a subscriber on Fast DDS and one of another vendor
-// (cyclone_alarms.c): a late subscriber gets the present state of each alarm, and no earlier
-// states.
+// Tests the topic of alarms with subscribers on Fast DDS and of another vendor (cyclone_alarms.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>

@@ -1,5 +1,4 @@
-// Tests the publisher with a subscriber of another DDS vendor (cyclone_subscriber.c), in separate
-// processes over loopback.
+// Tests the publisher with a subscriber of another DDS vendor (cyclone_subscriber.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

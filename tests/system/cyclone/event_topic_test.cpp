@@ -1,5 +1,4 @@
-// Tests the topic of events with a subscriber on Fast DDS and one of another vendor
-// (cyclone_events.c): a late subscriber gets the newest events of each device, in order.
+// Tests the topic of events with subscribers on Fast DDS and of another vendor (cyclone_events.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>

@@ -20,8 +20,8 @@ constexpr int kSandboxUnit = 1;
 
 class Sandbox : public RouteStation {
  protected:
-  /// Returns a configuration that uses every system call of the gateway: a line on a tty with
-  /// writable outputs, routes to a line and to a server by name, a serial master, IPv6 and DDS.
+  /// Returns a configuration that makes the gateway use all its system calls: tty, routes by name,
+  /// serial master, IPv6 and DDS.
   std::string Everything() const {
     std::string yaml =
         Yaml({"{ units: 20-21, line: drive }",

@@ -1,8 +1,6 @@
-// Runs a program under the restrictions of a unit, as far as a process can restrict itself: system
-// calls, address families, memory that is writable and executable, namespaces. Where systemd would
-// return an error, SIGSYS ends the program here, so that no refusal goes unnoticed (with one
-// exception, see Apply). Mounts, devices and users need a system that systemd runs:
-// docs/boot-test.md.
+// Runs a program under the restrictions of a unit, as far as a process can restrict itself. Where
+// systemd would return an error, SIGSYS ends the program, so that no refusal goes unnoticed (one
+// exception: see Apply). For mounts, devices and users see docs/boot-test.md.
 // Usage: sandboxed UNIT PROGRAM [ARGUMENT…]
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>

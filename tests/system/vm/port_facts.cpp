@@ -1,5 +1,4 @@
-// Prints the state of one port from its tty driver: error counters, low latency and RS-485 mode.
-// Does not use baudgate's code, so that baudgate's numbers can be compared with these.
+// Prints the tty driver's state of one port without baudgate's code, to check baudgate's numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include <asm/ioctls.h>
 #include <fcntl.h>
