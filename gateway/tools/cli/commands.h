@@ -1,6 +1,5 @@
-// The subcommands of baudgate: their options and help, and the function of gateway/tools/cli that
-// each one runs. gateway/main.cpp passes the words in and runs the chosen Action. UnquotedSerial
-// and TellMeant suggest a correction for words that the command line does not accept.
+// The subcommands of baudgate: their options and help, and the function that each one runs.
+// gateway/main.cpp passes the words in and runs the chosen Action.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,9 +15,8 @@
 
 namespace baudgate::tools {
 
-/// Finds a bit rate and a format that are not quoted as one word ("9600 8E1"), because the parser
-/// would take the format for another argument. Returns the message for the user; empty: all is
-/// well. Call it before parsing.
+/// Returns a message if a bit rate and its format are two words (9600 8E1), because the parser
+/// would take the format for another argument; empty: all is well. Call it before parsing.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
 /// Prints a suggestion for each word that was not parsed, to follow a parse error.
@@ -27,17 +25,15 @@ void TellMeant(const CLI::App& app, std::ostream& err);
 /// What the chosen subcommand does after parsing. Returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 
-/// Adds all subcommands. The parsed subcommand sets `action`. `app` and `action` must stay valid
-/// until parsing has ended.
+/// The parsed subcommand sets `action`. `app` and `action` must stay valid until parsing has ended.
 void AddCommands(CLI::App& app, Action& action);
 void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
-/// Adds the subcommands that need no running gateway: twins, profiles, reading at a free port, a
-/// bridge.
+/// Adds the subcommands that need no running gateway: twins, profiles, a bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
 /// True if `word` looks like a subcommand but is none. The caller then lists the subcommands,
-/// because CLI11 only reports that a subcommand is required.
+/// because CLI11 does not.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
 }  // namespace baudgate::tools

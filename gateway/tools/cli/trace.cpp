@@ -16,8 +16,7 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// Prints decoded frames, or (with `bytes`) the records as they are. Flushes each line, so that the
-/// output can be piped.
+/// Prints decoded frames, or the records with `bytes`. Flushes each line, for use in pipes.
 class TracePrinter {
  public:
   TracePrinter(const TraceOptions& options, const Json& answer, const config::Catalog& catalog,
@@ -67,8 +66,7 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// Returns when to look at the records again: at the end, or when a pause after bytes shows that
-/// their frame is complete.
+/// Returns when to look again: at the end, or when a pause has completed the waiting bytes' frame.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;

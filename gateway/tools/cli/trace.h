@@ -1,5 +1,4 @@
-// `baudgate trace`: prints the frames on one line as they are sent and received, or the content of
-// the flight recorder.
+// `baudgate trace`: prints the frames on one line, or the content of the flight recorder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +20,8 @@ struct TraceOptions {
   std::string socket{};               ///< empty: the gateway in the default places
 };
 
-/// Flushes each record, so that the output can be piped. Exit codes: 0, also when the gateway
-/// stops; 2 unknown line or device; 4 no gateway answers.
+/// Flushes each record, for use in pipes. Exit codes: 0, also when the gateway stops; 2 unknown
+/// line or device; 4 no gateway answers.
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 

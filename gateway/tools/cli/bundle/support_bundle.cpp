@@ -47,8 +47,7 @@ Ran Run(const std::string& command) {
   return {std::move(text), ::pclose(pipe) == 0};
 }
 
-/// The files of a bundle. They lie in a folder that only this user may read, until tar(1) packs
-/// them.
+/// The files of a bundle, in a folder that only this user may read until tar(1) packs them.
 class Archive {
  public:
   /// `at`: the modification time of every file.

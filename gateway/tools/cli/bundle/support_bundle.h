@@ -1,6 +1,5 @@
 // `baudgate support-bundle`: packs status, traces, log, configuration and versions into one archive
-// for a bug report. The archive contains no secrets. Without a running gateway it contains less,
-// and lists what is missing. SystemLog returns the log of the service.
+// without secrets for a bug report. Without a running gateway it contains less.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +13,7 @@
 
 namespace baudgate::tools {
 
-/// Returns the newest log lines of baudgate and baudgate-dds from the systemd journal, or an error
-/// with the reason why there are none.
+/// Returns the newest log lines of baudgate and baudgate-dds, or the reason why there are none.
 Result<std::string> SystemLog();
 
 struct BundleOptions {
@@ -26,8 +24,7 @@ struct BundleOptions {
   std::function<Result<std::string>()> log = SystemLog;
 };
 
-/// Exit codes: 0 the archive is written, even if parts are missing; 4 the file exists already or
-/// cannot be written.
+/// Exit codes: 0 written, even if parts are missing; 4 the file exists or cannot be written.
 int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now,
                      std::ostream& out, std::ostream& err);
 

@@ -1,6 +1,5 @@
 // `ControlClient` is the client side of the control socket, for all commands that need a running
-// gateway, such as `status` and `release`. It finds the gateway, sends requests as JSON lines and
-// reads JSON lines.
+// gateway. It finds the gateway, and sends and reads JSON lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,9 +18,8 @@ class ControlClient {
  public:
   using Json = nlohmann::ordered_json;
 
-  /// Connects to the socket at `path`. If `path` is empty, connects to the only gateway that
-  /// answers in the default places. The error tells the user what to do: start the gateway, choose
-  /// one of several, or get the permission.
+  /// Connects to `path`, or, if `path` is empty, to the only gateway that answers in the default
+  /// places. The error tells the user what to do.
   static Result<ControlClient> Connect(const std::string& path);
   ControlClient(ControlClient&& other) noexcept;
   ControlClient& operator=(ControlClient&&) = delete;
@@ -31,13 +29,12 @@ class ControlClient {
   /// Returns the id of the listening process as the kernel reports it; 0: unknown.
   int process() const;
 
-  /// Sends a request. A failed send is not reported: a gateway that closes the connection sends its
-  /// reason first, so the caller finds the reason in the reply.
+  /// Does not report a failed send: a gateway that closes the connection sends its reason first, so
+  /// the caller finds the reason in the reply.
   void Send(const Json& request);
 
   enum class Got { line, end, timeout, stopped };
-  /// Waits for a whole line until `until` (empty: without limit), or until `stop_descriptor` is
-  /// readable.
+  /// Waits for a whole line until `until` (empty: no limit) or until `stop_descriptor` is readable.
   Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
 
  private:
@@ -55,12 +52,11 @@ std::string CureOfSilence(int process);
 /// The exit code when no gateway answers.
 inline constexpr int kNoDaemon = 4;
 
-/// Connects like ControlClient::Connect. On failure, prints the reason on `err` and returns
-/// nothing.
+/// Connects, or prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
-/// Sends the request and waits a limited time for its answer. Returns the exit code: 0, or a
-/// failure that was printed on `err`.
+/// Sends the request and waits a limited time for its answer. Returns the exit code; a failure is
+/// printed on `err`.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 

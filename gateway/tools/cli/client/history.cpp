@@ -107,8 +107,7 @@ class Reader {
     if (asked_.until) *asked_.until += days(2);
   }
 
-  /// Reads all billing values of a device and returns the exit code. A value that the gateway does
-  /// not record is an error only if it records none of the device.
+  /// Returns the exit code. A value that is not recorded is an error only if none of the device is.
   int Read(std::size_t device, std::ostream& err) {
     bool any = false;
     for (std::size_t period = 0; period < kPeriods.size(); ++period) {
@@ -314,8 +313,7 @@ class HistoryPrinter {
   std::vector<StreamTable::Row> rows_;
 };
 
-/// Collects the named points and the points that match the patterns, each once. Returns the exit
-/// code.
+/// Collects named points and points that match patterns, each once. Returns the exit code.
 int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
              std::vector<std::string>& points) {
   const auto add = [&points](const std::string& point) {
@@ -359,8 +357,8 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   HistoryPrinter printer(options, out);
   if (options.csv) printer.PrintCsvHead();
-  // Merges the streams: prints the oldest of their next records. Records of one stream keep their
-  // order, even if the clock was set back.
+  // Prints the oldest next record of all streams. Records of one stream keep their order, even if
+  // the clock was set back.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
     std::string time;

@@ -1,5 +1,5 @@
-// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first.
-// HistoryStream reads the records page by page, and RunBilling prints billing readings.
+// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first; with
+// --billing, billing readings of meters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,20 +31,18 @@ struct HistoryOptions {
 /// are not recorded; 4 no gateway answers, or the gateway records no values.
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
-// `HistoryStream` reads the records of one point from the gateway, page by page over its control
-// socket.
+// `HistoryStream` reads the records of one point from the gateway, page by page.
 class HistoryStream {
  public:
   using Json = ControlClient::Json;
 
-  /// `client` and `err` must stay valid for the lifetime of this object. `point` is
-  /// LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import for a load profile that a meter
-  /// measures itself.
+  /// `client` and `err` must stay valid for the lifetime of this object. `point`:
+  /// LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import for a load profile of a meter.
   HistoryStream(ControlClient& client, const HistoryOptions& options, const std::string& point,
                 std::ostream& err);
 
-  /// Sets `record` to the next record, or to null after the last. Returns the exit code; a read
-  /// failure is printed on `err`.
+  /// Sets `record` to the next record; null: no more. Returns the exit code; a failure is printed
+  /// on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
   /// The files that could not be read so far, with the reasons.

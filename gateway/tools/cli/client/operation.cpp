@@ -21,8 +21,7 @@ std::string Clock(const std::string& time) {
   return time.size() < 19 ? time : time.substr(11, 8) + " UTC";
 }
 
-/// The last port state that was seen while waiting for the state to become (or to leave)
-/// `released`.
+/// The last state that was seen while waiting for the port to be released or taken back.
 struct Seen {
   int code = 0;
   bool reached = false;
@@ -182,8 +181,7 @@ std::string Age(const Json& age) {
   return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
 }
 
-/// Marks the quality of a value that was read before this request, so that nobody takes it for an
-/// answer.
+/// Marks a value that was read before this request, so that nobody takes it for an answer.
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;

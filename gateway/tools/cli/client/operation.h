@@ -1,7 +1,6 @@
-// Commands that act on a running gateway. RunRelease lends a line's port to another program, or
-// over the network to a client, for a limited time. RunReload and RunConfirm change the
-// configuration, RunRead and RunWrite read and write points, and RunInUse enables or disables a
-// device.
+// Commands that act on a running gateway. RunRelease lends a line's port for a limited time,
+// RunReload and RunConfirm change the configuration, RunRead and RunWrite access points, and
+// RunInUse enables or disables a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,8 +31,7 @@ struct ReleaseOptions {
 /// does not close.
 int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate reload` and `baudgate confirm`: give the running gateway another configuration. See
-// docs/reload.md.
+// `baudgate reload` and `baudgate confirm` change the configuration; see docs/reload.md.
 struct ReloadCommand {
   bool dry_run = false;
   /// The time to confirm within, before the gateway rolls back; empty: no confirmation needed.
@@ -74,8 +72,7 @@ struct WriteOptions {
   std::string request{};  ///< "NAME/NUMBER" of the request; empty: none
 };
 
-/// The exit code when the device was asked, but did not answer, refused the request, or may not be
-/// written.
+/// The exit code when the device did not answer, refused the request, or may not be written.
 inline constexpr int kNotDone = 1;
 
 /// Exit codes: 0 all points were read now; kNotDone; 2 unknown target; 4 no gateway answers.
@@ -85,8 +82,7 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 /// the point cannot have; 4 no gateway answers.
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate enable` and `baudgate disable`: start or stop polling a device, until the gateway
-// restarts.
+// `baudgate enable` and `baudgate disable`: polls a device or not, until the gateway restarts.
 struct InUseOptions {
   std::string target;  ///< "LINE.DEVICE"
   bool in_use = true;

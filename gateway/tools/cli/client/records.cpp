@@ -32,11 +32,10 @@ struct RecordPages {
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
   std::string socket{};               ///< empty: the gateway in the default places
-  /// The records are current only while the gateway can write the file: return kNotCurrent
-  /// otherwise.
+  /// Return kNotCurrent if the gateway cannot write the file, because the records are then
+  /// outdated.
   bool current = false;
-  /// With `follow`: read all records again in every round instead of only new ones. `looked` is
-  /// called at the end of each round.
+  /// With `follow`: read all records in every round; `looked` is called at the end of each round.
   bool whole = false;
   std::function<void()> looked{};
 };
@@ -66,9 +65,8 @@ class Troubles {
   std::string told_;
 };
 
-/// Reads pages and calls `print` with the records of each page, which may be empty. Returns the
-/// exit code. A gateway that has just started may still be opening the file, so an opening file is
-/// read again.
+/// Reads pages, calls `print` with the records of each page (maybe none), and returns the exit
+/// code. Tries again while a gateway that has just started opens the file.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
   const StopSignals signals;
@@ -143,8 +141,7 @@ StreamTable::Row EventRow(const Json& record) {
           FieldText(record, "text")};
 }
 
-/// Returns a value as text: "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not
-/// connected)".
+/// "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
 std::string ValueText(const Json& value) {
   const std::string shown = FieldText(value, "value");
   const std::string unit = FieldText(value, "unit");
@@ -236,8 +233,7 @@ class EventPrinter {
   }
 
  private:
-  /// Adds a row. Rows share one column alignment up to the next event with values, whose values are
-  /// printed below its row.
+  /// Rows share one column alignment up to the next event with values, which are printed below it.
   void PrintRow(StreamTable::Row row, const Kept& kept) {
     rows_.push_back(std::move(row));
     if (kept.title.empty()) return;
@@ -337,7 +333,7 @@ class AlarmPrinter {
 };
 
 /// Finds the alarms that have changed since the previous round. An alarm that is no longer listed
-/// has returned to normal.
+/// is normal again.
 class AlarmChanges {
  public:
   void Add(const Json& alarms) {

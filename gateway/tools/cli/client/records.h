@@ -1,6 +1,5 @@
-// `baudgate events`, `alarms`, `ack` and `writes`: RunEvents, RunAlarms and RunWrites print records
-// of a running gateway page by page, and new records as they come if wanted; RunAck acknowledges
-// alarms.
+// `baudgate events`, `alarms` and `writes` print records of a running gateway page by page, and new
+// records as they come if wanted; `baudgate ack` acknowledges alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,8 +28,8 @@ struct EventsOptions {
   std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also if there are no events yet, which is printed; 2 unknown device; 4 no gateway
-/// answers, or the gateway records no events.
+/// Exit codes: 0, also without any events; 2 unknown device; 4 no gateway answers, or it records no
+/// events.
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate alarms` lists active and unacknowledged alarms, `baudgate ack` acknowledges them.
@@ -40,8 +39,7 @@ struct AlarmsOptions {
   std::string socket{};   ///< empty: the gateway in the default places
   std::size_t width = 0;  ///< of the table, in characters per line; 0: no limit
 };
-/// Exit codes: 0, also if there are no alarms, which is printed; 4 no gateway answers, or its disk
-/// fails.
+/// Exit codes: 0, also without any alarms; 4 no gateway answers, or its disk fails.
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
 
 struct AckOptions {
@@ -61,8 +59,7 @@ struct WritesOptions {
   std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also if there are no writes yet, which is printed; 4 no gateway answers, or the
-/// gateway records no writes.
+/// Exit codes: 0, also without any writes; 4 no gateway answers, or it records no writes.
 int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

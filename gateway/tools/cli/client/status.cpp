@@ -23,8 +23,8 @@ constexpr std::size_t kParts = 3;      // lines, devices, sentences
 constexpr std::size_t kLeastPart = 4;  // title, two rows, and how many more
 constexpr std::size_t kNoLimit = 1000;
 
-/// Returns the worst tone of the line and its devices, then the line's own tone, which decides
-/// between lines of equal worst tone.
+/// Returns the worst tone of line and devices, and the line's own tone to decide between equal
+/// ones.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));
@@ -48,8 +48,7 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// Returns at most `height` lines. Only the first sentence may be cut; each following sentence is
-/// printed whole or not at all.
+/// Returns at most `height` lines. Only the first sentence may be cut; others are printed whole.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;

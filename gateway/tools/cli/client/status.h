@@ -1,6 +1,5 @@
-// `baudgate status`: prints the state of the running gateway, its lines and devices as tables, with
-// a sentence for each problem, or as JSON. docs/status.md explains both. RenderStatusFrame makes
-// one frame of `status --watch`, and RunStatusWatch redraws it.
+// `baudgate status`: prints the state of the running gateway as tables with a sentence for each
+// problem, or as JSON; see docs/status.md. RunStatusWatch redraws it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,17 +26,16 @@ struct StatusOptions {
 /// Exit codes: 0; 2 unknown line or device; 4 no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
-/// Returns one frame of `status --watch` that fits the terminal: head, lines, devices, sentences,
-/// the worst first. Each part that does not fit ends with the number of rows left out. Throws a
-/// nlohmann exception if a field is missing, because the gateway has another version.
+/// Returns one frame of `status --watch`, the worst first. Each part that does not fit ends with
+/// the number of rows left out. Throws a nlohmann exception if the gateway has another version.
 std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableView& view);
 
-/// Divides `all` terminal lines among parts that want `wanted` lines. A part that wants less than
-/// its share gets what it wants; the remaining parts share the rest.
+/// Divides `all` lines among parts that want `wanted` lines. A part that wants less than its share
+/// gets what it wants; the others share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// `baudgate status --watch`: redraws the status on the whole terminal until it is stopped. If the
-// gateway stops, the command waits for it to come back.
+// `baudgate status --watch`: redraws the status until it is stopped, and waits for a gateway that
+// has stopped.
 
 /// Needs options.terminal. Exit codes: 0; 2 unknown line or device; 4 no gateway answers at the
 /// start.

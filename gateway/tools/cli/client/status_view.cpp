@@ -129,8 +129,8 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// The sort key for advice, worst first: devices that do not answer, then those with the most
-/// failures among their latest exchanges. A cause is thereby printed above its consequences.
+/// The sort key for advice, so that causes come before consequences: devices that do not answer,
+/// then those with the most failures among their latest exchanges.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -153,8 +153,8 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// Returns "3 subscribers". If the topics have different numbers of readers, returns "3 subscribers
-/// of points, 3 of devices, none of events, none of alarms".
+/// "3 subscribers", or "3 subscribers of points, 3 of devices, none of events, none of alarms" if
+/// the topics differ.
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");
@@ -279,8 +279,7 @@ std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
   return text;
 }
 
-/// Returns a bar chart with one row for each doubling of the round trip time, from the shortest to
-/// the longest measured.
+/// Returns a bar chart with one row for each doubling of the measured round trip times.
 std::string Chart(const Json& trips) {
   std::map<int, std::uint64_t> rows;
   for (const Json& bucket : trips.at("histogram")) {
@@ -383,8 +382,8 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
-/// Returns "quiet 5.2 ms, reply 1000 ms (line), …". The source follows a time unless it is the
-/// protocol's default.
+/// "quiet 5.2 ms, reply 1000 ms (line), …". Times other than the protocol's default show their
+/// source.
 std::string TimesText(const Json& times) {
   std::string text;
   for (const Json& time : times) {

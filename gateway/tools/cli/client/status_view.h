@@ -1,5 +1,4 @@
-// Renders the answer to a status request (gateway/outputs/status/status_json.h) as text. LineTable
-// and DeviceTable make the tables; HeadSentence and the functions below it make the sentences.
+// Renders the answer to a status request (gateway/outputs/status/status_json.h) as text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,12 +43,11 @@ std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
 /// Returns "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"; empty: no alarms.
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
 /// Returns all advice, each sentence after its subject: "bay-1: …", "bay-1.feeder-2: …", "master on
-/// PORT: …", "route 20 to line bay-1: …". The advice of other sections follows after their keys:
-/// "audit: …".
+/// PORT: …", "route 20 to line bay-1: …", "audit: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 
-/// Returns the whole status as text. `target` is that of the request: empty, a line, or a device.
-/// Throws a nlohmann exception if a field is missing, because the gateway has another version.
+/// `target`: that of the request; empty, a line, or a device. Throws a nlohmann exception if the
+/// gateway has another version.
 std::string RenderStatus(const nlohmann::ordered_json& status, const std::string& target,
                          const TableView& view);
 

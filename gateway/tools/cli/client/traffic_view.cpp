@@ -70,14 +70,13 @@ std::string Milliseconds(const Json& json, const char* key) {
   return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
 }
 
-/// Returns the number of requests that got no good reply, without those that failed because of the
-/// client.
+/// Returns the number of requests that failed for a reason other than the client.
 std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }
 
-/// `labels`: titles of the counters that have a column. The first four columns are always shown;
-/// others are left out if the view is narrow.
+/// `labels`: titles of the counters. The first four columns are always shown; others only if they
+/// fit.
 std::string RouteTable(const Json& routes, const Json& labels, const TableView& view) {
   constexpr std::size_t kSpare = 6;
   std::vector<TableColumn> columns = {{.title = "units"}, {.title = "route to"}};

@@ -1,6 +1,5 @@
 // Renders Modbus clients, serial masters and transparent routes
-// (gateway/outputs/modbus/service/traffic_json.h) as text for `baudgate status`. ControlLinesText
-// and PortFacts describe the port of a line.
+// (gateway/outputs/modbus/service/traffic_json.h) as text for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,8 +12,7 @@
 
 namespace baudgate::tools {
 
-/// Returns "DTR RTS CTS": the control lines that are on in `modem` of the status. Empty: the port
-/// has none.
+/// Returns the control lines that are on in `modem`: "DTR RTS CTS"; empty: the port has none.
 std::string ControlLinesText(const nlohmann::ordered_json& modem);
 /// Returns labelled facts of a line's status: "lines" and "clients", if there are any.
 std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::ordered_json& line);

@@ -83,8 +83,8 @@ std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catal
   return protocols;
 }
 
-/// Makes one device for each of the protocol's own profiles, with addresses from 1 on. All share
-/// one line, unless the protocol's devices may send unasked: then each has a separate line.
+/// Makes one device for each of the protocol's own profiles, with addresses from 1 on. Devices that
+/// may send unasked get separate lines.
 std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
                                   const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
@@ -106,8 +106,7 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// Makes the configuration with the lines of all protocols that have profiles. A second demo beside
-/// the first gets another gateway name, because the name is the key of its DDS samples.
+/// A second demo beside the first gets another gateway name, the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,
@@ -296,8 +295,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     daemon::Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      // Most likely the port is in use by another demo or by the gateway, so the next port is
-      // tried.
+      // Most likely another gateway uses the port, so the next port is tried.
       const bool page = status.error().starts_with("web:");
       ++(page ? web_offset : offset);
       err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";

@@ -1,5 +1,4 @@
-// `baudgate demo`: starts twins of all shipped device types on ptys and a gateway that polls them,
-// and shows a live table of the readings. Needs no hardware.
+// `baudgate demo`: runs twins of all shipped device types and a gateway, and shows live readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

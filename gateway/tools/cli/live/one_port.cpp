@@ -134,8 +134,7 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// A port that has not opened after this time will not open by itself. A device that has not been
-/// read completely by then is shown with the values read so far.
+/// How long to wait for the port and for the first readings; then the values read so far are shown.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -161,8 +160,8 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   return yaml;
 }
 
-/// True if the device has replied, but a readable point still waits: part of a reply was refused
-/// and is requested in smaller pieces, or the point's turn has not come.
+/// True if the device has replied, but a point still waits: part of a reply was refused and is
+/// requested in smaller pieces, or the point's turn has not come.
 bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   if (record.status.Count(Outcome::ok) == 0) return false;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -188,8 +187,7 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits until the port is open and the device has been read for the first time. The error says why
-/// the port is not open.
+/// Waits until the device has been read once. The error says why the port is not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
@@ -227,8 +225,7 @@ Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   return traffic;
 }
 
-/// Prints the request that got no answer. If bytes were received, prints the advice of the status
-/// instead.
+/// Prints the request that got no answer; if bytes were received, the advice of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
   const Traffic traffic = TrafficOf(socket, err);

@@ -1,5 +1,4 @@
 // `baudgate bridge` and `baudgate read --port`: each runs a temporary gateway for one port.
-// ScratchDirectory is a temporary directory, removed when the command ends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +17,7 @@ namespace baudgate::tools {
 
 class ScratchDirectory {
  public:
-  /// Creates a directory in the temporary directory, readable by this user only. Its name contains
-  /// `command`.
+  /// Creates a temporary directory that only this user may read. Its name contains `command`.
   explicit ScratchDirectory(const std::string& command) {
     const std::string name = "baudgate-" + command + "-XXXXXX";
     std::string form = (std::filesystem::temp_directory_path() / name).string();
@@ -53,8 +51,7 @@ struct BridgeOptions {
 /// loopback; 3 values that a configuration could not contain; 4 it cannot listen.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);
 
-// `baudgate read --port …`: reads a device once, without a configuration file and without a running
-// gateway.
+// `baudgate read --port …`: reads a device once, without a configuration or a running gateway.
 struct ReadPortOptions {
   std::string port;  ///< /dev/…, or tcp://host:port
   std::string profile;

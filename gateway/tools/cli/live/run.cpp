@@ -40,16 +40,16 @@ constexpr auto kLookEvery = 1000ms;
 /// Shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// Returns how often to report to the watchdog: every tenth of WatchdogSec, at most 1 s, so that
-/// systemd misses nine reports before it acts.
+/// The report interval: a tenth of WatchdogSec, at most 1 s. systemd misses nine reports before it
+/// acts.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to the watchdog until a stop signal arrives. A report is sent only if no thread hangs;
-/// if this thread hangs, none is sent either.
+/// Reports to the watchdog until a stop signal arrives, but not while a thread hangs. This thread
+/// reports itself, so its own hang also stops the reports.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -68,8 +68,7 @@ Result<std::string> ReadText(const std::string& file, Kind kind = Kind::regular)
   return *std::move(text);
 }
 
-/// Reads the file for a reload. Unlike a start, a reload refuses a pipe, because it would wait for
-/// the pipe's writer.
+/// Unlike a start, a reload refuses a pipe, because it would wait for the pipe's writer.
 Result<std::string> ReadAgain(const std::string& file) {
   std::error_code gone;
   const auto kind = std::filesystem::status(file, gone).type();
@@ -84,8 +83,8 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
   return all;
 }
 
-/// The configuration to start with: that of the file, or the last confirmed one if the gateway has
-/// rolled the file's configuration back.
+/// The configuration to start with: the file, or the last confirmed one if the file was rolled
+/// back.
 struct Choice {
   config::Loaded loaded;
   daemon::ReloadOptions reload;
@@ -146,8 +145,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
-/// Ends the process when its stop takes longer than kStopWithin, because a file, a disk or a driver
-/// does not answer.
+/// Ends the process if its stop takes longer than kStopWithin.
 class StopGuard {
  public:
   StopGuard()
@@ -167,8 +165,7 @@ class StopGuard {
   Worker worker_;
 };
 
-/// Call this before any thread starts: all threads inherit the blocked signals, so that only this
-/// thread takes them.
+/// Call this before any thread starts, so that all threads inherit the blocked signals.
 sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -228,8 +225,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
-  // The parser of a large file leaves hundreds of megabytes of freed memory behind: return them to
-  // the system.
+  // The parser of a large file leaves hundreds of megabytes of free memory: return them.
   ::malloc_trim(0);
   return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
@@ -291,7 +287,7 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
 }
 
 /// Writes `text` into a memory file that the started program inherits. Returns its path; empty: it
-/// cannot be created, and the program sorts points by name.
+/// cannot be created, and points are sorted by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {

@@ -1,6 +1,5 @@
-// `baudgate run`: runs the daemon in the foreground until SIGTERM or SIGINT. SIGHUP reloads the
-// configuration file; SIGUSR1 and SIGUSR2 are ignored. RunDiscoveryServer and RunWatch run the DDS
-// programs.
+// `baudgate run`: runs the daemon in the foreground until SIGTERM or SIGINT; SIGHUP reloads the
+// file, SIGUSR1 and SIGUSR2 are ignored. RunDiscoveryServer and RunWatch run the DDS programs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,8 +14,8 @@
 
 namespace baudgate::tools {
 
-/// Exit codes: 0 stopped in order; 3 bad configuration; 4 an output could not be opened, or the
-/// stop took too long.
+/// Exit codes: 0 stopped in order; 3 bad configuration; 4 an output cannot be opened, or a slow
+/// stop.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
 /// Runs a gateway with this configuration until SIGTERM or SIGINT. Without `reload` there is no
@@ -24,19 +23,16 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog);
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 
-// `baudgate discovery-server`: introduces DDS participants to each other where multicast does not
-// reach. Needs no DDS library.
+// `baudgate discovery-server`: introduces DDS participants to each other without multicast.
 
 /// Runs until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is no
 /// address; 4 the address cannot be opened.
 int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 
-// `baudgate watch`: replaces this process by baudgate-dds, because this binary links no DDS
-// library.
+// `baudgate watch`: replaces this process by baudgate-dds, because this binary has no DDS library.
 
-/// Does not return on success. `words` are the words behind "watch". The points of installed
-/// profiles are passed on with them (gateway/tools/watch/point_image.h). Returns 4 if baudgate-dds
-/// is missing.
+/// Does not return on success; returns 4 if baudgate-dds is missing. `words`: those behind "watch".
+/// The points of installed profiles are passed on, too (gateway/tools/watch/point_image.h).
 int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,
              std::ostream& err);
 

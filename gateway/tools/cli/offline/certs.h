@@ -14,8 +14,8 @@
 
 namespace baudgate::tools {
 
-/// Checks the DDS Security files and adds to `problems`. Returns a text for the summary:
-/// "CN=baudgate, until 2031-11-21"; empty: DDS is off or runs without security.
+/// Adds problems of the DDS Security files. Returns "CN=baudgate, until 2031-11-21" for the
+/// summary; empty: DDS is off or runs without security.
 std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                              std::vector<config::Problem>& problems);
 

@@ -20,8 +20,8 @@
 namespace baudgate::tools {
 namespace {
 
-/// Returns a warning if this configuration is on trial, or if the gateway has rolled it back
-/// (docs/reload.md). Empty: neither, or this user may not read the state folder.
+/// Returns a warning if this configuration is on trial or was rolled back (docs/reload.md). Empty:
+/// neither, or this user may not read the state folder.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(records::StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);

@@ -1,5 +1,4 @@
-// `baudgate check`: reads a configuration and prints its problems, or a summary of what it
-// configures.
+// `baudgate check`: prints the problems of a configuration, or what it configures.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +17,7 @@ namespace baudgate::tools {
 int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err, bool json);
 
-/// Prints problems, one on each line. Every command that loads a configuration or a profile uses
-/// it.
+/// Prints problems, one on each line.
 void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err);
 
 }  // namespace baudgate::tools

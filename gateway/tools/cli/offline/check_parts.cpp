@@ -47,8 +47,7 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// Prints the records that meters store themselves and the gateway reads back: "load profiles of
-/// meters.m1 (1, 2), meters.m2 (1)".
+/// Prints "load profiles of meters.m1 (1, 2), meters.m2 (1)": records that meters store themselves.
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -111,8 +110,7 @@ std::string Listed(const std::vector<std::string>& all) {
   return text;
 }
 
-/// Lists all points with rules first, because each of them should be seen, and then some of the
-/// others.
+/// Lists all points with rules, and then some of the others.
 std::string ListedWithRules(const std::vector<std::string>& ruled,
                             const std::vector<std::string>& plain) {
   std::string text;

@@ -1,5 +1,4 @@
-// The parts of `baudgate check`: PrintEvents, PrintWrites, PrintWeb, PrintRouteTable and
-// PrintListener print one part each.
+// Prints the parts of `baudgate check`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -64,8 +63,8 @@ struct UnitRow {
   std::string deadline;  ///< "2.5s"; empty: the target has no deadline
 };
 
-/// Returns rows in this order: devices by unit, routes as configured (only with the units that they
-/// really get), the gateway itself, all other units.
+/// Returns devices by unit, routes as configured (only with the units that they really get), the
+/// gateway itself, all other units.
 std::vector<UnitRow> UnitRows(const config::Config& config);
 
 void PrintRouteTable(const config::Config& config, std::ostream& out);

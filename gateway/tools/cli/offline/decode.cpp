@@ -102,8 +102,8 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// Makes the decoder of a traced device. The error names the wrong protocol, profile or option.
-/// `catalog` must stay valid for the lifetime of the decoder.
+/// The error names the wrong protocol, profile or option. `catalog` must stay valid for the
+/// lifetime of the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
   // A decoder takes the address from each request; this address only has to be valid.
@@ -174,8 +174,8 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
-/// line applies to all devices instead.
+/// Makes a decoder for each device in the capture's head. A protocol or profile of the command line
+/// replaces those of the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -208,8 +208,7 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// Returns the decoder of the device that sends unasked; null: there is none, or its decoder
-  /// cannot be made.
+  /// The decoder of the device that sends unasked; null: none, or it cannot be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -222,8 +221,7 @@ class TracedDecoders {
   }
 
  private:
-  /// Returns the protocol for devices that the head does not list. These are slaves that only
-  /// routes reach, and they use the protocol of their line.
+  /// Slaves that only routes reach are not in the head, but use the protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;

@@ -1,7 +1,6 @@
-// `baudgate decode`: decodes captured exchanges with the same rules and codecs as the daemon. Reads
-// lines "> hex" (request) and "< hex" (a reply, or a part of it), and the formats of `baudgate
-// trace` and the flight recorder. All other lines are comments. DecodersOf makes the decoders for
-// `trace`.
+// `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. Reads
+// lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
+// and the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,9 +16,9 @@
 
 namespace baudgate::tools {
 
-/// Makes decoders from the head of a trace. `head`: comment lines of the gateway
-/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that
-/// this machine lacks.
+/// Makes decoders from the head of a trace, which consists of comment lines
+/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that is
+/// missing here.
 diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
                                const config::Catalog& catalog);
 
@@ -35,9 +34,8 @@ struct DecodeOptions {
   std::size_t width = 0;  ///< of prose, in characters per line; 0: no limit
 };
 
-/// Prints each exchange: outcome, reason and values; of a trace also time and device. Exit codes: 0
-/// done, whatever the outcomes; 2 an input line is no hex, or no protocol is given; 3 unknown
-/// protocol, profile or option.
+/// Exit codes: 0 done, whatever the outcomes; 2 an input line is no hex, or no protocol is given; 3
+/// unknown protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

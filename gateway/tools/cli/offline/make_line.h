@@ -1,5 +1,4 @@
-// MakeLine makes a line with devices from a few words of the command line, checked like a
-// configuration file. For `simulate`, `decode` and `demo`.
+// MakeLine makes a line from words of the command line, checked like a configuration file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -261,8 +261,7 @@ std::string Identifier(const std::string& device, const std::string& point) {
   return name.front() >= '0' && name.front() <= '9' ? "_" + name : name;
 }
 
-/// Returns the IEC type of the place. A value in a register takes a whole word, so a boolean there
-/// is a WORD.
+/// Returns the IEC type of the place. A register is a word, so a boolean in it is a WORD.
 std::string TypeAt(const config::Point& point, const MapPlace& place) {
   if (place.bit) return "BOOL";
   if (point.type == config::Type::boolean) return "WORD";

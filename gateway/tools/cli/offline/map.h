@@ -1,5 +1,4 @@
-// `baudgate map`: prints the place of every point of a configuration on Modbus and DDS, for PLC
-// programmers. PlaceOf finds a point on Modbus, and PrintStructuredText writes a PLC program.
+// `baudgate map`: prints the place of every point on Modbus and DDS, for PLC programmers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,9 +31,8 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
            std::ostream& out, std::ostream& err);
 
 /// `baudgate map --format st`: prints the points as global variables in Structured Text (IEC
-/// 61131-3). The registers and bits of all units follow each other in the PLC's inputs; writable
-/// points follow each other in its outputs. Comments tell which registers the PLC has to copy
-/// where.
+/// 61131-3). Registers and bits of all units follow each other in the PLC's inputs, writable points
+/// in its outputs. Comments tell which registers the PLC has to copy where.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 
 }  // namespace baudgate::tools

@@ -19,9 +19,8 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Returns the separator that a line "sep=;" names, or '\0' if the first line is no such line.
-/// Excel reads this line, and other programs write it for Excel. Removes the line's text but keeps
-/// its line end, so that line numbers stay right.
+/// Returns the separator of a first line "sep=;", which Excel reads, or '\0' without one. Removes
+/// the line's text but keeps its end, so that line numbers stay right.
 char TakeNamedSeparator(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   std::string_view line = text.substr(0, end);

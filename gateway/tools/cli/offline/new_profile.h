@@ -1,6 +1,4 @@
-// `baudgate profiles --new FROM.csv`: makes a profile from a device's register list. ReadCsv reads
-// the spreadsheet's table, the functions below it interpret its words, and ListedExample converts
-// an example value for the twin.
+// `baudgate profiles --new FROM.csv`: makes a profile from a device's register list.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +15,8 @@
 
 namespace baudgate::tools {
 
-// A table that a spreadsheet has exported: cells are separated by commas, semicolons or tabs, and a
-// cell that contains a separator is quoted.
+// A row of an exported spreadsheet: cells are separated by commas, semicolons or tabs, and quoted
+// if they contain a separator.
 struct CsvRow {
   int line = 0;  ///< line number in the file, from 1 on
   std::vector<std::string> cells;
@@ -29,8 +27,8 @@ struct CsvTable {
   std::vector<CsvRow> rows;  ///< without empty rows; the first row is the header
 };
 
-/// Parses a table. The separator is the character that a first line "sep=;" names (written for
-/// Excel), else the one that the first row contains most often. Blanks around cells are dropped.
+/// The separator is that of a first line "sep=;" (Excel), else the most frequent one of the first
+/// row. Blanks around cells are dropped.
 CsvTable ReadCsv(std::string_view text);
 
 enum class ListColumn {
@@ -74,9 +72,8 @@ bool IsTimeForm(std::string_view form);
 /// Parses "0.1", "0,1" and "1E-05".
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// Converts an example to the raw value for `simulate:` in YAML: "230,4" with a scale of 0.1 →
-/// "2304"; "2026-11-27" with the form DATE → 1795737600. `form`: the type of the registers. The
-/// error tells why the registers cannot contain the value.
+/// Returns the raw value for `simulate:` in YAML: "230,4" with a scale of 0.1 → "2304",
+/// "2026-11-27" with the form DATE → 1795737600. `form`: the type of the registers.
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
@@ -87,8 +84,8 @@ struct NewProfileOptions {
   std::string title{};            ///< the profile's `device:`; empty: the file's name
 };
 
-/// Prints the profile on `out` only if the list has no errors. Exit codes: 0 done; 2 `first` is
-/// missing; 3 the list has errors, all printed on `err`; 4 the list cannot be read.
+/// Prints the profile only if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3
+/// the list has errors (on `err`); 4 it cannot be read.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

@@ -350,8 +350,8 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// Checks the file as a profile of the protocol that its folder is named after, else of the
-/// protocol that finds the fewest errors.
+/// Checks the file as a profile of its folder's protocol, else of the protocol with the fewest
+/// errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -1,6 +1,5 @@
-// `baudgate profiles [NAME]`: lists the installed device profiles, or every point of one profile
-// with its register, table, type and unit. RunProtocols is `baudgate protocols`, and
-// RunCheckProfile is `baudgate profiles --check`.
+// `baudgate profiles` lists device profiles or the points of one profile; `baudgate profiles
+// --check` checks a file, and `baudgate protocols` lists protocols.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,18 +21,15 @@ inline std::string TypeText(const config::Point& point) {
   return text;
 }
 
-// `baudgate protocols [NAME]`: lists the installed protocols, or the options and decoders of one
-// protocol.
-
 /// An empty name lists all protocols. Exit codes: 0 done; 2 unknown protocol.
 int RunProtocols(const std::string& name, bool json, const config::Catalog& catalog,
                  std::ostream& out, std::ostream& err);
 
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
-/// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. `width` of tables, in characters
-/// per line; 0: no limit. Exit codes: 0 done; 2 unknown profile, or several profiles of this name;
-/// 3 the profile has errors, which are printed on `err`.
+/// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. `width` of tables, in characters;
+/// 0: no limit. Exit codes: 0 done; 2 unknown profile, or several of this name; 3 the profile has
+/// errors.
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width = 0);
 

@@ -22,9 +22,8 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// Finds points whose registers overlap, because a type or a number in the list is wrong. Adds an
-/// error for a partial overlap, and a warning for two points with the same registers. `file`: the
-/// list's name in messages.
+/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
+/// equal registers. `file`: the list's name in messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -136,8 +135,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// Returns table and address of a number in the 40001 notation. Numbers beyond five digits have
-/// six.
+/// Returns table and address of a number in the 40001 notation, with five or six digits.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -210,8 +208,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// Returns false and adds an error if a row has more cells than the header: a cell contains a
-  /// separator but is not quoted.
+  /// Returns false and adds an error if a row has more cells than the header, because a separator
+  /// in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -382,8 +380,7 @@ class ListReader {
     }
   }
 
-  /// Reads the order. Lists often give an order in every row, but single registers have none and
-  /// ignore it.
+  /// Ignores the order of single registers, because lists often give an order in every row.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
@@ -424,8 +421,7 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// Returns the type of the value. A scaled value needs a float that holds all digits of the raw
-  /// number.
+  /// A scaled value needs a float that holds all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;

@@ -1,5 +1,5 @@
-// Reads a device's register list from its manual, typed into a spreadsheet with one row for each
-// value. Its rows become the points of a profile (new_profile.h).
+// Reads a device's register list: a spreadsheet with one row for each value. Its rows become the
+// points of a profile (new_profile.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,8 +12,7 @@
 
 namespace baudgate::tools {
 
-/// The number that the list uses for the first holding register. Manuals differ, and no list
-/// contains this number.
+/// The number of the first holding register in the list. Manuals differ, and no list contains it.
 enum class FirstRegister : std::uint8_t {
   zero,     ///< 0, as on the wire
   one,      ///< 1
@@ -41,13 +40,12 @@ struct RegisterList {
   std::vector<ListedPoint> points;
   std::vector<std::string> errors;    ///< "list.csv:3: …"; no profile is made if there are any
   std::vector<std::string> warnings;  ///< "list.csv:3: …"
-  /// The range of plain register numbers in the list, "40001…40051", if `first` is needed for them
-  /// but was not given.
+  /// The range of the plain register numbers, "40001…40051", if `first` is needed but was not
+  /// given.
   std::string numbers;
 };
 
-/// `file`: its name in messages. `table`: "holding" or "input", for numbers that do not show their
-/// table.
+/// `file`: name in messages. `table`: "holding" or "input", for numbers that do not show it.
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
 

@@ -1,5 +1,4 @@
-// `baudgate simulate`: runs a device twin from a profile on a pty with a link at a chosen path, or
-// the twins of all lines of a configuration.
+// `baudgate simulate`: runs a device twin on a pty, or the twins of a whole configuration.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,8 +16,7 @@ namespace baudgate::tools {
 
 struct SimulateOptions {
   std::string profile;
-  /// The protocol; empty: the protocol that has this profile. modbus_ascii uses the profiles of
-  /// modbus_rtu.
+  /// The protocol; empty: the one with this profile. modbus_ascii uses the profiles of modbus_rtu.
   std::string protocol{};
   std::string address;
   std::string pty;     ///< path of the link to the pty
@@ -39,14 +37,13 @@ struct SimulateConfigOptions {
   std::optional<EventSchedule> events{};
 };
 
-/// Runs until SIGTERM or SIGINT. Without `write` the ports are made at the paths in the
-/// configuration. Exit codes: 0 stopped; 3 bad configuration; 4 a port or the file cannot be
-/// written.
+/// Runs until SIGTERM or SIGINT. Without `write` the ports have the paths of the configuration.
+/// Exit codes: 0 stopped; 3 bad configuration; 4 a port or the file cannot be written.
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err);
 
-/// Runs until SIGTERM or SIGINT, then prints how often each fault occurred and how many events
-/// there were. Exit codes: 0 stopped; 3 unknown profile, invalid address or option; 4 no pty.
+/// Runs until SIGTERM or SIGINT, then prints the counts of faults and events. Exit codes: 0
+/// stopped; 3 unknown profile, invalid address or option; 4 no pty.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

@@ -29,8 +29,7 @@ namespace fs = std::filesystem;
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
-/// Reads the first line of a file and makes it printable, because a device's texts may contain any
-/// bytes.
+/// Makes the first line of a file printable: a device's texts may contain any bytes.
 std::string ReadText(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -80,8 +79,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for links named after the place where the adapter is plugged in. Links named after the
-/// serial number are not unique if two adapters have the same number.
+/// True for links by the place of the adapter. Links by serial number are not unique if two
+/// adapters have the same number.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -162,8 +161,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// Returns the groups of this process. A user who has joined another group has to log in again
-/// before it counts.
+/// A user who has joined another group has to log in again before these groups contain it.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());

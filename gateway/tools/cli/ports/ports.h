@@ -1,6 +1,5 @@
 // `baudgate ports`: lists the serial ports of this machine, their names for a configuration, the
-// processes that use them, and what prevents the gateway from using them. FindPorts finds the
-// ports, and HowToMend returns the command that gives a user access.
+// processes that use them, and what prevents the gateway from using them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +15,8 @@
 
 namespace baudgate::tools {
 
-// A serial port, described from /sys and the links in /dev. The port is not opened, because opening
-// it would switch DTR and RTS.
+// A serial port as /sys and the links in /dev describe it. It is not opened: that would switch DTR
+// and RTS.
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
   std::string driver;  ///< "ftdi_sio"; empty: unknown
@@ -29,8 +28,7 @@ struct FoundPort {
   std::string model;
   std::string serial;
   std::string interface;  ///< "00"; each port of an adapter with several ports has another number
-  /// Paths that stay the same after a restart, best first. If two adapters have the same serial
-  /// number, only paths named after the place.
+  /// Stable paths, best first; only paths by place if two adapters have the same serial number.
   std::vector<std::string> links;
   bool twin = false;              ///< another adapter has the same serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes
@@ -39,12 +37,11 @@ struct FoundPort {
   bool is_usb() const { return !vendor.empty(); }
 };
 
-/// Returns the ports sorted by name, without ports of a board that have no hardware. `root`: "/",
-/// or a tree with sys/class/tty and dev.
+/// Returns the ports sorted by name, without ports that have no hardware. `root`: "/", or a tree
+/// with sys/class/tty and dev.
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
-/// Returns the port that a configured path leads to: "ttyUSB0" for "/dev/serial/by-id/usb-…";
-/// empty: none.
+/// Returns "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the path leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
 /// The device file of a port: /dev/ttyUSB0 root:dialout 0660.

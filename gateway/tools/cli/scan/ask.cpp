@@ -35,8 +35,8 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Parses hex, or takes the text as it is if it begins with punctuation, as text telegrams of all
-/// protocols do.
+/// Parses hex. Text that begins with punctuation, as text telegrams of all protocols do, stays as
+/// it is.
 Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
   const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;

@@ -1,5 +1,5 @@
-// `baudgate ask`: sends one telegram to a free port, or through the running gateway when the line's
-// queue allows it, and prints the reply as bytes and decoded.
+// `baudgate ask`: sends one telegram to a free port or through the running gateway's queue, and
+// prints the reply as bytes and decoded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +25,8 @@ struct AskOptions {
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 a reply came; 1 no reply; 2 invalid telegram, or it may write and `write` is not
-/// set; 4 no port or no gateway.
+/// Exit codes: 0 a reply came; 1 no reply; 2 invalid telegram, or it may write without `write`; 4
+/// no port or no gateway.
 int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostream& out,
            std::ostream& err);
 

@@ -168,8 +168,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // Protocols with `never_at` come last, because they must not ask devices that another protocol
-  // has found: their question would be a write there.
+  // Protocols with `never_at` come last: for devices of that protocol their question would be a
+  // write.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;
@@ -187,8 +187,7 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
   return names;
 }
 
-/// Checks before the scan that its result can be written, so that an existing file does not make
-/// the result worthless.
+/// Checks before the scan that its result can be written.
 bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
   if (options.config.empty()) return true;
   const auto folder = std::filesystem::absolute(options.config).parent_path();

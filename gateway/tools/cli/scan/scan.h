@@ -1,6 +1,5 @@
 // `baudgate scan`: finds the devices on a bus, their serial settings, addresses and profiles. It
-// only sends reads, which each protocol lists (protocols/scanning.h). ScanView is the user
-// interface.
+// sends only the reads that each protocol lists (protocols/scanning.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,8 +34,8 @@ struct ScanOptions {
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// The user interface of `baudgate scan`: a progress line that is redrawn, the question whether to
-// send on a line with traffic, and the found devices as a table or JSON lines.
+// The user interface of `baudgate scan`: a progress line, the question whether to send on a line
+// with traffic, and the found devices as a table or JSON lines.
 class ScanView final : public scan::Watcher {
  public:
   /// All references must stay valid for the lifetime of this object. `alive` is called repeatedly

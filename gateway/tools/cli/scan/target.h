@@ -1,5 +1,4 @@
 // The target of `baudgate scan` and `baudgate ask`: a port, or a line of the running gateway.
-// LineLoan borrows the line's port, and PortWire sends on a port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,16 +17,14 @@
 
 namespace baudgate::tools {
 
-/// True for a path with '/' or tcp://. Every other target is a line, because line names contain no
-/// '/'.
+/// True for a path with '/' or tcp://. Every other target is a line: line names contain no '/'.
 bool IsPort(const std::string& target);
 
-/// Returns an error if the target can be neither a port nor a line, with the correct form of a
-/// port.
+/// Fails if the target can be neither, with the correct form of a port.
 Status CheckTarget(const std::string& target);
 
-// A line of a running gateway whose port is lent to this program. The gateway closes the port and
-// takes it back when the loan ends, or some time after this program has died.
+// A line of a running gateway whose port is lent to this program. The gateway takes the port back
+// when the loan ends, or some time after this program has died.
 class LineLoan {
  public:
   /// Null: the loan failed, `code` is the exit code, and the reason was printed on `err`. `socket`
@@ -39,7 +36,7 @@ class LineLoan {
   LineLoan& operator=(const LineLoan&) = delete;
 
   const std::string& port() const { return port_; }
-  /// Extends the loan. Must be called repeatedly.
+  /// Extends the loan. Must be called repeatedly: a loan ends after two minutes.
   void Renew(Instant now);
 
  private:

@@ -26,8 +26,7 @@ using Json = tools::ControlClient::Json;
 /// The exit code when file or device are not as required, or differ.
 constexpr int kDiffers = 3;
 
-/// Longer than the deadline of any write, so that the gateway reports the result before this
-/// program gives up.
+/// Longer than the deadline of any write, so that the gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
 /// Reads the file and the device's settings, and checks that they fit. Returns the exit code, or 0.
@@ -195,8 +194,7 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
   return comparison.same() ? 0 : kDiffers;
 }
 
-// `baudgate settings restore`: shows what would be written, checks whether it may be, and then
-// writes row by row. Each row ends with one word for its result.
+// `baudgate settings restore`: shows and checks what would be written, then writes row by row.
 
 namespace {
 
@@ -208,8 +206,7 @@ using Plan = std::vector<Difference>;
 /// The reason why a point may not be written, by point.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns the settings to write. Fails if the file has no number for a setting whose value in the
-/// device is a number.
+/// Fails if the file has no number for a setting that is a number in the device.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -284,8 +281,7 @@ class Restore {
     return true;
   }
 
-  /// Waits for rows that were not read back yet, and reports rows that have changed since they were
-  /// read back.
+  /// Waits for rows that were not read back yet, and reports rows that have changed since.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;

@@ -1,6 +1,5 @@
-// `baudgate settings dump | compare | restore`: writes the settings of a relay into a file,
-// compares the file with the relay, and writes the file's values back. docs/settings.md is the
-// user's manual. PointWriter writes one point of `restore`.
+// `baudgate settings dump | compare | restore`: writes a relay's settings into a file, compares the
+// file with the relay, and writes the file's values back; see docs/settings.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,8 +14,7 @@
 
 namespace baudgate::settings {
 
-// The result of a write by `baudgate settings restore`. These writes pass the same checks as all
-// others: permission, limits, queue, audit.
+// The result of a write. It passes the same checks as others: permission, limits, queue, audit.
 struct WriteReport {
   std::string end;     ///< name of the WriteEnd: "ok", "refused", …; "unknown" without an answer
   std::string reason;  ///< one sentence; empty when ok
@@ -30,8 +28,7 @@ class PointWriter {
   virtual ~PointWriter() = default;
   /// `point`: LINE.DEVICE.POINT; `value` in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Returns in one sentence why the write would be denied now; empty: it would be allowed. Writes
-  /// nothing.
+  /// Returns why the write would be denied now; empty: it would be allowed. Writes nothing.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 

@@ -1,5 +1,4 @@
-// `Sheet` contains the settings of one device at one time, from the running gateway or from a file.
-// Compare compares a file with the device.
+// `Sheet` contains a device's settings at one time, from the running gateway or from a file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -46,16 +45,15 @@ struct Sheet {
   std::optional<Duration> oldest() const;
 };
 
-/// Reads the settings of LINE.DEVICE from the gateway. Returns the exit code: 0, or a failure that
-/// was printed on `err`.
+/// Reads the settings of LINE.DEVICE. Returns the exit code; a failure is printed on `err`.
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet, std::ostream& err);
 
 /// ReadSheet reads both formats, because JSON is a subset of YAML.
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
-/// Reads a file that `settings dump` has written, and that a person may have edited. The error has
-/// one line for each problem: "file:line:column: error: …".
+/// Reads a file of `settings dump`, maybe edited. The error has one line for each problem:
+/// "file:line:column: error: …".
 Result<Sheet> ReadSheet(const std::string& path);
 
 /// A setting whose value in the file differs from its value in the device.
@@ -66,8 +64,7 @@ struct Difference {
 
 struct Comparison {
   std::vector<Difference> different;  ///< in the order of the file
-  /// One sentence for each setting that could not be compared, because one side lacks it or its
-  /// value is unknown.
+  /// One sentence for each setting that one side lacks, or whose value is unknown on one side.
   std::vector<std::string> open;
   /// Number of `open` settings of the file whose value in the device is unknown now.
   std::size_t unread = 0;
@@ -75,15 +72,14 @@ struct Comparison {
   bool same() const { return different.empty() && open.empty(); }
 };
 
-/// Checks that the file can be of this device: same profile, same designation, same items in the
-/// same units. The error contains the place in the file.
+/// Checks profile, designation, items and units. The error contains the place in the file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
 /// Both sheets must stay valid for the lifetime of the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// True if both texts are the same number: "0.90" is 0.9, but 12345678 is not 12345679.
-/// `resolution`: see Setting::resolution.
+/// True for "0.90" and "0.9", but not for "12345678" and "12345679". `resolution`: see
+/// Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings
