@@ -3,7 +3,7 @@
 //   Talk talk(DconProtocol(), device);
 //   talk.Ask(Poll(0))                           → Request "#01\r"
 //   talk.Reply(Poll(0), ToBytes(">+05.880\r"))  → Answer {ok, readings {0: 5.88}}
-//   talk.Run(Write(0, true), twin)              both, to the end of the task; the twin answers
+//   talk.Run(Write(0, true), twin)              requests and replies until the task ends
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

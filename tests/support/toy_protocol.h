@@ -4,7 +4,7 @@
 //                                                 again, U read untagged, O open, C close, W write,
 //                                                 P probe, Q write without a reply
 //   reply     ! ADDRESS NUMBER [=VALUE | ~WORD] * SUM CR      SUM: sum of the bytes before '*'
-//   untagged  ! =VALUE * SUM CR                   as DCON: nothing tells whose answer it is
+//   untagged  ! =VALUE * SUM CR                   as in DCON: the reply contains no address
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

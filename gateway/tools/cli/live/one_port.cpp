@@ -187,7 +187,7 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits until the device has been read once. The error says why the port is not open.
+/// Waits until the device has been read once. The error is the reason why the port is not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {

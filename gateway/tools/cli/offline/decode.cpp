@@ -52,7 +52,7 @@ diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
           .last = true};
 }
 
-/// The error says what is wrong with the line.
+/// Adds a line of the input to `captures`. The error describes what is wrong with the line.
 Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
   const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();

@@ -206,7 +206,8 @@ using Plan = std::vector<Difference>;
 /// The reason why a point may not be written, by point.
 using Denials = std::map<std::string, std::string>;
 
-/// Fails if the file has no number for a setting that is a number in the device.
+/// Returns the settings to write. Fails if the file has no number for a setting that is a number in
+/// the device.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
