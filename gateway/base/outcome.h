@@ -19,7 +19,7 @@ enum class Outcome : std::uint8_t {
   unexpected = 5,   ///< a valid frame, but of another address or shape
   busy = 6,         ///< the device asks to be asked later
   refused = 7,      ///< the device understood the request and refuses it
-  unsupported = 8,  ///< the device does not know what was asked
+  unsupported = 8,  ///< the device does not support the request
   line_down = 9,    ///< the port is closed or lost
 };
 

@@ -38,7 +38,7 @@ enum class Reason : std::uint8_t {
   not_fitted = 5,  ///< the device has no such channel or value
   not_ready = 6,   ///< the device cannot give the value yet, or not now
   device_fault = 7,
-  other_module = 8,  ///< the device is not what its profile says
+  other_module = 8,  ///< the device is not the device of its profile
   swapped = 9,       ///< another device answers in its place
   password_refused = 10,
   no_permission = 11,

@@ -46,8 +46,8 @@ class WorkThread {
  private:
   friend class Worker;
   struct State;
-  const std::shared_ptr<State>
-      state_;  // shared with the thread, which may live longer than this object
+  // shared with the thread, which may live longer than this object
+  const std::shared_ptr<State> state_;
 };
 
 class Worker {

@@ -49,8 +49,8 @@ class OpenFiles {
     void operator()(DIR* folder) const { ::closedir(folder); }
   };
   Mutex mutex_;
-  std::unique_ptr<DIR, Closer> folder_
-      BAUDGATE_GUARDED_BY(mutex_);  // /proc/self/fd, opened at the start; null: it cannot be read
+  // /proc/self/fd, opened at the start; null: it cannot be read
+  std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::daemon

@@ -31,7 +31,7 @@ namespace baudgate::daemon {
 
 class Reloader;
 
-/// What an output may use. All targets outlive the output.
+/// The parts of the gateway that an output may use. They outlive the output.
 struct OutputLinks {
   const config::Config& config;  ///< the configuration of the start
   const config::Catalog& catalog;

@@ -39,8 +39,8 @@ struct LoadedText {
 struct ReloadOptions {
   std::string file;
   std::function<Result<std::string>()> read;  ///< reads the current text of the file
-  std::function<LoadedText(const std::string& text)>
-      load;  ///< paths in the text are relative to the file
+  /// paths in the text are relative to the file
+  std::function<LoadedText(const std::string& text)> load;
   std::function<void(const std::string& state)> notify;  ///< as sd_notify
   std::function<std::string()> summary;                  ///< describes what runs, for READY=1
   /// Returns a text without its secrets, or an error if they cannot be found.
@@ -156,7 +156,8 @@ class Reloader final : public control::ReloadService {
   /// A configuration before it is applied. If it is destroyed without a call of `apply`, nothing
   /// has changed.
   struct Prepared {
-    /// What cannot be opened: "listener 0.0.0.0:502: address already in use; …".
+    /// The ports and files that cannot be opened: "listener 0.0.0.0:502: address already in use;
+    /// …".
     std::vector<std::string> troubles;
     /// Applies the configuration even if a part fails; such a part follows as soon as it can.
     /// Returns the failed parts.

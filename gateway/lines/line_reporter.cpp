@@ -21,8 +21,8 @@ void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bu
     const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    if (device < bus::kFirstSlave)
-      store_.Read(device, take);  // slaves of routes are not in the store
+    // slaves of routes are not in the store
+    if (device < bus::kFirstSlave) store_.Read(device, take);
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
 }

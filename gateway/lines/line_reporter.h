@@ -103,8 +103,8 @@ class PortDisplay {
   void OnOpened(const std::string& text, Now now);
   struct Down {
     bool first = false;  ///< the first failure for this reason since the port worked
-    bool silent =
-        false;  ///< closed by this gateway, because no device behind the port has answered
+    /// closed by this gateway, because no device behind the port has answered
+    bool silent = false;
   };
   void OnDown(const std::string& reason, Down down, Now now);
   /// Shows that a user has asked for a release, and the current write must end first. The epoch as

@@ -38,13 +38,13 @@ namespace baudgate::lines {
 /// never go back.
 class LineParts {
  public:
-  /// What a line needs from the gateway.
+  /// The parts of the gateway that a line uses.
   struct Links {
     records::LineRecorder::Sink recordings{};
     records::DeviceMemory* memory =
         nullptr;  ///< null: what conversations learn is lost at the end of the program
-    bus::EventSink* events =
-        nullptr;  ///< null: events are dropped, so no device is asked for events twice
+    /// null: events are dropped, so no device is asked for events twice
+    bus::EventSink* events = nullptr;
     LoanRecords loans{};
     std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
   };
@@ -191,8 +191,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Arm();
 
   asio::io_context& io_;
-  const std::shared_ptr<const config::Line>
-      config_;  // the line as it was started: all parts refer to it
+  // the line as it was started: all parts refer to it
+  const std::shared_ptr<const config::Line> config_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
   transports::PortKeeper keeper_;   // opens the port again while it is down
@@ -202,8 +202,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   asio::steady_timer offer_end_;
   bus::CommandRoom queued_{
       bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
-  std::atomic<std::size_t> routed_ =
-      0;  // the number of routed requests that were submitted and not answered yet
+  // the number of routed requests that were submitted and not answered yet
+  std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;

@@ -77,8 +77,8 @@ class LoopWatch {
     std::string name;
     std::optional<std::uint32_t> line;
     Ask ask;
-    std::shared_ptr<std::atomic<bool>>
-        answered;  // shared with the loop, which may live longer than this object
+    // shared with the loop, which may live longer than this object
+    std::shared_ptr<std::atomic<bool>> answered;
     WallTime asked{};
     int missed = 0;
   };
@@ -176,8 +176,8 @@ class Lines {
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  std::optional<bool> clock_right_
-      BAUDGATE_GUARDED_BY(clock_mutex_);  // as last reported to the lines
+  // as last reported to the lines
+  std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 
 // Passes requests of outputs to their line: writes, loans of its port, use of a device, its trace.
@@ -208,9 +208,10 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   const Lines& lines_;
 };
 
-// What a user has set at a running line by `release`, `disable` or `enable`. A reload that restarts
-// the line sets it again: if a loan ended with the old line, two masters would be on the bus. A
-// network client, however, loses its connection with the old line, and polling continues.
+// Settings that a user has made at a running line by `release`, `disable` or `enable`. A reload
+// that restarts the line makes them again: if a loan ended with the old line, two masters would be
+// on the bus. A network client, however, loses its connection with the old line, and polling
+// continues.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
 //   bay-1 is restarted: lent until 12:00, a disabled

@@ -124,7 +124,7 @@ void PortLoan::HandOver(Now now) {
   if (user_ != nullptr) ShowVisit(now);
 }
 
-/// Forgets the client that wants or has the port. True: the client had the port.
+/// Forgets the client that asks for the port or has it. True: the client had the port.
 bool PortLoan::Part() {
   user_ = nullptr;
   const bool held = state_ == State::held;

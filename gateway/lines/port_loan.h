@@ -23,7 +23,7 @@
 
 namespace baudgate::lines {
 
-/// Where loans are recorded.
+/// The log of loans.
 struct LoanRecords {
   audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
   bool required = false;           ///< refuse a loan that cannot be recorded
@@ -87,7 +87,7 @@ class PortLoan final : public serial_server::PortOwner {
   void TakeBack(const std::string& why, Now now);
   /// True if a client has the port, or the line is still silent after a loan.
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
-  /// Returns a sentence with the client that wants or has the port; empty: there is none.
+  /// Returns a sentence with the client that asks for the port or has it; empty: there is none.
   std::optional<std::string> InUse() const;
   /// To be called after every input of the line. True: the line must start nothing, because a
   /// client waits for the port.
@@ -114,11 +114,11 @@ class PortLoan final : public serial_server::PortOwner {
   bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
-  const std::uint32_t
-      number_;  // in the store, which no longer lists a line that a reload has ended
+  // in the store, which no longer lists a line that a reload has ended
+  const std::uint32_t number_;
   Line& line_;
   State state_ = State::free;
-  serial_server::PortUser* user_ = nullptr;  // wants the port, or has it
+  serial_server::PortUser* user_ = nullptr;  // the server that asks for the port, or has it
   serial_server::Visit visit_;
   Instant wanted_at_{};
   Instant until_{};

@@ -170,8 +170,8 @@ class RestingConnection {
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
-    if (asks_ && IsSameEnd())
-      ended_by_.clear();  // the request is answered, so the earlier end had another cause
+    // the request is answered, so the earlier end had another cause
+    if (asks_ && IsSameEnd()) ended_by_.clear();
     asks_ = false;
     unanswered_ = 0;
   }

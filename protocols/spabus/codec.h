@@ -83,7 +83,7 @@ Command WriteOf(unsigned slave, const Address& address, std::string data);
 /// Returns the whole frame with its CR. `wildcard`: XX in place of the checksum.
 Bytes Encode(const Command& command, bool wildcard);
 
-/// What a slave reads from a frame between `>` and CR.
+/// The content of a frame between `>` and CR, as a slave reads it.
 struct ReceivedRequest {
   std::optional<unsigned> slave;   ///< empty: the frame has no slave number
   bool intact = false;             ///< the checksum is right, or is XX

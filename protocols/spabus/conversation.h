@@ -133,7 +133,7 @@ class RelayIdentity {
   DeviceTrouble trouble_;
 };
 
-/// What the devices of a line share.
+/// The state that the devices of a line share.
 struct SpaBus final : Bus {
   ContinuationChecksum checksum;
   ClockMessages clock;

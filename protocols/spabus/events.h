@@ -21,8 +21,8 @@
 namespace baudgate::protocols::spabus {
 
 /// Events that every relay has, independent of its masks.
-inline constexpr std::uint32_t kRestarted =
-    50;  ///< the relay's clock starts again, its register is empty
+/// the relay's clock starts again, its register is empty
+inline constexpr std::uint32_t kRestarted = 50;
 inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event are lost
 
 /// True for L and B.

@@ -29,7 +29,7 @@ constexpr TimingRule kTiming = {
     .drain = {.least = 100ms, .characters = 40},
     .longest = kMaxReply,
     .gaps = 0,
-    // Sixteen lines take 4.3 s at 9600 bit/s. On slow lines a device must not block the others for
+    // Sixteen lines take 4.3 s at 9600 bit/s. A slow device must not block other devices for
     // minutes, so the limit is ten seconds, or the time of two whole lines if this is longer.
     .longest_time = {.least = 10s, .characters = 2 * (kMaxLine + 2)}};
 

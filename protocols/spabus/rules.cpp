@@ -58,8 +58,8 @@ Expectation Expect(View request, const Settings& settings) {
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
-    expect.secrets.emplace_back(received.data_at + command.data.size() + 1,
-                                2);  // the checksum, from which the password could be computed
+    // the checksum, from which the password could be computed
+    expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);
   }
   return expect;
 }

@@ -17,8 +17,8 @@ namespace baudgate::protocols::spabus {
 /// V160 opens and V161 closes or changes the password.
 inline constexpr Range kPasswordItems{160, 161};
 
-/// What the checksum of a reply in several lines covers (reply.h). The order is that of the words
-/// in the table.
+/// The part of a reply in several lines that its checksum covers (reply.h). The order is that of
+/// the words in the table.
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 
 struct Settings {

@@ -103,8 +103,8 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
-  if (telegram.receive.empty() && map.Has("receive"))
-    return;  // 'receive' is invalid, which was reported
+  // 'receive' is invalid, which was reported
+  if (telegram.receive.empty() && map.Has("receive")) return;
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
     for (const Entry& code :
@@ -523,7 +523,7 @@ void TakeUnits(const Example& example, Telegram& telegram) {
   }
 }
 
-/// Decides whether numbers may stand at the left of their fields, with blanks behind them. Such
+/// Decides whether numbers may stand at the left of their fields, with blanks behind them. These
 /// blanks may have replaced digits ("123 " for "1234"), so they are accepted only if an example
 /// shows them.
 void TakeSides(Telegram& telegram) {

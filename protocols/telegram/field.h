@@ -94,7 +94,7 @@ Bytes BlankField(const Format& format);
 /// True if both are the same number, in any notation, or the same text.
 bool SameValue(const Value& a, const Value& b);
 
-// What a code of a field means: "I" is busy, "+9999.9" is over range.
+// The meaning of a code of a field: "I" is busy, "+9999.9" is over range.
 struct Meaning {
   std::string_view word;
   Quality quality;

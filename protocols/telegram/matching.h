@@ -74,7 +74,7 @@ struct Form {
 
 struct Match {
   enum class Kind : std::uint8_t {
-    none,       ///< the bytes are no such telegram, whatever follows
+    none,       ///< the bytes are no such telegram, even if more bytes follow
     need_more,  ///< the bytes may become such a telegram
     whole,
   } kind = Kind::none;

@@ -155,8 +155,8 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  std::vector<std::pair<std::size_t, std::size_t>>
-      places_;  // of fields: number of the element, place of the character
+  // of fields: number of the element, place of the character
+  std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };
 

@@ -22,8 +22,8 @@ namespace baudgate::protocols::telegram {
 struct SaidField {
   Decoded decoded{};
   std::string text{};  ///< the text of the field, without the blanks around it
-  bool is_status =
-      false;  ///< the field is no number and has codes: it decides the quality of the others
+  /// the field is no number and has codes: it decides the quality of the other fields
+  bool is_status = false;
 };
 
 struct Reply {

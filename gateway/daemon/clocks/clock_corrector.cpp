@@ -256,8 +256,8 @@ std::optional<bool> AskTimeService(sd_bus& bus) {
 namespace {
 
 constexpr Duration kInterval = 5s;
-constexpr Duration kServiceInterval =
-    1min;  // each question starts a process, which stays for a while
+// each question starts a process, which stays for a while
+constexpr Duration kServiceInterval = 1min;
 
 /// Returns nothing if this process may not ask the kernel.
 std::optional<bool> AskKernel() {

@@ -22,8 +22,8 @@ struct LineChange {
 };
 
 struct Difference {
-  std::vector<LineChange>
-      lines;  ///< all lines of the new configuration in its order, then the removed lines
+  /// all lines of the new configuration in its order, then the removed lines
+  std::vector<LineChange> lines;
   ModbusDifference modbus;
   std::vector<std::string> settings;  ///< further settings that are applied: "history.points"
   std::vector<std::string> restart;   ///< settings that only a restart can change: "dds.domain"
@@ -60,7 +60,7 @@ struct Placement {
   std::vector<std::uint32_t> begun;  ///< lines that must start; they are at the end of config.lines
 };
 
-/// `difference` is the result of Compare for both; it must not contain a setting that needs a
+/// `difference` is the result of Compare(running, next); it must not contain a setting that needs a
 /// restart.
 Placement PlaceInSlots(const config::Config& running, config::Config next,
                        const Difference& difference);

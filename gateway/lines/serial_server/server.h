@@ -128,9 +128,9 @@ class Server final : public PortUser {
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();
   Clients clients_;
-  Client* holder_ = nullptr;  // wants the port, or has it
-  std::optional<std::string>
-      told_;  // the last reported trouble of listening; empty: nothing was reported yet
+  Client* holder_ = nullptr;  // the client that asks for the port, or has it
+  // the last reported trouble of listening; empty: nothing was reported yet
+  std::optional<std::string> told_;
   std::shared_ptr<char> running_;
 };
 
