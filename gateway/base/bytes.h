@@ -77,7 +77,6 @@ class ByteReader {
   View bytes_;
 };
 
-// The control lines of a serial port.
 struct ModemLines {
   bool dtr = false;  ///< set by this machine, as `rts` is
   bool rts = false;

@@ -231,8 +231,8 @@ bool Decimal::is_whole() const { return exponent_ >= 0; }
 
 bool Decimal::IsMultipleOf(const Decimal& step) const {
   if (digits_ == 0 || step.digits_ == 0) return digits_ == 0;
-  // Scales this number to the exponent of `step`. A smaller exponent means a digit below the last
-  // digit of `step`, so the number is no multiple. Remainders are enough, so no product overflows.
+  // Scales this number to the exponent of `step`; a smaller exponent means no multiple. Only
+  // remainders are computed, so no product overflows.
   if (exponent_ < step.exponent_) return false;
   Digits rest = digits_ % step.digits_;
   for (int i = step.exponent_; i < exponent_ && rest != 0; ++i) rest = rest * 10 % step.digits_;

@@ -19,13 +19,11 @@
 
 namespace baudgate {
 
-// Decimal commas, as in "1,5".
-
 /// True if the character at place `at` is a comma between two digits.
 bool IsDecimalComma(std::string_view text, std::size_t at);
 
-/// Returns the text with a decimal point ("1,5s" → "1.5s"). Returns an empty text if it contains no
-/// comma between two digits, or another comma or point behind the first comma.
+/// Returns "1.5s" for "1,5s"; an empty text unless the text has exactly one comma, between two
+/// digits.
 std::string WithDecimalPoint(std::string_view text);
 
 // Leading zeros: 010 is 10 in YAML 1.2, and 8 in YAML 1.1.
@@ -41,8 +39,8 @@ std::string WhyLeadingZero(std::string_view number);
 /// "[b03]", "[b0-b03]". The error names the number.
 Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
-/// A decimal number of up to 64 bits of digits. Sums and products are exact if their digits fit
-/// into 64 bits; longer ones are rounded to 19 digits, two more than a double has.
+/// Sums and products are exact if their digits fit into 64 bits; longer ones are rounded to 19
+/// digits, two more than a double has.
 class Decimal {
  public:
   constexpr Decimal() = default;
@@ -61,19 +59,18 @@ class Decimal {
   /// Returns nothing for a text, NaN, infinity and an empty value. A boolean is 0 or 1.
   static std::optional<Decimal> Of(const Value& value);
 
-  /// Returns the nearest double.
   double ToDouble() const;
   /// Returns all digits ("12.5"); numbers from 1e-6 to 1e21 have no exponent.
   std::string ToText() const;
   /// Returns an integer if the number is whole and fits into 64 bits, else a double.
   Value ToValue() const;
-  /// Rounds to a whole number, halves away from 0. Returns nothing if the result exceeds 64 bits.
+  /// Rounds halves away from 0. Returns nothing beyond 64 bits.
   std::optional<std::int64_t> ToInt64() const;
   std::optional<std::uint64_t> ToUint64() const;
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// True if this number is a multiple of `step`. The only multiple of 0 is 0.
+  /// The only multiple of 0 is 0.
   bool IsMultipleOf(const Decimal& step) const;
   /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;
@@ -100,8 +97,8 @@ class Decimal {
   static Decimal Of(Wide wide);
   Wide Widened() const;
 
-  // The number is ±digits * 10^exponent. digits_ does not end in a zero, and 0 has all members 0,
-  // so equal numbers have equal members.
+  // ±digits * 10^exponent. digits_ does not end in a zero, and 0 has all members 0, so equal
+  // numbers have equal members.
   bool is_negative_ = false;
   int exponent_ = 0;
   std::uint64_t digits_ = 0;

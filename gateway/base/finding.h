@@ -75,16 +75,15 @@ inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise
 /// The `cause` of noise_before and late_echo if a part of the request came back.
 inline constexpr std::string_view kOwnRequest = "our own request";
 
-/// The `idle` of the first request after a port was opened: the line may have been silent for any
-/// time.
+/// The `idle` of the first request after a port was opened.
 inline constexpr Duration kLongIdle = Duration::max();
 
 struct Finding {
   Symptom symptom = Symptom::clean;
   /// late: time from the end of the request to the reply; split: length of the pause.
   Duration time{};
-  Duration idle{};        ///< how long the line was silent before the request; kLongIdle: unknown
-  std::size_t bytes = 0;  ///< number of bytes that came
+  Duration idle{};  ///< how long the line was silent before the request; kLongIdle: unknown
+  std::size_t bytes = 0;
   std::size_t expected = 0;  ///< length of the longest good reply; 0: unknown
   /// Which of kSpecialBytes came, one bit each, because converters that are not transparent change
   /// these bytes; and kHighBit, kEvenByte, kOddByte.
@@ -95,7 +94,7 @@ struct Finding {
   /// the reply, "10 02 ... 10 03"; eighth_bit: "mark" if the bit is always 1.
   std::string cause{};
   std::string remedy{};  ///< what to do: "set protocol: modbus_rtu at the line"; may be empty
-  Outcome outcome = Outcome::none;  ///< how the exchange ended
+  Outcome outcome = Outcome::none;
   bool ended = false;  ///< silence: the server closed the connection instead of answering
 };
 
@@ -136,7 +135,6 @@ inline constexpr std::uint8_t kHighBit = 0x80;
 inline constexpr std::uint8_t kEvenByte = 0x40;
 inline constexpr std::uint8_t kOddByte = 0x20;
 
-/// True if a good reply came.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }
 
 }  // namespace baudgate

@@ -32,7 +32,6 @@ Folder& TheFolder() BAUDGATE_REQUIRES(g_mutex) {
 
 std::atomic<Level> g_least = Level::info;
 
-/// Empty if standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
 
 /// Created by Begin and never destroyed, because objects that are destroyed at exit may still log.
@@ -49,9 +48,8 @@ std::string LineOf(Level level, const std::string& text) {
                      kLevels[static_cast<std::size_t>(level)], text);
 }
 
-/// Writes a line. If the journal does not accept it now, the line goes to standard error with its
-/// priority ("<4>text"), as systemd expects. Before Begin, which only tests leave out, lines go to
-/// standard output.
+/// If the journal does not accept a line now, the line goes to standard error with its priority
+/// ("<4>text"). Before Begin, which only tests leave out, lines go to standard output.
 void Print(Level level, const About& about, const std::string& text) {
   if (level < g_least || (g_journal && g_journal->Send(level, about, text))) return;
   std::string line =
@@ -101,7 +99,7 @@ std::string Whole(const About& about, const std::string& text) {
          (about.device.empty() ? "" : "device " + about.device + ": ") + text;
 }
 
-/// Writes a text or holds it back as a repeat. Repeats that are due are written before the text.
+/// Prints or holds back a text. Repeats that are due are printed first.
 void PrintOrHold(const std::string* key, Level level, const About& about, const std::string& text) {
   Repeats due;
   bool passed = false;

@@ -16,9 +16,9 @@ namespace baudgate::log {
 
 enum class Level { debug, info, warning, error };
 
-/// The line and the device that a text is about. They are written before the text ("line bay:
-/// device relay: offline"), and in the journal also as fields (LINE=, DEVICE=, OUTCOME=).
-/// `outcome`, a name as in outcome.h, appears in the journal only.
+/// The line and device of a text. They precede the text ("line bay: device relay: offline"), and
+/// are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of outcome.h, is in the
+/// journal only.
 struct About {
   std::string line{};
   std::string device{};
@@ -27,15 +27,14 @@ struct About {
   std::vector<std::pair<std::string, std::string>> fields{};
 };
 
-/// Starts the log; called once, by the main program. If standard error is systemd's journal, lines
-/// go to its `socket` with priority and fields and without a time, because the journal adds the
-/// time.
+/// Starts the log; called once by the main program. If standard error is systemd's journal, lines
+/// go to its `socket` with priority and fields, but without the time.
 void Begin(Level least, const std::string& socket = "/run/systemd/journal/socket");
 
-/// Changes the lowest level that is written, for example to keep the log out of a live table.
+/// Sets the lowest level that is written, for example while a live table is shown.
 void SetLeast(Level least);
 
-/// Writes a line. Thread-safe.
+/// Thread-safe.
 void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
 /// Texts with the same key count as repeats of each other; of the held back texts the last is
@@ -51,8 +50,7 @@ void Plain(const std::string& text);
 /// Waits until the reader has taken all lines, at most half a second. At exit this happens
 /// automatically.
 void Flush();
-/// Returns the number of lines that were lost because neither the journal nor standard error took
-/// them in time.
+/// Returns the number of lines that neither the journal nor standard error took in time.
 std::uint64_t Dropped();
 
 /// Writes all held back repeats now, so that a log that ends here ends with the current state.
@@ -83,8 +81,8 @@ template <typename... Args>
 void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
   WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
-/// Writes a warning whose text differs every time, for example by the port of a client; `key`
-/// decides what is a repeat.
+/// For a text that differs every time, for example by the port of a client: `key` decides what is a
+/// repeat.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));

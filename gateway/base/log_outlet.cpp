@@ -19,8 +19,7 @@
 namespace baudgate::log {
 namespace {
 
-/// Adds a field of the journal. A value of several lines has its length in place of '=': eight
-/// bytes, least significant first.
+/// A value of several lines has its length in place of '=': eight bytes, least significant first.
 void AddField(std::string& message, const std::string& name, const std::string& value) {
   if (value.empty()) return;
   message += name;
@@ -89,7 +88,7 @@ struct Outlet::Queue {
   std::deque<std::string> lines BAUDGATE_GUARDED_BY(mutex);
   std::size_t bytes BAUDGATE_GUARDED_BY(mutex) = 0;
   std::uint64_t dropped BAUDGATE_GUARDED_BY(mutex) = 0;
-  // how many of `dropped` were reported to the reader
+  // reported part of `dropped`
   std::uint64_t told BAUDGATE_GUARDED_BY(mutex) = 0;
   bool writing BAUDGATE_GUARDED_BY(mutex) = false;
 };
@@ -180,8 +179,7 @@ void Outlet::WriteQueued(Queue& queue) {
     {
       const MutexLock lock(queue.mutex);
       if (!written) ++queue.dropped;
-      // Dropped lines came after all lines in the queue, so they are reported when the queue is
-      // empty.
+      // Dropped lines belong behind all queued lines.
       if (queue.lines.empty() && queue.dropped > queue.told) {
         note = DroppedText(queue.dropped - queue.told);
         queue.told = queue.dropped;

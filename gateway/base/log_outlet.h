@@ -18,8 +18,7 @@
 namespace baudgate::log {
 
 /// Counts log texts that come again within a minute, so that a flapping device does not flood the
-/// log. gateway/base/log.cpp passes texts and times, and writes what may be written. Not
-/// thread-safe.
+/// log. Not thread-safe.
 class Folder {
  public:
   /// A text that was held back `times` times, from `first` to `last`.
@@ -32,12 +31,11 @@ class Folder {
     About about{};
   };
 
-  /// Returns true if the caller must write the text, false if the same text was written less than a
-  /// minute ago and is held back. The caller writes the texts of Due() first, so that no older
-  /// repeat follows.
+  /// True: the caller must write the text, after the texts of Due(). False: the same text was
+  /// written less than a minute ago, and is held back.
   bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
     // Without room the text is written every time. Texts without a key name configured lines and
-    // devices, so there are not many.
+    // devices, so there are few.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
     return Note(text, text, level, now, about);
   }
@@ -97,8 +95,8 @@ class Folder {
     return true;
   }
 
-  /// Makes room by erasing texts whose minute is over, but never a text with repeats that are not
-  /// written yet. False: there is no room for a new key.
+  /// Erases texts whose minute is over and whose repeats were written. False: there is no room for
+  /// a new key.
   bool HasRoom(const std::string& key, std::size_t most, Instant now) {
     if (seen_.size() < most || seen_.contains(key)) return true;
     std::erase_if(seen_, [now](const auto& entry) {
@@ -130,7 +128,6 @@ bool IsJournal(int descriptor);
 /// Returns "MESSAGE=line bay: device relay: offline\nPRIORITY=4\nLINE=bay\nDEVICE=relay\n…".
 std::string JournalMessage(Level level, const About& about, const std::string& text);
 
-/// Sends messages to the socket of systemd's journal.
 class Journal {
  public:
   explicit Journal(std::string socket);
@@ -147,9 +144,8 @@ class Journal {
   const int socket_;
 };
 
-/// Queues lines and writes them in a thread. A line that exceeds `most_bytes` is dropped and
-/// counted; when the reader reads again, a line with the number of dropped lines is written.
-/// Thread-safe.
+/// Queues lines and writes them in a thread. A line that exceeds `most_bytes` is dropped; when the
+/// reader reads again, the number of dropped lines is written. Thread-safe.
 class Outlet {
  public:
   static constexpr std::size_t kMostBytes = 256 * 1024;

@@ -11,8 +11,8 @@
 namespace baudgate {
 
 enum class Outcome : std::uint8_t {
-  none = 0,         ///< no exchange has ended yet
-  ok = 1,           ///< a good reply
+  none = 0,  ///< no exchange has ended yet
+  ok = 1,
   no_reply = 2,     ///< no reply came, or the device was not asked
   partial = 3,      ///< the reply stopped mid-frame
   corrupt = 4,      ///< checksum or syntax is wrong
@@ -46,9 +46,9 @@ constexpr bool NeedsDrain(Outcome outcome) {
 
 // The result of a write, for its client and for the audit. docs/writes.md has the table for users.
 enum class WriteEnd : std::uint8_t {
-  ok,        ///< the device has confirmed the write
-  differs,   ///< the device has confirmed the write, and then showed another value
-  refused,   ///< the device has refused the write
+  ok,       ///< the device has confirmed the write
+  differs,  ///< the device has confirmed the write, and then showed another value
+  refused,
   busy,      ///< the device asks to be asked later, or too many writes wait for the line
   unknown,   ///< the write was sent, but its result is not known
   not_sent,  ///< the line or the device was absent, or the deadline of the write had passed
@@ -79,6 +79,6 @@ struct WriteResult {
 /// Returns the result of the point number `place`, from 0, in a write of several points.
 WriteResult ResultOf(const WriteResult& whole, std::size_t place);
 
-std::string_view Name(WriteEnd end);  ///< for example "not_sent"
+std::string_view Name(WriteEnd end);
 
 }  // namespace baudgate

@@ -23,10 +23,7 @@ std::string Plural(std::uint64_t count, std::string_view word);
 /// Replaces control characters, except those in `kept`, and bytes that are not UTF-8 by '?'.
 std::string Harmless(std::string_view text, std::string_view kept = {});
 
-// Tables for spreadsheets.
-
-/// True for a whole text such as "-5.25" or "1e-05": digits, with a point and an exponent if
-/// wanted.
+/// True for numbers such as "-5.25" and "1e-05".
 inline bool LooksLikeNumber(std::string_view text) {
   if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
   if (text.empty() ||
@@ -50,8 +47,7 @@ inline bool LooksLikeFormula(std::string_view text) {
           rest.find_first_of("=+-*/^&|!()@<>:;\"'") != std::string_view::npos);
 }
 
-/// Returns one cell, quoted as in RFC 4180. A text that looks like a formula gets a leading ' so
-/// that spreadsheets show it as text.
+/// Quotes a cell as in RFC 4180. A leading ' makes spreadsheets show a formula as text.
 inline std::string CsvCell(std::string text) {
   if (LooksLikeFormula(text)) text.insert(0, "'");
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;

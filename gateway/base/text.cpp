@@ -13,15 +13,14 @@ struct Lead {
   unsigned char first, last, second_from, second_to;
   std::size_t length;
 };
-/// The valid first and second bytes of a UTF-8 character (RFC 3629): no overlong forms, no
-/// surrogates of UTF-16, nothing beyond U+10FFFF. NUL is left out.
+/// Valid first and second bytes by RFC 3629: no overlong forms, no surrogates of UTF-16, nothing
+/// beyond U+10FFFF. NUL is left out.
 constexpr Lead kLeads[] = {
     {0x01, 0x7F, 0x00, 0x00, 1}, {0xC2, 0xDF, 0x80, 0xBF, 2}, {0xE0, 0xE0, 0xA0, 0xBF, 3},
     {0xE1, 0xEC, 0x80, 0xBF, 3}, {0xED, 0xED, 0x80, 0x9F, 3}, {0xEE, 0xEF, 0x80, 0xBF, 3},
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4}};
 
-/// Returns the number of bytes of the UTF-8 character that `text` begins with; 0: it begins with
-/// none.
+/// Returns the length of the UTF-8 character at the front; 0: there is none.
 std::size_t CharacterLength(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const auto* const lead = std::ranges::find_if(
@@ -133,8 +132,8 @@ std::string HostAndPort(const std::string& host, std::uint16_t port) {
 
 bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
-  std::size_t star = std::string_view::npos;  // the last star
-  // the place in `text` from which the last star was tried
+  // the last star; `tried`: where in `text` it was tried
+  std::size_t star = std::string_view::npos;
   std::size_t tried = 0;
   for (std::size_t t = 0; t < text.size();) {
     if (p < pattern.size() && pattern[p] == '*') {

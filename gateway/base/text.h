@@ -25,7 +25,7 @@ std::string HexByte(std::uint8_t byte);
 std::optional<Bytes> ParseHex(std::string_view text);
 /// True for CR and LF.
 constexpr bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-/// Returns 0…15, or nothing if `c` is no hex digit.
+/// Returns 0…15; nothing for another character.
 std::optional<std::uint8_t> HexDigit(char c);
 
 /// Reads the whole text as a number in `base`. Returns nothing for a "+", a space, other characters
@@ -61,7 +61,7 @@ bool MatchesPattern(std::string_view pattern, std::string_view text);
 
 std::string_view Trim(std::string_view text);
 std::vector<std::string_view> Split(std::string_view text, char separator);
-/// Deleted for temporary texts: the parts would refer to a text that no longer exists.
+/// Deleted, because the parts would outlive a temporary text.
 template <std::same_as<std::string> Temporary>
 std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 

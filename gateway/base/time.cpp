@@ -93,7 +93,7 @@ Result<WallTime> ParseWallTime(std::string_view text) {
   const Error error{"'" + std::string(text) +
                     "' is not a time; write for example 2026-11-21 or 2026-11-21T01:14:31 (UTC); "
                     "years are 1970 to 2200"};
-  // Each part of a time: the characters that may precede it, and its number of digits.
+  // Each part: the characters before it, and its number of digits.
   constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kParts = {
       {{"", 4}, {"-", 2}, {"-", 2}, {"T ", 2}, {":", 2}, {":", 2}, {".", 3}}};
   constexpr std::size_t kDate = 3;
@@ -126,8 +126,7 @@ Result<WallTime> ParseSince(std::string_view text, WallTime now) {
   if (span) return now - *span;
   const auto time = ParseWallTime(text);
   if (time) return time;
-  // The text looks like a duration ("1,5h", "99999999d", "2hours"), so the error of the duration
-  // helps.
+  // The text looks like a duration: "1,5h", "99999999d", "2hours".
   const auto is = [](char c, char from, char to) { return c >= from && c <= to; };
   const bool was_span = !text.empty() && is(text.front(), '0', '9') && is(text.back(), 'a', 'z');
   if (was_span) return Error{span.error()};

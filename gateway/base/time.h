@@ -12,8 +12,8 @@
 
 namespace baudgate {
 
-/// Monotonic time, for deadlines and ages. Code below the main program gets it as an argument and
-/// must not read the clock.
+/// Monotonic, for deadlines and ages. Only the main program reads the clock; other code gets the
+/// time as an argument.
 using Instant = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::nanoseconds;
 /// Civil time, for time stamps that users read only.
@@ -41,7 +41,7 @@ std::string FormatDuration(Duration duration);
 /// Returns "2026-11-21T01:14:31.250Z".
 std::string FormatWallTime(WallTime time);
 
-/// Returns the earliest of the times; an empty time is never due. Empty: all times are empty.
+/// Empty: none of the times is ever due.
 inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instant>> times) {
   std::optional<Instant> soonest;
   for (const std::optional<Instant>& time : times) {

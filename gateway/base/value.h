@@ -89,11 +89,11 @@ struct Quality {
   bool operator==(const Quality&) const = default;
   /// Compares the code only; the reason does not matter.
   constexpr bool operator==(Code other) const { return code == other; }
-  /// True if this quality is worse than `other`.
+  /// A worse quality is less.
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// Returns the quality of all values of a device that has this reason.
+/// The quality of all values of a device with this reason.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:

@@ -15,8 +15,7 @@ namespace {
 
 constexpr std::size_t kLargestWhole = std::size_t{32} << 20U;
 
-/// Writes the names in the folder of `file` to the disk, so a rename or removal survives a power
-/// failure.
+/// A rename or removal in the folder of `file` survives a power failure after this.
 void SyncFolderOf(const std::filesystem::path& file) {
   const int folder = ::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;

@@ -24,8 +24,8 @@ int RemoveFile(const std::filesystem::path& file);
 /// Which files ReadWhole accepts. `any`: also pipes, which wait for a writer.
 enum class Kind : std::uint8_t { regular, any };
 
-/// Reads a file of at most 32 MiB. Returns nothing, with the reason in errno, if the file does not
-/// exist, cannot be read, is larger, or is of another kind.
+/// Returns nothing, with errno set, if the file does not exist, cannot be read, has more than 32
+/// MiB, or is of another kind.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind = Kind::regular);
 
 }  // namespace baudgate

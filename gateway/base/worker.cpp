@@ -62,7 +62,6 @@ struct WorkThread::State {
   std::optional<Turn> Next() BAUDGATE_REQUIRES(mutex);
   void OnRound(const Turn& turn, Instant next);
 
-  /// Starts the thread with its first job.
   static void Add(const std::shared_ptr<State>& state, const std::shared_ptr<Job>& job);
   void Wake(Job& job);
   void RequestStop(Job& job);

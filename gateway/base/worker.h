@@ -101,7 +101,6 @@ class WorkQueue {
  public:
   explicit WorkQueue(std::size_t most) : most_(most) {}
 
-  /// Returns false if the queue was full.
   bool Put(Item&& item) {
     const MutexLock lock(mutex_);
     if (items_.size() >= most_) {

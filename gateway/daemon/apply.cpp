@@ -18,8 +18,8 @@ reload::Health HealthOf(const bus::DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
-  // An offline device counts as ill only if it has answered before (last_ok) and was asked since
-  // its port came back (override_quality): a device of a restarted line may still be starting.
+  // An offline device is ill only if it has answered before (last_ok) and was asked since its port
+  // came back (override_quality): it may still be starting.
   if (record.status.state == bus::DeviceState::offline) {
     const bool was_asked = record.status.last_ok && record.override_quality;
     return was_asked ? Health::ill : Health::unknown;

@@ -32,7 +32,7 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  // Each line opens some files, so the limit is raised before anything opens files.
+  // Each line opens some files.
   RaiseDescriptorLimit(DescriptorNeedsOf(impl_->config, impl_->output_rows).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();

@@ -39,13 +39,12 @@ class Daemon {
   /// port is no error.
   Status Start();
   /// Closes the lines, reports the end to subscribers and releases every port, within two seconds.
-  /// Returns false if a line hangs in a call of its driver. All other lines have then ended
-  /// properly, and the process may end with _Exit; the destructor would wait for the driver.
+  /// False: a line hangs in a call of its driver. All others have ended properly, and the process
+  /// may end with _Exit; the destructor would wait for the driver.
   bool Stop();
 
-  /// Checks for hanging threads; to be called once a second between Start and Stop. Returns false
-  /// if a thread hangs that the whole gateway needs. A line that hangs is reported in log and
-  /// status only, because the others work.
+  /// To be called once a second between Start and Stop. False: a thread hangs that the whole
+  /// gateway needs. A line that hangs is only reported in log and status.
   bool Look();
 
   const config::Config& config_at_start() const;

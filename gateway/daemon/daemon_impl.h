@@ -42,19 +42,17 @@ struct Daemon::Impl {
   /// See Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
-  /// The threads of the lines that start, by name of the line.
+  /// By name of the line that starts.
   using Threads = std::map<std::string, std::shared_ptr<transports::LoopThread>>;
   /// In the order of `outputs`.
   using PreparedOutputs = std::vector<std::unique_ptr<outputs::Output::Prepared>>;
   /// Applies a prepared configuration. Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  PreparedOutputs prepared, const Threads& threads);
-  /// `own` null: makes a thread if the line needs one; the line shares a thread if the system has
-  /// none left.
+  /// `own` null: the line gets a new thread if it needs one and the system has one.
   void AddLine(std::shared_ptr<const config::Line> line,
                std::shared_ptr<transports::LoopThread> own);
   reload::Healths Healths() const;
-  /// Passes the history and the current configuration to all outputs.
   void SetHistory(const std::shared_ptr<const history::HistorySource>& history);
   void SetReload(ReloadOptions options);
 
@@ -71,8 +69,8 @@ struct Daemon::Impl {
 
   const config::Config config;  // the configuration of the start: settings that only a restart can
                                 // change are read from it
-  /// The current configuration, by the numbers of the store. Until the first reload it points to
-  /// `config` without owning it. The reloader's thread replaces it, and is then its only user.
+  /// The current configuration, by the numbers of the store. Points to `config` without owning it
+  /// until the first reload. Replaced by the reloader's thread, which alone uses it then.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   bus::PointStore store;

@@ -1,7 +1,6 @@
-// Shares out the file descriptors of the process: how many the gateway needs for its configuration,
-// and how many clients and viewers may connect if the system allows fewer. Ports, sockets and files
-// come first; viewers get at most an eighth of the limit, and clients the rest. `OpenFiles` counts
-// the descriptors that are open.
+// File descriptors of the process: how many the gateway needs, and how many clients and viewers may
+// connect if the system allows fewer. Ports, sockets and files come first; viewers get at most an
+// eighth of the limit, and clients the rest. `OpenFiles` counts the open descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,7 +29,7 @@ double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 /// Returns how many of `needs.viewers` may be used: all, or an eighth of the limit.
 std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// Returns a sentence for the log, to be used if not all clients may connect.
+/// For the log, if not all clients may connect.
 std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// Counts the open files of this process, also when it has reached its limit. Thread-safe.

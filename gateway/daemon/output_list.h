@@ -48,17 +48,17 @@ struct OutputLinks {
 
 struct OutputRow {
   std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
-  /// Returns the descriptors that the output needs; empty: only a few.
+  /// Empty: only a few descriptors.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
-  /// Returns the name of the output in the file that stores how far outputs have read the events
-  /// (events::CursorBook); empty: the output has no entry there.
+  /// Returns the name under which the output stores how far it has read the events
+  /// (events::CursorBook); empty: it stores nothing.
   std::function<std::string(const config::Config& config)> consumer{};
 };
 using OutputRows = std::vector<OutputRow>;
 
-/// The outputs start and stop in this order: outputs through which people and clients write come
-/// first. Modbus comes before DDS, because its port is in use if a gateway is started twice: the
-/// second gateway must fail there, before it publishes the points of the first and then ends them.
+/// The outputs stop in this order: those through which people and clients write come first. Modbus
+/// comes before DDS, because its port is in use if a gateway is started twice: the second gateway
+/// must fail before it publishes the points of the first and then ends them.
 OutputRows AllOutputs();
 
 }  // namespace baudgate::daemon

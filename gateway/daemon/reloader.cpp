@@ -242,8 +242,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     log::Act(Level::error, "reload: {}", troubles);
     return Failed(kCanNotBe, troubles);
   }
-  // The copies are written first, so that the next start finds them even if applying ends the
-  // gateway.
+  // Stored first, so that the next start finds the texts even if applying ends the gateway.
   const Status kept = copies_.Keep(trial_.ToKeepWith(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
@@ -260,7 +259,6 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   return Done(ask, difference, not_yet + NotKept(kept));
 }
 
-/// Logs the changes and returns them as an answer.
 control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
                                      const reload::Difference& difference, const std::string& but) {
   control::ReloadAnswer answer;
@@ -274,7 +272,7 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
   return answer;
 }
 
-/// Returns how long `next` must be on trial; zero: it is confirmed at once.
+/// Zero: `next` is confirmed at once.
 Duration Reloader::TimeFor(const control::ReloadAsk& ask, const config::Config& next) const {
   return trial_.TimeFor(next, ask.confirm, ReadClocks().instant);
 }
@@ -294,7 +292,7 @@ void Reloader::FollowTrial() {
   display_.SetTrial(trial_.until());
 }
 
-/// Returns the end of a sentence about the running trial.
+/// Returns "; to be confirmed within 60s", or an empty text.
 std::string Reloader::OnTrial() const {
   if (!trial_.running()) return {};
   return "; to be confirmed within " + FormatDuration(trial_.Left(ReadClocks().instant));
@@ -342,8 +340,7 @@ void Reloader::WatchFiles() {
   });
 }
 
-/// Shows in the status that the file differs. For a text that was taken back, the status has
-/// another sentence.
+/// A text that was taken back has another sentence in the status.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {

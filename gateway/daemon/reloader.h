@@ -35,7 +35,6 @@ struct LoadedText {
   std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if `config` has a value
 };
 
-/// How a gateway reads its file again. The program that starts the gateway fills it in.
 struct ReloadOptions {
   std::string file;
   std::function<Result<std::string>()> read;  ///< reads the current text of the file
@@ -45,7 +44,7 @@ struct ReloadOptions {
   std::function<std::string()> summary;                  ///< describes what runs, for READY=1
   /// Returns a text without its secrets, or an error if they cannot be found.
   std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string text_at_start;                ///< the text that runs
+  std::string text_at_start;
   std::optional<reload::Refused> refused;   ///< the text of the file, if it was taken back
   std::optional<reload::KeptConfigs> kept;  ///< empty: there is no state folder
   Duration disk_patience = 5s;              ///< how long an answer waits for a file
@@ -78,7 +77,7 @@ class ReloadDisplay {
     if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
     return state;
   }
-  /// Null before the start.
+  /// Null before Start.
   std::shared_ptr<const std::string> text() const {
     const MutexLock lock(mutex_);
     return text_;
@@ -88,12 +87,11 @@ class ReloadDisplay {
   mutable Mutex mutex_;
   status::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const std::string> text_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // end of the trial
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 /// The configuration file of the user, which is never written. No caller waits longer than
-/// `patience` for its disk. All functions must be called on the thread of `loop`, or while the
-/// thread does not run.
+/// `patience`. All calls must come from the thread of `loop`, or while it does not run.
 class ConfigFile {
  public:
   using Text = Result<std::string>;
@@ -103,7 +101,7 @@ class ConfigFile {
       : loop_(loop), read_(std::move(read)), calls_("configuration", patience) {}
 
   Text Read();
-  /// Reads the file without waiting. `seen` gets the text on the loop, or an error at once.
+  /// `seen` gets the text later on the loop, or an error at once.
   void Look(std::function<void(const Text& text)> seen);
   /// Waits as long as the disk takes. Idempotent.
   void Stop() { calls_.Stop(); }
@@ -115,17 +113,16 @@ class ConfigFile {
 };
 
 /// The copies of the configuration in the state folder, as the next start needs them. No caller
-/// waits longer than `patience` for the disk; the next Look corrects a write that comes too late.
-/// All functions must be called on the thread of `loop`, or while the thread does not run.
+/// waits longer than `patience`; the next Look corrects a write that came too late. All calls must
+/// come from the thread of `loop`, or while it does not run.
 class ConfigCopies {
  public:
   /// `kept` empty: there is no folder. `open_folder` creates and locks the folder.
   ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept, Duration patience,
                std::function<Status()> open_folder);
 
-  /// True if copies of an earlier run exist.
   bool found() const { return kept_ && !kept_->empty(); }
-  /// Returns an empty text if there is no folder.
+  /// Empty: there is no folder.
   std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
 
   /// Opens the folder if needed, and writes `texts`.
@@ -145,12 +142,11 @@ class ConfigCopies {
   asio::io_context& loop_;
   const std::optional<reload::KeptConfigs> kept_;
   const std::function<Status()> open_folder_;
-  bool open_ = false;                   // this process has opened and locked the folder
-  std::optional<std::string> trouble_;  // as last logged
+  bool open_ = false;  // this process has opened and locked the folder
+  std::optional<std::string> trouble_;
   records::DiskCalls calls_;
 };
 
-/// Reads and applies the configuration file again. See above.
 class Reloader final : public control::ReloadService {
  public:
   /// A configuration before it is applied. If it is destroyed without a call of `apply`, nothing
@@ -175,13 +171,12 @@ class Reloader final : public control::ReloadService {
     /// Opens ports and files that are new.
     std::function<Prepared(config::Config next, const reload::Difference& difference)> prepare;
     std::function<reload::Healths()> healths;
-    /// Reports an event of the gateway.
     std::function<void(bool taken_back, const std::string& text)> tell;
   };
   Reloader(ReloadOptions options, Links links);
   ~Reloader() override { Stop(); }
 
-  /// Starts the thread, and stores a copy of the current configuration.
+  /// Also stores a copy of the current configuration.
   void Start();
   /// Ends the current work; no request is answered afterwards. Idempotent.
   void Stop();

@@ -14,8 +14,8 @@
 
 namespace baudgate::daemon {
 
-/// All calls are on the loop's thread, except Start before the loop runs. The loop must stop before
-/// the ticker is destroyed.
+/// All calls must come from the loop's thread, except Start before it runs. The loop must stop
+/// first.
 class Ticker {
  public:
   /// A value that becomes uncertain by its age is reported at most this late.

@@ -35,11 +35,9 @@ class LineControl {
   /// Lets network clients use the port for `time`; a second call replaces the first. Points are out
   /// of service while a client uses the port.
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
-  /// Ends a Release and an Offer at once.
   virtual void TakeBack(std::uint32_t line) = 0;
-  /// Takes a device into use or out of use. A device that is not in use is not polled, and its
-  /// points are out of service. The state is lost at a restart; `enabled: false` in the
-  /// configuration lasts.
+  /// Takes a device into or out of use. A device out of use is not polled, and its points are out
+  /// of service. A restart forgets this; `enabled: false` in the configuration lasts.
   virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
   /// Returns null if the protocol is not installed.
   virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {

@@ -10,7 +10,7 @@
 namespace baudgate::lines {
 namespace {
 
-/// Each check calls into the driver, so it is not done more often.
+/// Each check calls into the driver.
 constexpr Duration kLookEvery = 1s;
 
 }  // namespace
@@ -80,8 +80,8 @@ namespace {
 /// A server that leaves at least this many requests unanswered has passed them on to the line.
 constexpr int kPassedOn = 2;
 
-/// Runs the due timers of `part`, one step each: the end of the exchange, the end of the silence
-/// behind it, and the next request.
+/// Runs due timers, one step each: the end of the exchange, the end of the silence behind it, the
+/// next request.
 void CatchUp(auto& part, Now now) {
   constexpr int kMostSteps = 100;
   for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
@@ -150,7 +150,7 @@ void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopp
 
 // ---------------------------------------------------------------- the connection
 
-/// Closes the port and stops the retries, so that nothing opens the port again.
+/// Also stops the retries, so that nothing opens the port again.
 void LinePort::ClosePort() {
   proof_.OnClosed();
   settings_.OnClosed();

@@ -32,8 +32,8 @@ namespace baudgate::lines {
 // do that). Each exchange would then fail, so the settings are set again.
 class SettingsWatch {
  public:
-  /// The references must stay valid for the lifetime of this object. `listens`: a device of the
-  /// line sends unasked, so the port is checked even if nothing is sent.
+  /// The references must outlive this object. `listens`: a device of the line sends unasked, so the
+  /// port is checked even if nothing is sent.
   SettingsWatch(const config::Line& line, transports::Transport& port, PortDisplay& display,
                 bool listens)
       : line_(line),
@@ -60,7 +60,7 @@ class SettingsWatch {
   transports::Transport& port_;
   PortDisplay& display_;
   const bool listens_;
-  config::SerialSettings applied_;  // the settings that the open port has now
+  config::SerialSettings applied_;
   Instant looked_{};
   std::optional<Instant> due_;
   std::uint64_t times_restored_ = 0;  // since the port was opened
@@ -72,20 +72,19 @@ class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
 
-  /// Starts the delay. `then` is called at its end; it replaces the `then` of an earlier Begin.
+  /// `then` is called at the end; it replaces the `then` of an earlier Begin.
   void Begin(std::function<void()> then, Instant now) {
     then_ = std::move(then);
     until_ = now + kMost;
   }
   bool waits() const { return until_.has_value(); }
-  /// True if a delay runs and its time is over.
   bool IsOver(Instant now) const { return until_ && *until_ <= now; }
-  /// Ends the delay now and calls its `then`. Call it only if waits().
+  /// Calls `then` now; only if waits().
   void End() {
     until_.reset();
     std::exchange(then_, nullptr)();
   }
-  /// Ends the delay without calling its `then`.
+  /// Drops `then`.
   void CallOff() {
     until_.reset();
     then_ = nullptr;
@@ -103,11 +102,10 @@ inline constexpr std::string_view kTakenBack = "the line was taken back";
 /// The port of one line. Not thread-safe, except is_open(). `now` must never go back.
 class LinePort final : public bus::RequestPort, public PortLoan::Line {
  public:
-  /// The references must stay valid for the lifetime of this object. `poller`, `telegrams` and
-  /// `loan` may be constructed later. `transport` is closed; its listener must pass each event to
-  /// the function of the same name here. `retries` opens the port again after OnDown. `listens`: a
-  /// device of the line sends unasked, so the connection must be open all the time. `transaction`:
-  /// see TransactionBytes.
+  /// The references must outlive this object. `poller`, `telegrams` and `loan` may be constructed
+  /// later. `transport` is closed; its listener must pass each event to the function of the same
+  /// name here. `retries` opens the port again after OnDown. `listens`: a device of the line sends
+  /// unasked, so the connection must be open all the time. `transaction`: see TransactionBytes.
   LinePort(const config::Line& line, bus::PointStore& store, transports::Transport& transport,
            transports::PortRetries& retries, records::LineRecorder& recorder,
            LineReporter& reporter, bus::Poller& poller, TelegramQueue& telegrams, PortLoan& loan,
@@ -126,7 +124,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
   void OnEnded(const std::string& reason, bool unread, Now now);
 
-  // Calls of the poller, and of the telegrams that users send by hand.
+  // Calls of the poller and of the telegrams by hand.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override;
   bool IsUnsent() const override { return resting_.is_unsent(); }
@@ -145,8 +143,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   /// To be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// To be called after every input of the line, because the input may have ended the write that
-  /// Stop or Release waits for.
+  /// To be called after every input of the line: the current write may have ended.
   void Settle(Now now);
 
   bool is_open() const { return open_.load(); }  // thread-safe
@@ -163,7 +160,6 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();
-  // Loan and stop.
   void AfterTheWrite(std::function<void()> then);
   void Lend(Duration time);
   void EndLoan();
@@ -185,7 +181,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   std::optional<Instant> lent_until_;  // end of the loan to another program
   bool out_of_service_ = false;        // the points are out of service, since the port was lent
   WriteGrace grace_;
-  std::optional<std::string> stopping_;  // why the port stops
+  std::optional<std::string> stopping_;
 };
 
 }  // namespace baudgate::lines

@@ -60,8 +60,8 @@ void LineReporter::OnNews(bus::News news, Now at) {
 
 namespace {
 
-/// Two connections have the same age if their ages differ by less than this plus a tenth: a time
-/// limit of the server ended them.
+/// Connections have the same age if their ages differ by less than this plus a tenth: a time limit
+/// of the server ends them.
 constexpr Duration kSameAge = 500ms;
 
 }  // namespace

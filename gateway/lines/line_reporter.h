@@ -32,8 +32,8 @@ namespace baudgate::lines {
 /// All functions must be called on the line's thread, except Retire.
 class LineReporter final : public bus::PollerListener {
  public:
-  /// The references and pointers must stay valid for the lifetime of this object. `memory` null:
-  /// what conversations learn is lost at the end of the program. `events` null: events are dropped.
+  /// The references and pointers must outlive this object. `memory` null: what conversations learn
+  /// is lost at the end of the program. `events` null: events are dropped.
   LineReporter(const config::Line& line, const bus::PointStore& store,
                const records::LineRecorder& recorder, records::DeviceMemory* memory,
                bus::EventSink* events)
@@ -86,16 +86,14 @@ class LineReporter final : public bus::PollerListener {
   std::set<Key> over_;               // states whose end was reported before
 };
 
-/// A loan of the port, as it is shown.
 struct ShownLoan {
   WallTime until{};
   bool to_client = false;  ///< lent to a client over the network; else by hand to another program
 };
 
-/// Shows the port of a line to people: in the log, the status, the trace and the news.
 class PortDisplay {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   PortDisplay(bus::PointStore& store, const config::Line& line, records::LineRecorder& recorder,
               LineReporter& reporter);
 
@@ -107,21 +105,19 @@ class PortDisplay {
     bool silent = false;
   };
   void OnDown(const std::string& reason, Down down, Now now);
-  /// Shows that a user has asked for a release, and the current write must end first. The epoch as
-  /// `until`: the release was called off.
+  /// A user has asked for a release, which waits for the end of the current write. The epoch: the
+  /// release was called off.
   void OnReleaseAsked(WallTime until);
   /// The port was released by hand to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
   /// The loan is over. The port is not open yet; it may have vanished meanwhile.
   void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
-  /// The connection has proven that it works.
   void OnWorked() { worked_ = true; }
   /// A connection could not be opened. Only the first failure after a connection that worked is
   /// counted.
   void CountNoConnection(transports::NoConnection why, Now now);
   void OnConnected(Now now) { connected_ = now.instant; }
-  /// How the server ended a connection.
   struct End {
     bool worked = false;  ///< the connection had carried an answer
     bool asked = false;   ///< a request was not answered yet
@@ -142,7 +138,7 @@ class PortDisplay {
 
  private:
   bus::PointStore& store_;
-  const std::uint32_t line_;  // number of the line in the store
+  const std::uint32_t line_;
   const std::string name_;
   records::LineRecorder& recorder_;
   LineReporter& reporter_;

@@ -259,8 +259,8 @@ void LineRunner::OnEnded(const std::string& reason, bool unread) {
   Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, unread, now); });
 }
 
-/// Sets the timer to the next deadline. The timer is not set again for a later deadline, because a
-/// timer that ends too early costs less than setting it at every input.
+/// Moves the timer only to an earlier deadline, because a timer that ends too early costs less than
+/// setting it at every input.
 void LineRunner::Arm() {
   const auto deadline = line_.Deadline();
   if (!deadline || *deadline >= armed_) return;

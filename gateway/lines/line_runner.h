@@ -32,13 +32,11 @@
 
 namespace baudgate::lines {
 
-/// The parts of one line: poller, port, telegrams by hand, the loan of the port, flight recorder
-/// and reporter. They have no thread and no clock: LineRunner passes bytes, calls and the time, and
-/// calls Settle after each of them. Not thread-safe, except where a part documents it. `now` must
-/// never go back.
+/// The parts of one line. They have no thread and no clock: LineRunner passes bytes, calls and the
+/// time, and calls Settle after each of them. Not thread-safe, except where a part documents it.
+/// `now` must never go back.
 class LineParts {
  public:
-  /// The parts of the gateway that a line uses.
   struct Links {
     records::LineRecorder::Sink recordings{};
     records::DeviceMemory* memory =
@@ -49,7 +47,7 @@ class LineParts {
     std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
   };
 
-  /// The references must stay valid for the lifetime of this object. See LinePort.
+  /// The references must outlive this object. See LinePort.
   LineParts(const config::Line& line, std::uint32_t first_device,
             const bus::Poller::FindProtocol& find, bus::PointStore& store,
             transports::Transport& transport, transports::PortRetries& retries, Links links);
@@ -85,16 +83,15 @@ class LineParts {
 // release --tcp`. All calls must come from the loop of the line.
 class LineServers {
  public:
-  /// The references must stay valid for the lifetime of this object. `owner` owns the port; clients
-  /// ask it for `loan`.
+  /// The references must outlive this object. `owner` gets the requests of clients, and passes them
+  /// to `loan`.
   LineServers(asio::io_context& io, const config::Line& line, serial_server::PortOwner& owner,
               PortLoan& loan)
       : io_(io), line_(line), owner_(owner), loan_(loan) {}
 
   void Start();
-  /// `why` is for users: "the gateway stops".
   void Stop(const std::string& why);
-  /// Starts the temporary server. The caller must call Withdraw after `time`.
+  /// The caller must call Withdraw after `time`.
   void Offer(config::PortServer server, Duration time, Now now);
   /// Ends the offer: no client can connect any more, and a client that has the port loses it.
   void Withdraw(const std::string& why, Now now);
@@ -113,24 +110,21 @@ class LineServers {
   config::PortServer offer_;                        // address and mode of `offered_`
 };
 
-/// Runs one line. Calls may come from any thread where a comment permits it.
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
-  /// The references must stay valid for the lifetime of the runner. Nothing happens before Start.
+  /// The references must outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
              std::uint32_t first_device, const bus::Poller::FindProtocol& find,
              bus::PointStore& store, LineParts::Links links = {});
   /// Stops the line. If the line was started, the loop must still run.
   ~LineRunner() override { Stop(); }
 
-  /// Starts the line. The loop runs already, or will soon.
   void Start();
-  /// Asks the line to close its port and to answer all queued requests, and returns at once.
-  /// Nothing may be submitted afterwards. `why` is for the log, and for clients that are connected
-  /// or wait. Thread-safe.
+  /// Closes the port and answers all queued requests, soon. Nothing may be submitted afterwards.
+  /// `why` is for the log, and for clients that are connected or wait. Thread-safe.
   void RequestStop(const std::string& why = "the gateway stops");
   /// Stops the line and waits until the loop has no handler of it left: as long as the current call
-  /// of the driver lasts. Must not be called from the thread of the loop.
+  /// of the driver lasts. Not from the loop's thread.
   void Stop();
   /// As Stop, but waits until `deadline` at the latest. False: Stop must be called again before
   /// anything that the line uses is destroyed.
@@ -174,13 +168,11 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void OnEnded(const std::string& reason, bool unread) override;
   void OnRoom() override { line_.loan.OnRoom(); }
 
-  // Calls from the servers of the port.
   void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
 
-  /// Handles one input of the line, on its loop.
   template <typename Call>
   void Handle(Call call) {
     const Now now = ReadClocks();
@@ -202,7 +194,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   asio::steady_timer offer_end_;
   bus::CommandRoom queued_{
       bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
-  // the number of routed requests that were submitted and not answered yet
+  // counts routed requests in the same way
   std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;

@@ -1,7 +1,7 @@
-// `Lines` holds all lines of the gateway and the threads on which they run. The number of a line is
-// never used again: a line that a reload ends keeps its number, a new line gets the next number.
-// `ThreadKindOf` chooses a thread, `LoopWatch` finds loops that hang, `LineDispatcher` passes
-// requests of outputs to their line, and `ManualSettings` is what a user has set by hand.
+// `Lines` holds all lines of the gateway and their threads. A line that a reload ends keeps its
+// number, a new line gets the next number. `ThreadKindOf` chooses a thread, `LoopWatch` finds loops
+// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` is what a
+// user has set by hand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,10 +44,9 @@ ThreadKind ThreadKindOf(std::string_view port);
 /// this machine; 0: unknown.
 std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
 
-/// Finds event loops that hang: asks each loop once a second for a sign of life. If a loop of the
-/// whole gateway hangs, the gateway must be restarted; the loop of a single line affects only this
-/// line. LoopWatch has no thread and no clock; gateway/daemon/daemon.cpp calls it. Not thread-safe,
-/// but signs of life may come from any thread.
+/// Asks each loop once a second for a sign of life. If a loop of the whole gateway hangs, the
+/// gateway must be restarted; the loop of a single line affects only this line.
+/// gateway/daemon/daemon.cpp calls it. Not thread-safe, but signs of life may come from any thread.
 class LoopWatch {
  public:
   /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds,
@@ -64,7 +63,6 @@ class LoopWatch {
 
   /// `line`: only this line depends on the loop; empty: the whole gateway depends on it.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
-  /// Removes the loop of a line that has ended.
   void Remove(std::uint32_t line);
   /// Returns the loops that hang, or run again, since the last look. Asks all loops that have
   /// answered.
@@ -87,7 +85,6 @@ class LoopWatch {
   bool complete_ = true;
 };
 
-/// All lines and their threads.
 class Lines {
  public:
   /// How long NotOpen waits for the first attempts of new lines to open their ports.
@@ -97,14 +94,13 @@ class Lines {
   static constexpr Duration kWaitForLines = 1300ms;
 
   /// `loops` is the number of threads for lines that never block, at least 1. The references must
-  /// stay valid for the lifetime of this object. Lines have the numbers of the store.
+  /// outlive this object. Lines have the numbers of the store.
   Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
 
-  /// Sets the links for lines that are added from now on. The targets of the links must outlive the
-  /// lines.
+  /// Sets the links of lines that are added from now on. Their targets must outlive the lines.
   void Link(LineParts::Links links) { links_ = std::move(links); }
   /// Starts a separate thread for a line whose driver may block; returns null for other lines.
   /// Fails if the system has no thread or no file descriptor left.
@@ -113,7 +109,6 @@ class Lines {
   /// It does not run before Start.
   void Add(std::shared_ptr<const config::Line> line,
            std::shared_ptr<transports::LoopThread> own = {});
-  /// Starts the lines that do not run yet.
   void Start();
   /// Returns a text for each port that these lines, which were started before this call, could not
   /// open: "line bay: no client can come in at 127.0.0.1:4001: address already in use". Waits for
@@ -127,7 +122,7 @@ class Lines {
   std::vector<std::string> Stop();
   /// Ends all lines, and waits for every driver without a limit.
   void End();
-  /// Ends the threads of the lines. To be called after End.
+  /// To be called after End.
   void StopLoops();
 
   std::size_t size() const { return entries_.size(); }
@@ -184,7 +179,7 @@ class Lines {
 // It is the only CommandSink of all lines. Thread-safe.
 class LineDispatcher final : public bus::CommandSink, public LineControl {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   LineDispatcher(bus::PointStore& store, const config::Catalog& catalog, const Lines& lines)
       : store_(store), catalog_(catalog), lines_(lines) {}
 

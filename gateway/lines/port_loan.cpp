@@ -19,7 +19,7 @@ namespace {
 /// No exchange takes longer, unless a device sends without end.
 constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
-/// A rest ends after this time even if the bus never falls silent.
+/// A rest ends after this time even if the bus is never silent.
 constexpr Duration kLongestRest = 10s;
 /// Between two loans the line polls for this time. Otherwise a client that comes again and again
 /// would have the port without limit.
@@ -72,7 +72,6 @@ std::optional<std::string> PortLoan::InUse() const {
   return "the port is in use by " + visit_.client;
 }
 
-/// Waits for the end of the current exchange.
 void PortLoan::Await(Now now) {
   state_ = State::wanted;
   wanted_at_ = now.instant;
@@ -85,7 +84,6 @@ bool PortLoan::Settle(Now now) {
   return state_ == State::wanted;
 }
 
-/// Returns how long the client may have the port.
 Duration PortLoan::TimeOf(const Visit& visit, Now now) const {
   if (visit.place == offered_at_) return offered_until_ - now.instant;
   return links_.config.lend ? links_.config.lend->time : config::PortServer().time;
@@ -148,7 +146,7 @@ void PortLoan::OnClosed(const std::string& reason, Now now) {
   if (Dismiss(reason, now)) (void)links_.port.Reset(links_.config.serial);
 }
 
-/// Disconnects the client. True: the client had the port.
+/// True: the client had the port.
 bool PortLoan::Dismiss(const std::string& why, Now now) {
   if (user_ == nullptr) return false;
   PortUser& user = *user_;
@@ -178,8 +176,8 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   });
 }
 
-/// Sets the settings of the line again. After a loan the line is silent for a while. A served port
-/// is free at once for its next client, because late replies cannot disturb any poll.
+/// After a loan the line rests. A served port is free for the next client at once, because late
+/// replies disturb no poll.
 void PortLoan::Restore(Now now) {
   if (const Status set = links_.port.Reset(links_.config.serial); !set) {
     return line_.OnPortFailed(set.error(), now);
@@ -281,8 +279,7 @@ void PortLoan::HideService(const std::string& place) {
   });
 }
 
-/// Shows a server in the status. Clients can connect until `until`; empty: as long as the line
-/// exists.
+/// `until`: end of the offer; empty: the server exists as long as the line.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
   HideService(server.Address());
   bus::PortService service;

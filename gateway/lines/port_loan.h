@@ -23,16 +23,13 @@
 
 namespace baudgate::lines {
 
-/// The log of loans.
 struct LoanRecords {
   audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
   bool required = false;           ///< refuse a loan that cannot be recorded
 };
 
-/// The loan of the port of one line. All calls must come from the loop of the line.
 class PortLoan final : public serial_server::PortOwner {
  public:
-  /// The line that lends its port.
   class Line {
    public:
     /// Returns why the port cannot be lent now; empty: it can.
@@ -59,7 +56,7 @@ class PortLoan final : public serial_server::PortOwner {
     /// How long the line is silent after a loan, because late replies to the client may still come.
     Duration rest{};
   };
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   PortLoan(const Links& links, Line& line)
       : links_(links), number_(links.store.LineIndex(links.config)), line_(line) {}
 
@@ -68,13 +65,12 @@ class PortLoan final : public serial_server::PortOwner {
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
-  /// Shows the server of the configuration in the status.
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
   /// Shows the server of `release --tcp` in the status, for `time`. Its first client need not wait.
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
-  /// Passes received bytes to the client. False: the bytes are for the line.
+  /// False: the bytes are for the line.
   bool PassToClient(View bytes, Now now);
   void OnRoom();
   /// The port is closed or lent to another program: disconnects the client.
@@ -89,8 +85,7 @@ class PortLoan final : public serial_server::PortOwner {
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
   /// Returns a sentence with the client that asks for the port or has it; empty: there is none.
   std::optional<std::string> InUse() const;
-  /// To be called after every input of the line. True: the line must start nothing, because a
-  /// client waits for the port.
+  /// To be called after every input of the line. True: the line must start nothing.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -122,11 +117,11 @@ class PortLoan final : public serial_server::PortOwner {
   serial_server::Visit visit_;
   Instant wanted_at_{};
   Instant until_{};
-  Instant show_at_{};        // when the status is updated next
-  std::string offered_at_;   // address of the server of `release --tcp`; empty: none
-  Instant offered_until_{};  // end of this offer
-  Instant polls_until_{};    // until then the line polls after a loan
-  Instant heard_{};          // time of the last byte from the port, or when the client left
+  Instant show_at_{};       // when the status is updated next
+  std::string offered_at_;  // address of the server of `release --tcp`; empty: none
+  Instant offered_until_{};
+  Instant polls_until_{};  // until then the line polls after a loan
+  Instant heard_{};        // time of the last byte from the port, or when the client left
 };
 
 }  // namespace baudgate::lines

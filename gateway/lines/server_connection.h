@@ -24,14 +24,13 @@
 
 namespace baudgate::lines {
 
-/// See above. Not thread-safe.
 class ConnectionProof {
  public:
   /// A connection is closed and opened again if no device behind it has answered for this time: a
   /// serial server may keep TCP alive although its serial side hangs.
   static constexpr Duration kSilenceLimit = 30s;
 
-  /// `network`: the connection is on TCP; else it is a local port.
+  /// `network`: on TCP; else a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
   /// Returns true if the opening must be reported at once.
@@ -41,27 +40,27 @@ class ConnectionProof {
     GoOn(now);
     return told_;
   }
-  /// The client of a loan has returned the connection, which is still open.
+  /// A loan has ended; the connection is the same.
   void GoOn(Instant now) {
     opened_ = now;
     if (network_) check_at_ = now + kGreeting;
   }
-  /// Returns true if the connection becomes proven.
+  /// True: the connection is proven now.
   bool NoteBytes(Instant now) {
     if (state_ == State::fresh) state_ = State::heard;
     if (state_ != State::heard || now - opened_ < kGreeting) return false;
     state_ = State::proven;
     return true;
   }
-  /// To be called at check_at(). `silent`: no device has answered for kSilenceLimit. Returns true
-  /// if the connection becomes proven.
+  /// To be called at check_at(). `silent`: no device has answered for kSilenceLimit. True: the
+  /// connection is proven now.
   bool OnCheck(Instant now, bool silent) {
     check_at_.reset();
     if (!silent) check_at_ = now + kSilenceLimit / 4;
     const bool held = state_ == State::heard || now - opened_ >= kSilenceLimit;
     return held && Prove();
   }
-  /// A device has answered. Returns true if the connection becomes proven.
+  /// A device has answered. True: the connection is proven now.
   bool Prove() { return std::exchange(state_, State::proven) != State::proven; }
   /// The connection has ended. Returns false if it had not been proven.
   bool OnLost() {
@@ -70,12 +69,10 @@ class ConnectionProof {
     state_ = State::useless;
     return false;
   }
-  /// This gateway has closed the port.
   void OnClosed() {
     check_at_.reset();
     state_ = State::fresh;
   }
-  /// Stops the checks until GoOn.
   void Pause() { check_at_.reset(); }
 
   /// Returns true once for each connection: its proof must be reported now.
@@ -122,8 +119,8 @@ class RestingConnection {
   explicit RestingConnection(bool wanted, std::size_t transaction = 0)
       : wanted_(wanted), transaction_(transaction) {}
 
-  /// A connection was opened; `answers` is the number of answers on the line so far. Returns true
-  /// if it continues a connection that rested.
+  /// A connection was opened; `answers` counts the answers on the line so far. Returns true if it
+  /// continues a connection that rested.
   bool OnOpened(std::uint64_t answers, Instant now) {
     opened_ = now;
     if (answers > answers_before_) in_vain_ = 0;
@@ -165,8 +162,7 @@ class RestingConnection {
     if (asks_) return its > 1 && !IsSameEnd();
     return (its > 1 || since >= kBehindAnswer) && its > 0 && since < survived_;
   }
-  /// True if an answer came over this connection; `answers` is the number of answers on the line so
-  /// far.
+  /// True if an answer came over this connection.
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
@@ -198,7 +194,6 @@ class RestingConnection {
     return std::exchange(held_, {});
   }
   void GiveUpHeld() { held_.clear(); }
-  /// The connection is closed for another reason.
   void End() {
     rests_ = false;
     held_.clear();
@@ -209,21 +204,19 @@ class RestingConnection {
   bool is_unsent() const { return is_unsent_; }
   /// True if a request was sent over this connection, and no byte has come since.
   bool asks() const { return asks_; }
-  /// Returns how many requests in a row were sent without an answer.
   int unanswered() const { return unanswered_; }
-  /// True if the last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }
 
  private:
-  /// True if the current request equals the request that ended the previous connection. The
-  /// transaction number is not compared.
+  /// True if the server ended the previous connection at the same request, apart from the
+  /// transaction number.
   bool IsSameEnd() const {
     return request_.size() > transaction_ &&
            std::ranges::equal(View(request_).subspan(transaction_),
                               View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
-  /// True soon after the opening: a server that ends connections after their first answer may have
-  /// answered more than once by now.
+  /// A server that ends connections after their first answer may have answered more than once by
+  /// now.
   bool IsSoon(Instant now) const { return now - opened_ < kSoon; }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
@@ -242,7 +235,7 @@ class RestingConnection {
   Instant opened_{};
   Instant used_{};       // time of the last byte in or out
   Duration survived_{};  // the longest idle time that this connection has survived
-  Bytes request_;        // the latest request
+  Bytes request_;
   Bytes ended_by_;  // the latest request at which the server ended the connection, if it was not
                     // answered since
   bool rests_ = false;
@@ -253,7 +246,7 @@ class RestingConnection {
   int unanswered_ = 0;    // requests over this connection since the last byte
   int in_vain_ = 0;       // connections in a row that ended before any answer
   Bytes held_;
-  bool is_unsent_ = false;  // see is_unsent()
+  bool is_unsent_ = false;
 };
 
 }  // namespace baudgate::lines

@@ -81,8 +81,8 @@ void TelegramQueue::Hand(bool send, Now now) {
   if (exchange_->is_over()) End(now);
 }
 
-/// The telegram has failed. If it was never put on the wire, no device can have received it, so its
-/// state becomes `queued` again.
+/// A failed telegram that was never put on the wire becomes `queued` again, because no device can
+/// have received it.
 void TelegramQueue::TakeBack() {
   const bool sent = command_->state == bus::WriteState::sent;
   if (sent && port_.IsUnsent()) command_->MoveTo(bus::WriteState::queued);

@@ -1,12 +1,11 @@
-// `TelegramQueue` holds telegrams by hand (`baudgate ask`) until they can be sent on a line. The
-// poller finishes its current job and pauses, the telegram uses the line alone, and the poller
-// continues.
+// `TelegramQueue` holds telegrams by hand (`baudgate ask`) until they can be sent. The poller
+// finishes its job and pauses, the telegram uses the line alone, and the poller continues.
 //
 //   current poll → its end → the telegram and its reply → silence → the next poll
 //
 // A telegram waits until no late reply to a poll can come, because it could be mistaken for the
-// reply to the telegram. If the telegram gets no reply, a late reply could be mistaken for the
-// reply to a poll, so probes go before the next polls.
+// reply to the telegram. If a telegram gets no reply, a late one could be mistaken for the reply to
+// a poll, so probes go before the next polls.
 //
 // All calls must come from the line's thread.
 // SPDX-License-Identifier: Apache-2.0
@@ -25,13 +24,12 @@ namespace baudgate::lines {
 
 class TelegramQueue {
  public:
-  /// The references must stay valid for the lifetime of this object; `port` may be constructed
-  /// later.
+  /// The references must outlive this object; `port` may be constructed later.
   TelegramQueue(const config::Line& line, bus::Poller& poller, bus::Tap& tap,
                 bus::RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
-  /// `why_not`: nothing can be sent now, so the command is answered at once with this reason.
+  /// `why_not`: nothing can be sent now, so the command is answered at once.
   void Submit(bus::WriteCommand command, const std::optional<std::string>& why_not, Now now);
   /// Returns false if no telegram is on the line: the bytes are for the poller.
   bool TakeBytes(View bytes, Now now);
@@ -59,7 +57,7 @@ class TelegramQueue {
   bus::Tap& tap_;
   bus::RequestPort& port_;
   std::deque<bus::WriteCommand> waiting_;
-  std::optional<bus::WriteCommand> command_;  // the current command
+  std::optional<bus::WriteCommand> command_;
   config::SerialSettings serial_;
   std::optional<bus::TelegramExchange> exchange_;
 };

@@ -35,19 +35,18 @@ struct ClockSettings {
   Duration seconds{};  ///< interval of T; zero: never sent
   Duration date{};     ///< interval of D; zero: never sent
   Zone zone = Zone::local;
-  Duration delay{};  ///< delay of converters on the way, in addition to the time of the characters
+  Duration delay{};  ///< delay of converters on the way, beyond the characters
 };
 
-/// Decides which clock message of a line is due. All relays of the line share it.
+/// The clock messages of one line, shared by its relays.
 class ClockMessages {
  public:
   explicit ClockMessages(bool right = false) : right_(right) {}
 
-  /// Notes whether this machine's clock is known to be right.
   void OnHostClock(bool right);
   bool right() const { return right_; }
 
-  /// Returns the item that must be sent now, D before T; empty: none is due.
+  /// Returns the item to send now, D before T; empty: none is due.
   std::optional<char> Due(const ClockSettings& settings, Instant now) const;
   void OnSent(char item, Instant now);
 
@@ -57,12 +56,11 @@ class ClockMessages {
   std::optional<Instant> date_sent_;
 };
 
-/// Returns the text of T or D. The length of the text depends on the item only.
+/// Returns the text of T or D; its length depends on the item only.
 std::string ClockText(char item, WallTime time, Zone zone);
 
-// Measures by how much a relay's clock differs from this machine's clock: compares T, the second of
-// the relay's minute, with the middle of the time in which the relay read its clock. Nothing is
-// set.
+// Measures how far a relay's clock is from this machine's clock: compares T, the second of the
+// relay's minute, with the middle of the time in which the relay read its clock.
 //
 //   > >1RT:…          the last character arrives at 12:00:00.000
 //   < <1D:01.510:…    the first character comes at 12:00:00.020      1.510 - 0.010 = 1.500 s ahead
@@ -78,14 +76,13 @@ std::optional<Duration> SecondsOf(std::string_view data);
 
 class ClockOffset {
  public:
-  /// If request and reply are further apart, the time at which the relay read its clock is too
-  /// uncertain.
+  /// In a longer time between request and reply it is unknown when the relay read its clock.
   static constexpr Duration kWidest = 500ms;
 
   /// A request for T was made, but is not sent yet.
   void OnAsked() { first_.reset(); }
-  /// The request is sent, perhaps a second time; its last character arrives at `arrives`.
-  /// `character` is the time of one character.
+  /// The request is sent, perhaps a second time. `arrives`: when its last character arrives;
+  /// `character`: the time of one character.
   void OnSent(Now arrives, Duration character);
 
   struct Offset {

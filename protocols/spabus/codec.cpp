@@ -21,7 +21,7 @@ std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {
   return Range{*first, *last};
 }
 
-/// Parses the part of a request between the type letter and the next colon.
+/// Parses what is between the type letter and the next colon.
 bool ParseItems(std::string_view text, Command& command) {
   if (!text.empty() && IsDigit(text.front())) {
     const auto channels = TakeRange(text, kChannelDigits);

@@ -26,7 +26,7 @@ inline constexpr std::size_t kMaxLines = 16;
 /// Most digits of a channel, and of the number of an item or event.
 inline constexpr std::size_t kChannelDigits = 3;
 inline constexpr std::size_t kNumberDigits = 6;
-/// A text in place of the checksum: the receiver does not check the frame.
+/// In place of the checksum: the receiver does not check the frame.
 inline constexpr std::string_view kWildcard = "XX";
 
 constexpr bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -53,7 +53,7 @@ struct Address {
   auto operator<=>(const Address&) const = default;
 };
 
-/// True for I, O, S, V and M, whose items have numbers. C, F, T, D, A, L and B are one item each.
+/// True for I, O, S, V, M. Each of C, F, T, D, A, L, B is one item.
 bool TakesNumber(char category);
 
 /// Reads `[channel]category[number]`; the channel is 0 if it is left out. An error contains the
@@ -64,7 +64,6 @@ std::string FormatAddress(const Address& address);
 /// Reads a slave number: 1…999 without 900. An error contains the right form.
 Result<unsigned> ParseSlave(std::string_view text);
 
-/// The content of a request.
 struct Command {
   unsigned slave = 0;
   bool write = false;

@@ -104,8 +104,7 @@ bool ItemReads::OnAnswered(std::size_t query, Instant now) {
   return true;
 }
 
-/// Handles a refusal so that one item does not block the others: asks for fewer items, or splits
-/// the block.
+/// Changes the queries, so that one item does not block the others.
 bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now) {
   // An item counts as missing after three refusals, because a damaged reply may look like a
   // refusal.
@@ -197,8 +196,7 @@ namespace {
 constexpr Address kIdentification{0, 'F', std::nullopt};
 /// The only query for a relay that is not what its profile requires: what it is now.
 const Query kIdentificationQuery{config::Group::slow, {}};
-/// The text that Memory() stores over restarts while the password may be open. Nothing else is
-/// stored.
+/// The memory over restarts, while the password may be open.
 constexpr std::string_view kMayBeOpen = "password may be open";
 
 class SpaConversation final : public Conversation {
@@ -225,8 +223,8 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
-    // A probe reads F, too: if a question for the name waits behind the probe, its reply answers
-    // this question, so the mark of the question stays.
+    // A probe reads F, too: its reply also answers a question for the name that waits behind the
+    // probe.
     const bool is_probe = task.kind == Task::Kind::probe;
     if (!is_probe) identity_.OnAsk();
     const auto clock = clock_.Due(ClockSettingsOf(settings_), now);

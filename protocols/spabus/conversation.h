@@ -59,7 +59,7 @@ Command ReadOf(unsigned slave, const Block<Row>& block);
 //
 class ItemReads {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   ItemReads(const config::Device& device, const Settings& settings);
   ItemReads(const ItemReads&) = delete;
   ItemReads& operator=(const ItemReads&) = delete;
@@ -78,8 +78,7 @@ class ItemReads {
   bool OnFailure(std::size_t query, Outcome outcome, Instant now);
   bool ForgetRefusals() { return plan_.ForgetRefusals(); }
 
-  /// From now on one value is written per request, because the relay refused a write of several
-  /// values.
+  /// The relay refused a write of several values.
   void WriteAlone() { limits_.written = 1; }
   void OnReconnect();
   /// Returns what was learned, for the status; empty: nothing was learned.
@@ -98,8 +97,8 @@ class ItemReads {
   RequestLimits limits_;  ///< lower than configured after the device refused requests as too large
   TryAgain larger_;       ///< when the configured limits are tried again
   ItemPlan plan_;
-  int channel_failures_ = 0;    ///< failures of ranges of channels, while none was answered
-  bool channels_work_ = false;  ///< a range of channels was answered
+  int channel_failures_ = 0;  ///< failures of ranges of channels, while none was answered
+  bool channels_work_ = false;
 };
 
 // Checks by its designation (item F) that a relay is what its profile requires:
@@ -121,7 +120,7 @@ class RelayIdentity {
   /// state.
   bool TakeAsked() { return std::exchange(asked_, false); }
   Answer TakeName(Answer answer);
-  /// The relay did not answer: this contradicts no profile, so the next poll reads values.
+  /// Silence contradicts no profile: the next poll reads values.
   void OnNoName() { named_ = true; }
   void OnReconnect() { named_ = false; }
   const DeviceTrouble& trouble() const { return trouble_; }
@@ -133,7 +132,6 @@ class RelayIdentity {
   DeviceTrouble trouble_;
 };
 
-/// The state that the devices of a line share.
 struct SpaBus final : Bus {
   ContinuationChecksum checksum;
   ClockMessages clock;

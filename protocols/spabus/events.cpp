@@ -91,8 +91,8 @@ constexpr Address kStatus{0, 'C', std::nullopt};
 /// requests, does not support B.
 constexpr int kSilentBackups = 3;
 /// A relay that has never answered L, and refuses it this many times in a row, does not support L.
-/// A relay that has answered L before is asked again, because an apparent refusal may be a damaged
-/// or another device's reply.
+/// A relay that has answered is asked again, because an apparent refusal may be a damaged reply, or
+/// that of another device.
 constexpr int kMostRefusals = 3;
 /// Failures in a row after which the status has a remark.
 constexpr int kManyFailures = 10;
@@ -173,8 +173,7 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   } else if (held_ && held_->said == batch.said) {
     return ReportHeld(now);
   } else if (held_ && rechecks_) {
-    // One of the two batches is damaged. The task ends, so that other tasks get their turn if this
-    // repeats.
+    // One of the two batches is damaged. Other tasks get their turn if this repeats.
     Answer answer = Hold(std::move(batch.said), true);
     answer.then = Then::done;
     return answer;

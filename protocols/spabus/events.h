@@ -25,7 +25,6 @@ namespace baudgate::protocols::spabus {
 inline constexpr std::uint32_t kRestarted = 50;
 inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event are lost
 
-/// True for L and B.
 constexpr bool IsEventList(char category) { return category == 'L' || category == 'B'; }
 
 /// Parses the data of a reply to L or B. Returns no events for empty data.
@@ -33,8 +32,7 @@ std::vector<DeviceEvent> ParseEvents(std::string_view data);
 /// True if the data may come from a reply to L or B: empty, or each part is a time and a letter
 /// with a number behind it.
 bool LooksLikeEvents(std::string_view data);
-/// Prints an event; `event.time` is the time within a minute. An event without a time gets
-/// "00.000".
+/// `event.time` is within a minute; without it "00.000" is printed.
 std::string PrintEvent(const DeviceEvent& event);
 
 // Takes the events out of a relay: decides the next request and handles its answer. The
@@ -68,7 +66,6 @@ class EventSession {
   /// Returns why no events come, if this lasts.
   const DeviceTrouble& remark() const;
 
-  /// Returns the next request.
   Command Next(unsigned slave);
   /// Returns the request that replaces a failed L.
   Command Instead(unsigned slave);
@@ -108,7 +105,7 @@ class EventSession {
   bool knows_backup_ = true;     ///< B was not refused, and not ignored kSilentBackups times
   bool answers_backup_ = false;  ///< the relay has answered B since the program started
   std::optional<Held> held_;
-  std::string last_;  ///< the text of the last batch
+  std::string last_;
   Instant last_at_{};
 };
 

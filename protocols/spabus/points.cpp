@@ -218,7 +218,6 @@ void DropZeros(std::string& text, std::size_t least) {
   if (text == "-0") text = "0";
 }
 
-/// Formats in fixed notation with `least` to `most` decimals.
 std::string FormatFixed(double number, int least, int most) {
   char buffer[64];
   const auto [end, error] =
@@ -267,9 +266,9 @@ Result<std::string> EncodeText(const std::string& text) {
   return text;
 }
 
-/// Returns the shortest text of a number. A float32 register contains 30.3 as 30.299999237, so the
-/// shortest text that reads back as the same float32 is the intended number. A float64 is rounded
-/// to 15 digits, which hides the error of 0.1 + 0.2.
+/// A float32 register contains 30.3 as 30.299999237, so the shortest text that reads back as the
+/// same float32 is the intended number. A float64 is rounded to 15 digits, which hides the error of
+/// 0.1 + 0.2.
 std::string Shortest(double number, Type type) {
   char buffer[512];
   char* const end = buffer + sizeof buffer;
@@ -325,7 +324,7 @@ Decoded DecodeValue(std::string_view raw, const config::Point& point) {
     return {{}, Quality::bad_configuration};
   }
   if (IsInteger(point.type)) {
-    // A fraction such as 0.52 in an integer point is valid only if a scale makes the value whole.
+    // 0.52 in an integer point is valid only if a scale makes the value whole.
     const bool whole = !std::holds_alternative<double>(*number);
     if (!whole && !IsScaled(point)) return {{}, Quality::bad_configuration};
     return {*number, Quality::good};

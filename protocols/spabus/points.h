@@ -31,7 +31,6 @@ std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
 /// Returns the address that writes a point: `write`, or `read` if `write` is empty.
 Result<Address> WriteAddress(const config::Point& point);
 
-/// Checks that `read`, `write`, type and table fit together.
 Status CheckPoint(const config::Point& point);
 
 /// Returns warnings: slave numbers that few devices can have, and outputs that may be written.
@@ -55,8 +54,8 @@ Value GuessValue(std::string_view text);
 /// range by rounding.
 Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
-/// Returns the text that a slave prints for a value: booleans as 0 and 1, numbers with the point's
-/// decimals, or with two to four decimals if the point has none.
+/// Returns the text that a slave prints: booleans as 0 and 1, numbers with the point's decimals,
+/// else with two to four.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus

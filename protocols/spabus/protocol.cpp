@@ -20,8 +20,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*slave);
 }
 
-/// Delays as known masters use them, because the chapter of the specification on delays is not
-/// public; README.md names the sources.
+/// Delays of known masters (README.md names the sources), because the chapter of the specification
+/// is not public.
 constexpr TimingRule kTiming = {
     .quiet = {.least = 5ms, .characters = 5},
     .reply = {.least = 500ms},

@@ -11,7 +11,7 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-// The codes and meanings are from Arcteq's table of SPA error codes; the reactions are our choice
+// Codes and meanings from Arcteq's table of SPA error codes; the reactions are our choice
 // (README.md).
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
@@ -90,7 +90,7 @@ std::uint8_t Sum(std::string_view text, std::string_view without) {
   return sum;
 }
 
-/// Returns the checksum of `covered`, the text from `<` to the last colon.
+/// `covered`: the text from `<` to the last colon.
 std::uint8_t SumOf(std::string_view covered, int reading) {
   const std::uint8_t line_feed = (reading & kLineFeedCovered) != 0 ? kLf : 0;
   switch (reading & kCoversAny) {
@@ -108,8 +108,8 @@ std::uint8_t SumOf(std::string_view covered, int reading) {
   }
 }
 
-/// Joins the lines of a reply without a separator, because a value may be cut anywhere. Returns
-/// nothing for characters that a value cannot contain.
+/// Joins the lines without a separator, because a value may be cut anywhere. Nothing: a character
+/// is not allowed.
 std::optional<std::string> Join(std::string_view lines, bool& continued) {
   std::string data;
   for (;;) {
@@ -250,7 +250,7 @@ namespace {
 constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
 constexpr const char* kFewer = "set max_items: 1 in the configuration; does the profile fit it?";
 
-/// The end of a request without a checksum, as `send_xx` makes it.
+/// The end of a request by `send_xx`, without a checksum.
 constexpr std::string_view kUnchecked = "XX\r";
 
 Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {

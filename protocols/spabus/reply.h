@@ -21,9 +21,8 @@ namespace baudgate::protocols::spabus {
 
 // Refusals of a slave (NACK 0…9): what each code means, and how the master reacts.
 
-/// Codes that are handled by their number: the request asks for too much; the request is not
-/// understood; the item is not available now, for example because the password is not open; another
-/// error.
+/// Codes that are handled by number: the request asks for too much; it is not understood; not now,
+/// for example without the password.
 inline constexpr int kTooComplicated = 3;
 inline constexpr int kSyntax = 5;
 inline constexpr int kNotNow = 7;
@@ -43,7 +42,6 @@ struct NackRule {
   bool judged = true;
 };
 
-/// Returns the rule for a code; for a code beyond 0…9 the rule for unknown codes.
 const NackRule& RuleOf(int code);
 
 /// Returns "NACK 6: some of the data does not exist in the device; …".
@@ -68,8 +66,8 @@ struct Reply {
   char type = 'D';          ///< D, A or N
   std::string data;         ///< data of D: the lines joined, before splitting at '/'
   std::optional<int> nack;  ///< code of N: 0…9; empty: no digit was found
-  bool continued = false;   ///< the reply came in several lines
-  bool wildcard = false;    ///< the reply has XX instead of a checksum
+  bool continued = false;
+  bool wildcard = false;
 };
 
 /// Parses a frame from `<` to its CR or CR LF; checks the syntax only. Returns nothing if the frame
@@ -79,12 +77,10 @@ std::optional<Reply> ParseReply(View frame);
 /// Returns which kCovers… variants give the checksum of the frame; 0: none.
 int MatchingReadings(View frame, bool line_feed_covered);
 
-/// True if the checksum is right under one of the bits `accepted`.
 bool ChecksumPasses(View frame, int accepted);
 
-/// Encode replies of a slave. `reading` is the variant of the checksum: one of kCovers…, with or
-/// without kLineFeedCovered. The frames begin with LF and end in CR LF. EncodeData returns nothing
-/// if the data is too long for a reply.
+/// `reading`: how the slave computes checksums, one of kCovers…, with or without kLineFeedCovered.
+/// The frames begin with LF and end in CR LF. EncodeData returns nothing if the data is too long.
 std::optional<Bytes> EncodeData(unsigned slave, std::string_view data, int reading);
 Bytes EncodeAck(unsigned slave, int reading);
 Bytes EncodeNack(unsigned slave, int code, int reading);
@@ -97,8 +93,8 @@ class ContinuationChecksum {
   int accepted() const { return accepted_; }
   /// A continued reply was right under the variants `matching`.
   void Confirm(int matching);
-  /// A reply was damaged. After three damaged replies in a row all variants are accepted again,
-  /// because the learned variant may be wrong.
+  /// A reply was damaged. After three in a row all variants are accepted again, because the learned
+  /// one may be wrong.
   void Doubt();
   void Forget();
   /// Returns the remaining variant, 'a' to 'd'; 0 while several remain.
@@ -118,9 +114,9 @@ struct Exchange {
   std::string data;                ///< the data of an answered read, as it came
 };
 
-/// Decodes an exchange. `points` must be sorted by address. A reading has the index of each point
-/// with the item's address, or a label if no point has this address. A single item that the slave
-/// does not have gives one reading of bad configuration.
+/// `points` must be sorted by address. Readings have the index of each point with the item's
+/// address, or a label if there is none. A single item that the slave does not have gives one
+/// reading of bad configuration.
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points);
 
 /// Returns what a write has set, value by value, with labels: "S21 written". Items of the password

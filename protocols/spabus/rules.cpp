@@ -58,7 +58,7 @@ Expectation Expect(View request, const Settings& settings) {
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
-    // the checksum, from which the password could be computed
+    // the checksum, which gives the password away
     expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);
   }
   return expect;
@@ -280,7 +280,7 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   return std::nullopt;
 }
 
-/// True for a reply without a slave number: "<D:0:33" in place of "<1D:0:33".
+/// True for "<D:0:33" in place of "<1D:0:33".
 bool IsNameless(View message, const std::string& name) {
   if (message.size() < 2 || !std::isalpha(message[1])) return false;
   Bytes named(message.begin(), message.begin() + 1);

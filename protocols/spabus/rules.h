@@ -1,7 +1,6 @@
-// Rules for messages of the SPA Bus: `Expect` derives from the bytes of a request and the device's
-// options which replies are possible, `ReplyRule` and `RequestRule` cut messages out of a byte
-// stream, and `Recognise` explains other bytes. The tables for a scan and for telegrams by hand are
-// here, too.
+// Rules for messages of the SPA Bus: `Expect` lists the possible replies, by the bytes of a request
+// and the device's options; `ReplyRule` and `RequestRule` cut messages out of a byte stream;
+// `Recognise` explains other bytes. The tables for a scan and for telegrams by hand are here, too.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,8 +14,7 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Returns which replies to `request` are possible. An empty request stands for the twin, which
-/// expects requests.
+/// Returns the possible replies. An empty request stands for the twin, which expects requests.
 Expectation Expect(View request, const Settings& settings);
 
 // Cut messages out of the bytes of protocols/assembler.h: replies for the master, requests for

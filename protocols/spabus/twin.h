@@ -35,7 +35,7 @@ class SpaTwin final : public Twin {
   std::string TakeEvents();
   Bytes Read(const Command& command, Instant now);
   Bytes Write(const Command& command);
-  /// Returns the code of the NACK for the write of one item; nothing if the item was written.
+  /// Returns the code of the NACK; nothing if the item was written.
   std::optional<int> WriteItem(const Address& item, const std::string& data);
   Bytes WritePassword(std::uint32_t item, const std::string& data);
   Bytes Nack(int code) const;

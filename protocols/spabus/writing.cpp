@@ -128,7 +128,7 @@ std::optional<Command> WriteSession::Leftover(unsigned slave) {
 }
 
 void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
-  // Without a sign of life a failure follows, which counts the closing.
+  // Otherwise a failure follows, and is counted there.
   if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
     // Without a NACK and without "ok" the result is unknown, so the step is repeated.
@@ -195,8 +195,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
   return answer;
 }
 
-/// Judges a refused write. A single refused value was not stored: NACK 7 and 9 mean not now, others
-/// never. Several values may be stored in part.
+/// A single refused value was not stored: NACK 7 and 9 mean not now, others never.
 Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
   if (!nack || !RuleOf(*nack).judged) return answer;
   if (values_.size() > 1) {

@@ -29,16 +29,14 @@ Result<Command> WriteOf(unsigned slave, std::span<const PointValue> values,
                         std::span<const config::Point> points);
 
 /// Returns how many of `writes`, from the first on, fit into one request: neighbouring items of one
-/// channel and category that can be read back, in one line. The result is at least one, at most
-/// `most`.
+/// channel and category that can be read back, in one line; at least one, at most `most`.
 std::size_t CountTogether(std::span<const PointValue> writes, std::span<const config::Point> points,
                           std::size_t most);
 
-/// The steps of one write: open the password, write, and close the password again, also after a
-/// failure. An open password opens the relay for every master on the line, and a few wrong
-/// passwords lock the relay. So the password is sent only for a real write, never again after the
-/// device has refused it, and closed with its own value: any other value in V161 would become the
-/// new password.
+/// The steps of one write: open the password, write, close the password, also after a failure. An
+/// open password opens the relay for every master on the line, and a few wrong passwords lock it.
+/// So the password is sent only for a real write, never again after a refusal, and closed with its
+/// own value: any other value in V161 would become the new password.
 class WriteSession {
  public:
   /// `password` 0: the device needs none.
@@ -48,7 +46,6 @@ class WriteSession {
   Result<Command> Next(unsigned slave, const Task& task, std::span<const config::Point> points);
   /// True if the latest command opens the password, so it writes no value.
   bool opening() const { return step_ == Step::open; }
-  /// True if the latest command closes the password.
   bool closing() const { return step_ == Step::close; }
 
   /// Handles the decoded answer to the current step. Returns the answer of the task; in the last
@@ -58,8 +55,8 @@ class WriteSession {
   /// `closes`: the request should have closed the password.
   Then OnFailure(Outcome outcome, bool closes);
 
-  /// Returns a command that closes a password left open by an earlier task; nothing if none is
-  /// open, or if the most closings have got no answer. The call itself is not counted, because the
+  /// Returns the command that closes a password left open by an earlier task; nothing if none is
+  /// open, or if the most closings got no answer. The call itself is not counted, because the
   /// request may wait and be asked for again. To be used before a device that answers is read, as
   /// the next write may be far away. After OnUnsettledWrite the password is opened first.
   std::optional<Command> Leftover(unsigned slave);
@@ -70,8 +67,8 @@ class WriteSession {
   /// device accepts the configured password: in another device the closing would set a new
   /// password.
   void OnUnsettledWrite() { unsettled_ = password_ != 0; }
-  /// True if the password may be open. The caller should store this over restarts, because the
-  /// device may be silent until then.
+  /// True if the password may be open. Worth storing over restarts: the device may be silent until
+  /// then.
   bool may_be_open() const { return unsettled_ || maybe_open_; }
 
   /// A user has enabled the device again: a refused password may be sent once more.
@@ -88,14 +85,13 @@ class WriteSession {
   Answer Opened(Answer answer, std::optional<int> nack);
   Answer Written(Answer answer, std::optional<int> nack) const;
   Answer Closed(Answer answer);
-  /// Returns the final answer of the task.
   Answer Finish(const std::string& warning);
   void End();
 
   std::int64_t password_;
-  Step step_ = Step::idle;          ///< the next step
-  std::vector<PointValue> values_;  ///< values of the current task
-  Answer result_;                   ///< answer to the write itself
+  Step step_ = Step::idle;  ///< the next step
+  std::vector<PointValue> values_;
+  Answer result_;     ///< answer to the write itself
   int closings_ = 0;  ///< closings in a row that have ended, with or without an answer
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since

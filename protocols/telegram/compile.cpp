@@ -66,15 +66,14 @@ std::string HintOf(std::string_view name, const std::vector<std::string>& known)
          " its fields: " + (views.empty() ? std::string("none") : Join(views));
 }
 
-/// Returns "0x1A" for the key "0x1a" and for the escape "\\x1A"; nothing for another key.
+/// Returns "0x1A" for "0x1a" and for the escape "\\x1A"; nothing for another key.
 std::optional<std::string> ByteCode(std::string_view key) {
   if (!key.starts_with("0x") && !key.starts_with("\\x")) return std::nullopt;
   const auto byte = ParseHex(key.substr(2));
   return byte && byte->size() == 1 ? std::optional(ByteText(*byte)) : std::nullopt;
 }
 
-/// Returns the codes in the form in which the field `name` is decoded. Reports codes that the field
-/// cannot contain.
+/// Returns the codes in the form of the field `name`, and reports codes that it cannot contain.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
   const Format& format = telegram.FindField(name)->format;
@@ -97,7 +96,7 @@ Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& co
   return of_bytes;
 }
 
-/// Reads the codes of fields: `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over } }`
+/// `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over } }`
 void ReadCodes(MapReader& map, Telegram& telegram) {
   const auto node = map.Get("codes");
   if (!node) return;
@@ -136,7 +135,6 @@ std::vector<YamlNode> NodesOf(MapReader& map, const char* key, std::size_t most)
   return config::ReadList(*node, key, most, map.problems());
 }
 
-/// Reports contradictions within one telegram.
 void CheckTelegram(const MapReader& map, const Telegram& telegram) {
   Problems& problems = map.problems();
   const auto error = [&](std::string_view key, const std::string& why) {
@@ -200,7 +198,7 @@ class Compiler {
     return out.good() ? out.c_str() : std::string();
   }
 
-  /// True for a misspelt "all", for example "al: { ends: '\r\n' }".
+  /// True for a misspelt "all": "al: { ends: '\r\n' }".
   static bool IsMeantAsAll(const Entry& entry) {
     constexpr std::array<std::string_view, 1> kKnown = {kAll};
     if (entry.key == kAll || DidYouMean(entry.key, kKnown).empty()) return false;
@@ -280,7 +278,7 @@ class Compiler {
     };
     read(raws_[index].before, "before", telegram.before);
     read(raws_[index].behind, "behind", telegram.behind);
-    // One place stays free, because the question for the device's name may go before.
+    // One place is left for the question for the device's name.
     constexpr std::size_t kMost = kMostSteps - 1;
     if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
       problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
@@ -389,7 +387,7 @@ class ExampleCheck {
       Error("receive", "the telegram has no 'receive', so nothing comes back");
     }
     if (!telegram_.send && map_.Has("send")) Error("send", "the telegram has no 'send'");
-    // Without fitting bytes the other keys of the example cannot be checked.
+    // The other keys of the example cannot be checked then.
     if (!sent || !received) map_.AllowAll();
     map_.Finish();
     if (!sent || !received) return std::nullopt;

@@ -16,9 +16,9 @@ namespace baudgate::protocols::telegram {
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
-/// Checks the examples of telegram `index`: the sent bytes must be what the pattern gives, and the
-/// received bytes must mean what the example states. Good examples are stored in the telegram.
-/// `description` must be complete except for these examples.
+/// Checks the examples of telegram `index`, and stores the good ones in it. The sent bytes must be
+/// what the pattern gives; the received bytes must mean what the example states. The rest of
+/// `description` must be complete.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

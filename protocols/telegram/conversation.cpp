@@ -108,8 +108,8 @@ constexpr std::size_t kMostOthers = 3;
 constexpr std::size_t kLongestBegin = 10;
 constexpr std::size_t kShortestWord = 2;
 
-/// Returns the word in the fixed characters of a telegram, such as "MDA", by which users know it;
-/// else its name.
+/// Returns the word in its fixed characters by which users know a telegram, such as "MDA"; else its
+/// name.
 std::string WordOf(const Telegram& telegram) {
   for (const Element& element : telegram.receive.front().pattern.elements) {
     std::string word;
@@ -121,7 +121,7 @@ std::string WordOf(const Telegram& telegram) {
   return telegram.name;
 }
 
-/// Returns the beginning of a message: "$GPGSV".
+/// Returns for example "$GPGSV".
 std::string BeginOf(View message) {
   const std::string_view text = Trim(AsText(message));
   return Printable(ToBytes(text.substr(0, std::min(text.find_first_of(", "), kLongestBegin))));
@@ -224,7 +224,7 @@ bool Exchanges::Advance() {
 
 bool Exchanges::Fail() {
   Forget();
-  // If the main telegram was not reached and no telegram went before, there is nothing to close.
+  // Nothing must be closed if neither a telegram before nor the main telegram was sent.
   const bool begun = at_ > 0 || (under_way() && steps_[at_].part != Step::Part::before);
   while (under_way() && steps_[at_].part != Step::Part::behind) ++at_;
   const bool closes = begun && under_way() && steps_[at_].part == Step::Part::behind;
@@ -236,9 +236,9 @@ namespace {
 
 constexpr Duration kUsualIdle = 500ms;  // silence that ends an incomplete unasked message
 constexpr Duration kLongestMessage = 5s;
-constexpr int kRefusals = 3;  // more than one, because a damaged answer may look like a refusal
+constexpr int kRefusals = 3;  // a damaged answer may look like a refusal
 
-/// A device without a description gets an empty description, so it is asked nothing.
+/// A device without a description is asked nothing.
 Settings WithDescription(Settings settings) {
   if (!settings.description) settings.description = std::make_shared<const Description>("");
   return settings;
@@ -408,7 +408,6 @@ Answer TelegramConversation::OnFrame(const Task& task, const Request& request, V
   return AfterStep(task, std::move(answer), now);
 }
 
-/// Decodes the answer to the current step.
 Answer TelegramConversation::ReadStep(std::size_t number, const Request& request, View frame) {
   const Telegram& telegram = TelegramOf(number);
   const Match match = MatchAll(*telegram.send, request.bytes, {});
@@ -488,7 +487,6 @@ Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant 
   return answer;
 }
 
-/// Updates the plan of queries by the answer to a poll.
 void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant now) {
   probes_.OnPolled();
   PlanChange change = PlanChange::nothing;

@@ -21,8 +21,6 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Reads the answers of a described device: their outcome, and the values of the points. It has no
-/// state.
 class AnswerReader {
  public:
   /// The place of each point in the answers; empty: the point is not read.
@@ -60,7 +58,6 @@ class Listening {
   /// `description` and `bound` must outlive this object.
   Listening(const Description& description, const Bound& bound, const AnswerReader::Places& places);
 
-  /// Handles a whole message of the description.
   void OnMessage(View message);
   /// Returns "no MDA comes: …"; empty: all telegrams that points read have come.
   std::string Missing() const;
@@ -108,9 +105,8 @@ class Exchanges {
   void Forget() { done_once_.clear(); }
   void Break() { at_ = steps_.size(); }
 
-  /// Sets the outcome of the exchange: that of the main telegram, or of the first failure. Only the
-  /// first call counts, because the answer to a closing telegram is not the result of the main
-  /// telegram.
+  /// Sets the outcome of the exchange: that of the main telegram, or the first failure. Only the
+  /// first call counts: the answer to a closing telegram is no result of the main telegram.
   void EndAs(Outcome outcome, const std::string& reason) {
     if (outcome_ != Outcome::none) return;
     outcome_ = outcome;
@@ -180,7 +176,6 @@ class TelegramConversation final : public Conversation {
   const std::optional<std::size_t> own_probe_;
   ProbeChoice probes_;
 
-  // The current exchange.
   Exchanges exchanges_;
   Bound filled_;                  // values for its telegrams
   Bytes context_;                 // see Request

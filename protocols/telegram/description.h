@@ -41,7 +41,7 @@ struct Telegram {
   bool reads = false;   ///< the telegram changes nothing in the device
   bool repeat = false;  ///< the telegram may be repeated although `reads` is false
   bool listen = false;
-  bool once = false;  ///< of a telegram that goes before: sent once, and again only after a failure
+  bool once = false;  ///< of a telegram that goes before: sent once, until a failure
   /// a field without a valid number is damage, and the answer is asked for again
   bool strict = false;
   std::vector<std::size_t> before{};  ///< numbers of telegrams
@@ -68,7 +68,7 @@ class Description final : public config::Description {
   std::vector<Telegram> telegrams;
   std::size_t most = 256;  ///< most bytes of a telegram
 
-  /// Returns the number of the telegram; empty: there is none with this name.
+  /// Empty: no telegram has this name.
   std::optional<std::size_t> Find(std::string_view name) const;
   bool listens() const;
 
@@ -77,8 +77,8 @@ class Description final : public config::Description {
     Match match;
     Bound values;
   };
-  /// Returns the telegram that these bytes are; empty: none. If several fit, returns the telegram
-  /// with the most fixed bytes.
+  /// Returns the telegram that these bytes are, with the most fixed bytes if several fit; empty:
+  /// none.
   std::optional<Sent> Recognise(View request) const;
 };
 
@@ -94,7 +94,7 @@ Settings ReadSettings(const config::Options& options);
 
 /// Returns the values for the fields of every telegram: address, password, parameters.
 Bound BoundOf(const Settings& settings, std::string_view address);
-/// Returns a number if the address is one, else a text.
+/// Returns a number if the address is one.
 Value AddressValue(std::string_view address);
 
 // The options of a device: its description, and values for the fields of its telegrams.

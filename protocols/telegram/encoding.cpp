@@ -29,8 +29,8 @@ Error DoesNotFit(const Value& value, const std::string& why) {
   return {"the value " + ToText(value) + " " + why};
 }
 
-/// Pads to the width: blanks before a number and behind a text; zeros before hex digits, and if the
-/// format asks for zeros or a sign.
+/// Pads with blanks before numbers and behind texts, or with zeros if the format asks for zeros or
+/// a sign, and before hex digits.
 Result<Bytes> Padded(const Format& format, std::string text, const Value& value) {
   if (format.width == 0) return ToBytes(text);
   const std::size_t width = format.width;
@@ -63,7 +63,7 @@ std::optional<Decimal> RoundedTo(const Decimal& number, int places) {
   return number.is_negative() ? -rounded : rounded;
 }
 
-/// Returns the number of decimals for `number`; empty: as many as needed.
+/// Empty: as many decimals as needed.
 std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
   if (format.kind != Kind::decimal) return 0;
   if (format.precision >= 0) return format.precision;
@@ -82,7 +82,7 @@ std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
              : static_cast<int>(std::min<std::size_t>(text.size() - point - 1, 18));
 }
 
-/// Returns the digits without a sign: "12.500".
+/// Returns "12.500", without a sign.
 std::optional<std::string> FixedText(const Decimal& number, int precision) {
   const auto scaled = Abs(number).Shifted(precision).ToUint64();
   if (!scaled) return std::nullopt;
@@ -217,7 +217,7 @@ Result<Bytes> EncodeNumber(const Format& format, const Value& value) {
   }
 }
 
-/// Rounds a simulated number, which has more digits than a device would show.
+/// A simulated number has more digits than a device would show.
 Decimal Shown(const Decimal& number) {
   constexpr std::size_t kMostDigits = 9;
   const std::string text = Abs(number).ToText();

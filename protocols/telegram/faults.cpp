@@ -81,7 +81,7 @@ bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field)
   return alone || (next != nullptr && next->name == field);
 }
 
-/// Returns the texts of the unit with which the number is good: one text if a parameter chooses it,
+/// Returns the texts of `unit` with which the number is good: the text that a parameter chooses,
 /// else all good codes.
 std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& unit,
                                    const Bound& bound) {
@@ -97,7 +97,7 @@ std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& 
   return texts;
 }
 
-/// True if the text names a unit. "0" and "1" are codes of units, and a blank names none.
+/// False for "0" and "1", which are codes, and for blanks.
 bool NamesUnit(std::string_view text) {
   return text.find_first_not_of(" 0123456789") != std::string_view::npos;
 }
@@ -159,7 +159,7 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// True if the first digit of the form could be lost unnoticed, because nothing is in front of it.
+/// True if the first digit could be lost unnoticed: nothing is in front of it.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
   return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
@@ -189,7 +189,7 @@ std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format
   return *bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << *bits) - 1;
 }
 
-/// True if the point can hold `raw`, a number on the line, after scale and offset.
+/// True if the point can hold `raw`, a number on the line before scale and offset.
 bool Holds(const Point& point, std::uint64_t raw) {
   const Decimal number = Decimal(raw) * point.scale + point.offset;
   if (point.type == Type::boolean) return number == 0 || number == 1;
@@ -198,8 +198,8 @@ bool Holds(const Point& point, std::uint64_t raw) {
   return whole && config::RangeOf(point).Contains(*whole);
 }
 
-/// Returns the field beside elements[index], in front of it or behind it. Null: that field is a
-/// number, or more than a separator is between the fields.
+/// Returns the field beside elements[index]. Null: it is a number, or more than a separator is
+/// between them.
 const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
   const auto at = [&](std::size_t steps) -> const Element* {
     const std::size_t place =
@@ -250,7 +250,7 @@ class DoubtFinder {
             "where it begins, and a lost byte shifts all values; write its fixed bytes and its "
             "{checksum}, if it has any");
       }
-      // With `recheck` a sudden change is read twice, so a lost digit is noticed.
+      // With `recheck` a sudden change is read twice.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
       if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
       Tell(
@@ -311,7 +311,7 @@ class DoubtFinder {
          " on the line: larger ones will be bad");
   }
 
-  /// Checks that the field can express the numbers of `simulate`, which are numbers on the line.
+  /// Checks the numbers of `simulate`, which are numbers on the line.
   void CheckSimulated(const Point& point, const ReadPlace& place, const Element& field) {
     if (!point.simulate || point.simulate->text || !field.format.is_number()) return;
     if (place.select != ReadPlace::Select::whole) return;
@@ -356,7 +356,6 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// Finds the errors of one device, point by point.
 class FaultFinder {
  public:
   FaultFinder(const config::Device& device, const Description& description)
@@ -485,7 +484,6 @@ class FaultFinder {
     CheckCalled(*telegram, *call);
   }
 
-  /// Checks the telegram and the telegrams that go with it.
   void CheckCalled(const Telegram& telegram, const Call& call) {
     Bound own;
     for (const auto& [name, text] : call.parameters) {
@@ -506,8 +504,7 @@ class FaultFinder {
     }
   }
 
-  /// Checks a telegram with 'once': it is sent once for all points, so it must not have a parameter
-  /// of one point.
+  /// A telegram with 'once' is sent for all points, so it must not have a parameter of one point.
   void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;
@@ -516,7 +513,7 @@ class FaultFinder {
     }
   }
 
-  /// True if the field `name` is in the telegram, or in a telegram that goes with it.
+  /// True if the telegram, or one that goes with it, has the field.
   bool IsSent(const Telegram& telegram, const std::string& name) const {
     const auto has = [&](const Telegram& one) { return one.send && one.send->pattern.Has(name); };
     const auto other_has = [&](std::size_t other) { return has(description_.telegrams[other]); };
@@ -550,8 +547,7 @@ class FaultFinder {
     }
   }
 
-  /// True if the text is shorter than its field: blanks would be added, and the device would be
-  /// asked for something else.
+  /// True if blanks would be added to the text, and the device would be asked for something else.
   static bool IsTooShort(const Element& element, const std::string& text) {
     return element.format.kind == Format::Kind::text && element.name != kPassword &&
            text.size() < element.format.width;

@@ -49,7 +49,6 @@ constexpr std::array<std::string_view, 12> kBinaryWords = {
     "uint8",    "uint16_be", "uint16_le", "uint32_be", "uint32_le",  "int8",
     "int16_be", "int16_le",  "int32_be",  "int32_le",  "float32_be", "float32_le"};
 
-/// Takes the digits at the front of `text`.
 Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::string_view what) {
   const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
   const auto number = ParseInteger<std::size_t>(text.substr(0, end));
@@ -274,8 +273,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   std::string_view mantissa = parts.digits;
   std::string_view exponent;
   if (format.kind == Kind::scientific) {
-    // All parts of a scientific number must be there, because a lost character would change the
-    // number by powers of ten.
+    // A lost character would change the number by powers of ten.
     const auto e = mantissa.find_first_of("eE");
     if (e == std::string_view::npos) return {};
     exponent = mantissa.substr(e + 1);
@@ -385,8 +383,7 @@ constexpr std::array<Meaning, 10> kMeanings = {
 
 constexpr std::string_view kDots = "..";
 
-/// True for formats whose codes are compared as numbers: 9.9E37 may be written in several ways, and
-/// bytes are no text.
+/// 9.9E37 may be written in several ways, and bytes are no text.
 bool IsByNumber(const Format& format) {
   return format.is_binary() || format.kind == Format::Kind::scientific;
 }

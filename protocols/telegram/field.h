@@ -63,18 +63,16 @@ struct Format {
   bool operator==(const Format&) const = default;
 };
 
-/// Returns the range of numbers that such a field can contain.
 config::RawNumbers NumbersOf(const Format& format);
 
-/// Parses a format; an empty text is the format of a text. Fails with the reason if the text is
-/// invalid.
+/// Parses a format; an empty text is the format of a text.
 Result<Format> ParseFormat(std::string_view text);
 
 /// True for characters that a field of text may contain.
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Decodes a field. Returns an empty value if the bytes are no number of this format. A text is
-/// returned without the blanks around it.
+/// Returns an empty value if the bytes are no number of this format. A text is returned without the
+/// blanks around it.
 Value DecodeField(const Format& format, View bytes);
 
 /// Returns "0x1A".

@@ -122,7 +122,6 @@ std::vector<PlacedField> ReadPlaced(MapReader& map) {
   return placed;
 }
 
-/// Returns a field for bytes without a name.
 Element Gap(std::size_t width) {
   Element gap;
   gap.format.kind = Format::Kind::bytes;
@@ -270,8 +269,8 @@ class FormReader {
     return "0" + std::to_string(2 * kind.bytes) + "X";
   }
 
-  /// True if a check value is missing. An answer needs none if it only repeats sent fields or
-  /// consists of fixed bytes ("ACK").
+  /// True if a check value is missing. An answer of repeated fields and fixed bytes ("ACK") needs
+  /// none.
   bool NeedsSum(const Form& form) const {
     if (framing_.checksum.kind == nullptr || !framing_.answers_have_it) return false;
     if (form.pattern.Has(kChecksum)) return false;

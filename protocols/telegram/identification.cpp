@@ -43,7 +43,6 @@ bool IsPartOfOthers(const Description& description, std::size_t number) {
   });
 }
 
-/// Returns the telegram that asks for the device's name; empty: there is none.
 std::optional<std::size_t> IdentityTelegram(const Description& description) {
   const auto found = std::ranges::find_if(
       description.telegrams, [](const Telegram& telegram) { return !telegram.identity.empty(); });

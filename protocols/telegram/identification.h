@@ -16,24 +16,23 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Returns the telegram that searches for a silent device: the telegram that asks for the name, or
-/// else a telegram that no point reads, that needs no parameters, and whose answer differs in
-/// length from the answers to all polls. Empty: there is none, and polls are the probes.
+/// Returns the telegram that searches for a silent device: the question for the name, or else a
+/// telegram that no point reads, that needs no parameters, and whose answer differs in length from
+/// all answers to polls. Empty: polls are the probes.
 std::optional<std::size_t> OwnProbe(const Description& description,
                                     const std::vector<std::optional<ReadPlace>>& reads,
                                     const Bound& bound);
 
 class Identification {
  public:
-  /// The references must stay valid for the lifetime of this object.
+  /// The references must outlive this object.
   Identification(const Description& description, const config::Identity& identity);
 
-  /// Returns the telegram that asks for the name; empty: there is none.
+  /// Empty: no telegram asks for the name.
   const std::optional<std::size_t>& telegram() const { return telegram_; }
   bool IsDue(Instant now) const {
     return telegram_ && (!asked_ || trouble_ || nameless_.IsDue(now));
   }
-  /// Handles the answer to this telegram.
   void OnReply(const Reply& reply);
   /// The telegram got no answer with a name. Many devices do not support the question.
   void OnNoName(Instant now) {

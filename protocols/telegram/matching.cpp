@@ -82,7 +82,6 @@ class Walk {
   }
 
  private:
-  /// Decides what follows if the bytes end before the pattern does.
   Step Short() const { return idle_ || held_.size() >= most_ ? Step::none : Step::need_more; }
 
   Step TakeLiteral(const Bytes& literal) {
@@ -230,8 +229,7 @@ class Walk {
   std::size_t at_ = 0;
 };
 
-/// Returns the size that the telegram contains; nothing if too few bytes have come. An invalid size
-/// becomes a huge one, which the caller must refuse.
+/// Empty: too few bytes. An invalid size becomes a huge one, which the caller must refuse.
 std::optional<std::size_t> SaidSize(const SizeField& field, View held) {
   if (held.size() < field.at + field.format.width) return std::nullopt;
   const Value value = DecodeField(field.format, held.subspan(field.at, field.format.width));
@@ -255,7 +253,7 @@ bool ChecksumFits(const Form& form, const Match& match) {
   return true;
 }
 
-/// True if a field that occurs twice has the same bytes both times.
+/// True if a field that occurs twice has the same bytes.
 bool RepeatsAgree(const Form& form, const Match& match) {
   if (!form.pattern.has_repeats) return true;
   const auto& elements = form.pattern.elements;
@@ -344,7 +342,6 @@ Bound ValuesOf(const Form& form, const Match& match) {
 
 namespace {
 
-/// Overwrites the bytes at `at`.
 void Put(const Bytes& field, std::size_t at, Bytes& bytes) {
   if (at + field.size() > bytes.size()) return;
   std::ranges::copy(field, bytes.begin() + static_cast<std::ptrdiff_t>(at));

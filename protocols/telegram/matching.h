@@ -17,7 +17,6 @@
 
 namespace baudgate::protocols::telegram {
 
-// A check value that a description may name.
 struct ChecksumKind {
   std::string_view name;
   std::size_t bytes = 1;
@@ -47,15 +46,13 @@ struct SizeField {
   std::size_t plus = 0;
 };
 
-/// How telegrams of one direction are composed.
 struct Form {
   Pattern pattern;
   Checksum checksum;
   std::optional<SizeField> size_at;
   bool is_answer = false;  ///< the telegram answers a sent telegram
 
-  /// True if the answer has almost no fixed bytes and no check value, as the one byte ACK: many
-  /// damaged telegrams contain it.
+  /// True if almost no bytes are fixed, as in the one byte ACK: many damaged telegrams contain it.
   bool is_scant() const {
     constexpr std::size_t kFewBytes = 2;
     return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
@@ -90,17 +87,16 @@ struct Match {
   View Of(const Pattern& pattern, std::string_view name) const;
 };
 
-/// Matches a telegram at the front of `held`. `idle`: no more bytes follow. `most`: the most bytes
-/// of a telegram.
+/// Matches at the front of `held`. `idle`: no more bytes follow. `most`: the longest telegram.
 Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const Bound& known);
 /// Matches all of `bytes`, or nothing.
 Match MatchAll(const Form& form, View bytes, const Bound& known);
 
-/// Returns the values of the fields of a match. A field without a valid number has an empty value.
+/// Returns the values of a match; a field without a valid number has an empty value.
 Bound ValuesOf(const Form& form, const Match& match);
 
-/// Builds the telegram with these values. A field without a value is taken from `rest`, a match of
-/// the same form, or is blank if `rest` is null. An error names the field.
+/// Builds the telegram. Fields without a value are as in `rest`, a match of the same form, or blank
+/// if `rest` is null. An error names the field.
 Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest = nullptr);
 
 }  // namespace baudgate::protocols::telegram

@@ -17,8 +17,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// A signed number field without a point contains a code, which may be shorter than the field by up
-/// to this many characters.
+/// A signed number field without a point contains a code, which may be up to this many characters
+/// shorter.
 inline constexpr std::size_t kShorterCode = 2;
 
 inline constexpr std::string_view kAddress = "address";
@@ -46,7 +46,7 @@ struct Pattern {
   const Element* Find(std::string_view name) const;
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
   std::size_t least_size() const;
-  /// Returns the size if it is fixed; empty: it depends on the content.
+  /// Empty: the size depends on the content.
   std::optional<std::size_t> size() const;
   /// Returns the smallest and the largest size of a telegram with regular content. The second is
   /// empty if a field has no limit.
@@ -58,10 +58,8 @@ struct Pattern {
     const Bytes* literal = nullptr;
     std::size_t between = 0;
   };
-  /// Returns the anchor of element `index`; empty: the field ends with its own characters, or with
-  /// the telegram.
+  /// Empty: the field ends with its own characters, or with the telegram.
   std::optional<Anchor> AnchorOf(std::size_t index) const;
-  /// Returns the number of fixed bytes.
   std::size_t literal_size() const;
   /// True if only silence or a known size ends the telegram.
   bool is_open() const { return !elements.empty() && !elements.back().is_fixed(); }

@@ -69,14 +69,12 @@ bool HasWrongWidth(const Format& format, View part) {
 
 std::string Shown(View part) { return "'" + Printable(part) + "'"; }
 
-/// Returns the number of decimals: 2 for "+012.50".
 std::size_t DecimalsOf(std::string_view text) {
   const std::size_t point = text.find('.');
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// Returns why the field is no number, and a remedy; both are empty if the format of the field
-/// explains nothing.
+/// Returns reason and remedy; both are empty if the format explains nothing.
 std::pair<std::string, std::string> WhyNoNumber(const Element& element, View part) {
   const Format& format = element.format;
   const std::string text(Trim(AsText(part)));
@@ -111,8 +109,7 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
           correct};
 }
 
-/// Returns a remedy for an unknown code. If all known codes are good, they are units or modes that
-/// a user chooses.
+/// Codes that are all good are units or modes that a user chooses.
 std::string RemedyOfUnknown(const Codes& codes) {
   const bool chosen = std::ranges::all_of(
       codes, [](const auto& code) { return code.second->quality == Quality::good; });

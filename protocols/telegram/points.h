@@ -22,7 +22,7 @@ namespace baudgate::protocols::telegram {
 struct SaidField {
   Decoded decoded{};
   std::string text{};  ///< the text of the field, without the blanks around it
-  /// the field is no number and has codes: it decides the quality of the other fields
+  /// no number but codes: decides the quality of the others
   bool is_status = false;
 };
 
@@ -41,7 +41,6 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known);
 /// True if each number field of the match is a number with the described width.
 bool HasNumbers(const Form& form, const Match& match);
 
-/// A telegram with its parameters.
 struct Call {
   std::string telegram;
   std::vector<std::pair<std::string, std::string>> parameters{};
@@ -80,7 +79,7 @@ struct ReadPlace {
   enum class Select : std::uint8_t { whole, bits, equal } select = Select::whole;
   unsigned bit = 0;  ///< of bits: the first bit
   unsigned bits = 1;
-  std::string equal{};  ///< of equal: the point is true if the field has this text
+  std::string equal{};  ///< of equal: true if the field has this text
 
   bool operator==(const ReadPlace&) const = default;
 };
@@ -91,7 +90,6 @@ Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
 
-/// Returns the value of the point in the answer.
 Decoded ValueAt(const ReadPlace& place, const Reply& reply);
 
 }  // namespace baudgate::protocols::telegram

@@ -154,8 +154,8 @@ Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
     return Cut::Discard(size, AllHarmless(held.first(size)) ? Outcome::none : blame, why);
   };
   if (end) return drop(*end, Outcome::corrupt, "not as described");
-  // Only one byte is dropped, so the rest stays longer than any unmarked telegram, and the end of
-  // this line is not taken for a telegram.
+  // Only one byte is dropped: the rest stays longer than any unmarked telegram, so the end of this
+  // line is not taken for one.
   if (held.size() >= most) return drop(has_lines ? 1 : most, Outcome::corrupt, "too long");
   if (idle) return drop(held.size(), Outcome::partial, "stopped mid-frame");
   return Cut::NeedMore();
@@ -255,7 +255,6 @@ std::vector<std::pair<std::size_t, std::size_t>> RangesBeside(const Checksum& ow
   return ranges;
 }
 
-/// Returns the check value as a profile writes it.
 std::string Written(const Checksum& sum, bool range) {
   const std::string kind(sum.kind->name);
   if (!range && sum.skip == 0 && sum.leave == 0) return "checksum: " + kind;
@@ -372,8 +371,7 @@ bool LacksSum(const Form& form, View line, const Bound& known) {
   });
 }
 
-/// Returns the unit behind the number at the end of the line, such as "VDC", if the line is right
-/// without it; else an empty text.
+/// Returns a unit behind the number at the end, such as "VDC", if the line is right without it.
 std::string UnitBehind(const Form& form, View line, const Bound& known) {
   constexpr std::string_view kUnits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz%/";
   const std::string_view text = AsText(line);
@@ -422,7 +420,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (awaited == nullptr || line.size() < (asked ? kShortest : kShortestUnasked)) {
     return std::nullopt;
   }
-  // A text that follows a password may repeat it, so it is not shown.
+  // A text behind a password may repeat it.
   const std::string quoted = expect.secrets.empty() ? " (" + Quoted(line) + ")" : std::string();
   const auto sent = asked ? settings.description->Recognise(request) : std::nullopt;
   const std::string its =

@@ -1,6 +1,6 @@
-// Frame rules for described telegrams: `Expect` lists the forms that may answer a request,
-// `CutTelegram` is the frame rule, `Recognise` explains other texts, and `OtherChecksum` finds out
-// how a wrong check value may be computed.
+// Frame rules for described telegrams: `Expect` lists the possible answers, `CutTelegram` is the
+// frame rule, `Recognise` explains other texts, and `OtherChecksum` finds how a wrong check value
+// may be computed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +21,8 @@ struct Awaited final : FrameForms {
   Bound known;
 };
 
-/// Returns what may answer `request`. An empty request stands for the twin: any telegram that is
-/// sent to the device.
+/// Returns the possible answers. An empty request stands for the twin: any telegram that is sent to
+/// the device.
 Expectation Expect(View request, const Settings& settings);
 /// Returns which telegrams the device sends unasked.
 Expectation ExpectUnasked(const Settings& settings);
@@ -35,8 +35,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle);
 
 extern const TelegramRule kAskRule;
 
-/// Finds out how a check value may be computed that does not fit the description. `match`: only the
-/// check value is wrong. Empty: the text in its place is no check value.
+/// Finds how a check value may be computed. `match`: only the check value is wrong. Empty: the text
+/// in its place is no check value.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
 // Explains a text that came in place of an answer, for `baudgate status`: without its check value,

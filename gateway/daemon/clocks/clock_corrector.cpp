@@ -31,7 +31,7 @@ std::chrono::seconds UnixTime(WallTime at) {
   return std::chrono::floor<std::chrono::seconds>(at).time_since_epoch();
 }
 
-/// Returns the time of a try from its record, such as "tried 1790000000".
+/// Reads "tried 1790000000", in seconds since 1970.
 std::optional<std::chrono::seconds> TriedAt(const std::string& memory) {
   if (!memory.starts_with(kTried)) return std::nullopt;
   const auto at = ParseInteger<std::int64_t>(std::string_view(memory).substr(kTried.size()));

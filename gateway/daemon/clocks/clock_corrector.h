@@ -1,15 +1,15 @@
 // `ClockCorrector` corrects the clocks of devices whose options ask for it
-// (protocols/common/clock.h). It acts as a client "gateway" that writes to a point of the device,
-// through the same gate, audit and queue as any client. For each device, once a second:
+// (protocols/common/clock.h), as a client "gateway" that writes to a point: through the same gate,
+// audit and queue as any client. For each device, once a second:
 //
 //   this machine's clock is right, the hour allows it, and the last try is 25 hours ago
 //   clock_drift is good and large enough  → clock_drift is read once more, now
 //   both readings agree                   → the time of the try is written to the disk
 //   the time is on the disk               → clock_correction is written, or an event says why not
 //
-// There is no second try within 25 hours, whatever the result and also after a restart, so that the
-// next try is on another day of the device's clock even when summer time ends. Without a record on
-// the disk there is no try. `HostClock` checks whether the clock of this machine is right.
+// The next try is 25 hours later, whatever the result and also after a restart, so that it is on
+// another day of the device's clock even when summer time ends. A try that cannot be recorded is
+// not made. `HostClock` checks whether this machine's clock is right.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,7 +37,6 @@ namespace baudgate::daemon {
 
 class ClockCorrector {
  public:
-  /// The least time between two tries.
   static constexpr Duration kBetweenTries = std::chrono::hours(25);
   /// The time from a reading that failed, or disagreed with the reading before, to the next
   /// reading.
@@ -46,24 +45,22 @@ class ClockCorrector {
   struct Links {
     const bus::PointStore& store;
     bus::CommandSink& commands;
-    /// Opens the store for the times of tries, when a device asks for corrections. Null: there is
-    /// no store, and no clock is corrected.
+    /// Opens the store for the times of tries, when a device asks for corrections. Null: no clock
+    /// is corrected.
     std::function<std::unique_ptr<records::DeviceMemory>(const config::Config&)> open;
-    /// Reports the result for a device's clock.
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;
   };
-  /// The targets of `links` must stay valid for the lifetime of this object.
+  /// The targets of `links` must outlive this object.
   explicit ClockCorrector(Links links);
 
   /// To be called at the start, and after a reload has given numbers to the devices. Before this
   /// call, new devices are not checked.
   void OnReload(const config::Config& config);
-  /// Reports whether this machine's clock is right. Thread-safe.
+  /// Thread-safe.
   void OnHostClock(bool right);
-  /// Does the due steps; may be called at any interval.
   void Tick(Now now);
-  /// No step begins after this call.
+  /// No step begins afterwards.
   void Stop();
 
  private:
@@ -75,9 +72,9 @@ class ClockCorrector {
     enum class Step : std::uint8_t { reads, keeps, writes };
     Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
-    double drift = 0;                    ///< seconds, as the first reading gave
-    std::shared_ptr<const void> held{};  ///< holds the device in the store, so that the result can
-                                         ///< be reported even if a reload ends the line
+    double drift = 0;  ///< seconds, as the first reading gave
+    /// holds the device in the store until its result is reported
+    std::shared_ptr<const void> held{};
   };
 
   void Look(std::uint32_t device, const protocols::ClockCare& care, Now now)
@@ -94,7 +91,7 @@ class ClockCorrector {
       BAUDGATE_REQUIRES(mutex_);
   bool MayTry(std::uint32_t device, const protocols::ClockCare& care, Now now) const
       BAUDGATE_REQUIRES(mutex_);
-  /// Returns the value of the drift point in seconds; nothing if its quality is not good.
+  /// Returns seconds; nothing if the quality of the drift point is not good.
   std::optional<double> DriftOf(std::uint32_t device, const protocols::ClockCare& care,
                                 Instant now) const;
 
@@ -116,7 +113,6 @@ class ClockCorrector {
 /// unit). The answer is that of the kernel: timedated calls adjtimex. Returns nothing without a
 /// bus, a service or a reply. May take some seconds.
 std::optional<bool> AskTimeService();
-/// Asks over a bus that is open.
 std::optional<bool> AskTimeService(sd_bus& bus);
 
 /// Checks whether this machine's clock is synchronised (NTP, PTP, GPS), and reports every change.
@@ -131,7 +127,6 @@ class HostClock {
   void RequestStop() { worker_.RequestStop(); }
 
  private:
-  /// Returns how long the result is valid.
   Duration Look();
 
   const std::function<void(bool)> tell_;

@@ -114,7 +114,7 @@ LineChange CompareLines(const config::Line* was, const config::Line& is) {
   return {is.name, in_place ? Action::in_place : Action::restarted, WhatChanged(*was, is)};
 }
 
-/// Returns the points of the history by "line.device.point".
+/// Key: "line.device.point".
 std::map<std::string, config::HistoryPoint> HistoryOf(const config::Config& config) {
   std::map<std::string, config::HistoryPoint> points;
   std::uint32_t device = 0;
@@ -137,7 +137,6 @@ bool SameHistory(const config::Config& running, const config::Config& next) {
   return std::ranges::equal(HistoryOf(running), HistoryOf(next), same);
 }
 
-/// Compares the setting `key` of the file with all its parts.
 template <typename Section>
 void CompareKey(std::string_view key, const Section& was, const Section& is,
                 Difference& difference) {

@@ -55,9 +55,9 @@ struct Placement {
   /// The configuration `next` with its lines at their places. Routes, interlocks and the history,
   /// which refer to lines and devices by number, contain the new numbers.
   config::Config config;
-  std::vector<std::uint32_t> gone;     ///< lines that must end
+  std::vector<std::uint32_t> gone;
   std::vector<std::uint32_t> updated;  ///< lines that continue with changed settings
-  std::vector<std::uint32_t> begun;  ///< lines that must start; they are at the end of config.lines
+  std::vector<std::uint32_t> begun;    ///< lines that must start, at the end of config.lines
 };
 
 /// `difference` is the result of Compare(running, next); it must not contain a setting that needs a

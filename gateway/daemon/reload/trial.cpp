@@ -23,7 +23,6 @@ bool IsThere(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-/// `failed` is an errno; 0: no failure.
 Status StatusOf(const fs::path& file, int failed) {
   return failed == 0 ? Status() : Error{file.string() + ": " + SystemTrouble(failed)};
 }

@@ -37,11 +37,10 @@ namespace baudgate::reload {
 /// The texts that the next start must find in the folder.
 struct KeptTexts {
   std::string confirmed;
-  std::optional<std::string> trial{};  ///< the text that is on trial, or was taken back
+  std::optional<std::string> trial{};  ///< on trial, or taken back
   std::optional<std::string> why{};    ///< with `trial`: why it was taken back
 };
 
-/// Stores the texts in the state folder. See the table above.
 class KeptConfigs {
  public:
   enum class Trial : std::uint8_t { none, running, taken_back };
@@ -57,8 +56,8 @@ class KeptConfigs {
   /// Returns nothing if there is no confirmed text, or it cannot be read.
   std::optional<std::string> confirmed() const;
   Trial trial() const;
-  /// Returns why the trial was taken back. At a start, a trial that is still marked as running
-  /// counts as taken back, too: the gateway ended before the end of the trial.
+  /// At a start, a trial that still runs in the folder counts as taken back, too: the gateway ended
+  /// before its end.
   std::string why_taken_back() const;
   /// True if `text` is on trial, or was taken back: a start then loads the confirmed text instead.
   /// If the copy of the trial is empty or cannot be read, this is true for every text except the
@@ -94,7 +93,6 @@ enum class Health : std::uint8_t {
 /// "bay-1.feeder-1" → health. Devices that no longer exist are missing.
 using Healths = std::map<std::string, Health>;
 
-/// A trial that runs, if any. It has no clock.
 class Probation {
  public:
   /// A device whose health is unknown for this time, or for half of the trial if this is shorter,
@@ -108,25 +106,22 @@ class Probation {
   Instant until() const { return until_.value_or(Instant::max()); }
   /// Returns why the configuration must be taken back; empty: the trial continues, or none runs.
   std::optional<std::string> Look(Instant now, const Healths& healths);
-  /// Ends the trial, with either result.
   void End();
 
  private:
   std::optional<Instant> until_;
   Duration patience_{};
-  /// The devices that were well before: when each was last seen with another health than unknown.
-  /// Empty while no trial runs.
+  /// When each device that was well before was last seen with another health than unknown. Empty
+  /// while no trial runs.
   std::map<std::string, Instant> well_;
 };
 
-/// A text that was applied, and the configuration that resulted from it and the profiles at that
-/// time.
+/// A text that was applied, and its configuration with the profiles of that time.
 struct Applied {
   std::string text;
   std::shared_ptr<const config::Config> config;
 };
 
-/// A text that was on trial and taken back.
 struct Refused {
   std::string text;
   std::string why;
@@ -135,10 +130,8 @@ struct Refused {
 /// Returns the sentence for log, event and status when a configuration was taken back.
 std::string TakenBack(const std::string& file, const std::string& why);
 
-/// The texts of the configuration and the trial.
 class Trial {
  public:
-  /// The shortest trial.
   static constexpr Duration kShortest = 250ms;
 
   /// `refused` is the text of the file, if it was taken back before the start.
@@ -172,7 +165,7 @@ class Trial {
 
   /// Returns the texts that a start must find now.
   KeptTexts ToKeep() const;
-  /// Returns the texts that a start must find after `text` was applied for a trial of `time`.
+  /// Returns the texts that a start must find once `text` is applied.
   KeptTexts ToKeepWith(const std::string& text, Duration time) const;
 
  private:

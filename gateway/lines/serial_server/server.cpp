@@ -325,8 +325,8 @@ void Server::AdmitNext(Now now) {
 
 // ---------------------------------------------------------------- time
 
-/// Sets the timer to the next deadline. The timer is not set again for a later deadline, because a
-/// timer that ends too early costs less than setting it at every byte.
+/// Moves the timer only to an earlier deadline, because a timer that ends too early costs less than
+/// setting it at every byte.
 void Server::Arm() {
   Instant soonest = Instant::max();
   for (const Client& client : clients_) {

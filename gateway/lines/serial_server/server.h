@@ -57,7 +57,6 @@ class ClientSocket final : public Session::Connection {
   std::shared_ptr<transports::StreamPump<asio::ip::tcp::socket>> pump_;
 };
 
-/// The server of one address.
 class Server final : public PortUser {
  public:
   /// Most clients at a time, including the client that has the port.
@@ -110,7 +109,6 @@ class Server final : public PortUser {
   void Want(Client& client, Now now);
   void OnBytes(Client& client, View bytes);
   void OnEnd(Client& client, bool failed, const std::string& how);
-  /// Ends the session if its last input has ended it.
   void Settle(Client& client, Now now);
   void Leave(Client& client, std::string why, Now now);
   void Remove(Client& client);

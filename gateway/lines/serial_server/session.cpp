@@ -24,8 +24,7 @@ constexpr std::uint8_t kModemMask = 11;
 constexpr std::uint8_t kPurge = 12;
 constexpr std::uint8_t kAnswer = 100;
 
-// Values of SET-CONTROL: the first value of each kind asks for the state, the values behind it set
-// it.
+// Values of SET-CONTROL: the first of each kind asks, the others set.
 constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
@@ -62,7 +61,7 @@ Bytes ComPort::On(View command) {
   const View value = command.subspan(1);
   Bytes answer;
   if (what == kSignature) {
-    // A signature with a text is the client's signature, and needs no answer.
+    // A signature with a text is the client's.
     if (value.empty()) {
       answer = Answer(kSignature, View(reinterpret_cast<const std::uint8_t*>(signature_.data()),
                                        signature_.size()));
@@ -121,8 +120,8 @@ Bytes ComPort::SetBaud(View value) {
   const auto baud = ByteReader(value).U32Be(0);
   if (!baud) return {};
   config::SerialSettings wanted = serial_;
-  constexpr std::uint32_t kMost = 100'000'000;  // beyond the rate of any port; the driver refuses
-                                                // lower rates that it cannot set
+  // no port is faster; the driver refuses rates that it cannot set
+  constexpr std::uint32_t kMost = 100'000'000;
   if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
   Try(wanted);
   const auto now = static_cast<std::uint32_t>(serial_.baud);
@@ -196,8 +195,7 @@ Bytes ComPort::SetControl(std::uint8_t value) {
   } else if (value < kDcdFlow) {
     answer = Flow(kAskInbound, value);
   } else if (value <= kDsrFlow) {
-    answer = Flow(kAskFlow, kAskFlow);  // flow control by DCD, DTR or DSR is not supported: the
-                                        // answer is the current flow control
+    answer = Flow(kAskFlow, kAskFlow);  // not supported: the answer is the current flow control
   } else {
     return {};
   }
@@ -214,8 +212,7 @@ Bytes ComPort::Purge(std::uint8_t what) {
 
 Bytes ComPort::NotifyModem(std::uint8_t state) const { return Answer(kNotifyModem, state); }
 
-/// Returns the levels in the upper four bits, and the changes since the last call in the lower four
-/// bits.
+/// The levels are in the upper four bits, changes since the last call in the lower four.
 std::uint8_t ComPort::ModemState() {
   const ModemLines lines = port_.ReadModemLines().value_or(ModemLines{});
   const unsigned now = (lines.cts ? kCts : 0U) | (lines.dsr ? kDsr : 0U) |
@@ -308,8 +305,7 @@ void Session::TakeWaiting(Now now) {
   }
 }
 
-/// Begins or ends a break, or waits until earlier bytes are sent. A port that cannot make a break,
-/// such as a pty, causes no delay.
+/// A port that cannot make a break, such as a pty, causes no delay.
 void Session::LookAtBreak(Now now) {
   if (std::exchange(breaks_, false)) {
     (void)com_->Break(false);

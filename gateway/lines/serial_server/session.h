@@ -24,9 +24,9 @@
 
 namespace baudgate::serial_server {
 
-// Handles what a client asks of the port by RFC 2217 (COM-PORT-OPTION), and answers: settings,
-// control lines, modem and line states, purging, suspension. The port is a transport; sockets
-// belong to server.cpp, times to session.cpp.
+// Handles the commands of a client by RFC 2217 (COM-PORT-OPTION): settings, control lines, modem
+// and line states, purging, suspension. The port is a transport; sockets belong to server.cpp,
+// times to session.cpp.
 //
 //   01 00 00 25 80     SET-BAUDRATE 9600      answered by 65 00 00 25 80: the rate of the port now
 //   01 00 00 00 00     a question for the rate, answered in the same way
@@ -37,8 +37,8 @@ class ComPort {
   ComPort(transports::Transport& port, const config::SerialSettings& serial, std::string signature);
 
   /// Executes one command, which comes without the number of the option. Returns the answer in its
-  /// telnet form; empty: no answer is needed. If the driver refuses a setting, the setting does not
-  /// change, and the answer contains the old setting.
+  /// telnet form; empty: none is needed. If the driver refuses a setting, the answer contains the
+  /// old setting.
   Bytes On(View command);
   /// Begins a break, or ends a break that no SET-CONTROL command holds. False: the driver cannot
   /// make a break.
@@ -87,7 +87,6 @@ class ComPort {
 //   the client leaves         Return     from the server to the line
 //   the time is over          TakeBack   from the line to the server
 
-/// A client that has the port, or had it.
 struct Visit {
   std::string client{};  ///< "10.0.0.7:40112"
   std::string place{};   ///< the address to which the client connected: "127.0.0.1:4001"
@@ -100,10 +99,10 @@ struct Visit {
 /// A server, as the line sees it.
 class PortUser {
  public:
-  /// The client of the server has the port until Return or TakeBack.
+  /// The server has the port until Return or TakeBack.
   virtual void Grant(transports::Transport& port, const config::SerialSettings& serial,
                      Now now) = 0;
-  /// Takes the port from the client and disconnects it. The server does not call Return.
+  /// Disconnects the client. Return does not follow.
   virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
   virtual void OnPortRoom() = 0;
@@ -117,8 +116,8 @@ class PortUser {
 /// A line, as its servers see it.
 class PortOwner {
  public:
-  /// Asks for the port. The reply is one call of Grant or TakeBack, within this call or later,
-  /// unless Return comes first.
+  /// The reply is one call of Grant or TakeBack, within this call or later, unless Return comes
+  /// first.
   virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
   /// Gives the port back. `why`: the client has left, or must leave.
   virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
@@ -165,7 +164,6 @@ class Session {
    public:
     virtual void Send(View bytes) = 0;
     virtual std::size_t unsent() const = 0;
-    /// Stops or restarts reading from the connection.
     virtual void Pause(bool paused) = 0;
 
    protected:
@@ -187,8 +185,7 @@ class Session {
   /// session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
-  /// Handles bytes of the client. Before the client has the port, it may pass only what one read
-  /// returns.
+  /// Before the client has the port, it may pass only what one read returns.
   void OnClient(View bytes, Now now);
   /// The client sends no more: it leaves when the port has sent all its bytes.
   void OnClientEnd(Now now);
@@ -201,7 +198,6 @@ class Session {
   void Begin(transports::Transport& port, const config::SerialSettings& serial, Now now);
   void OnPort(View bytes, Now now);
   void OnPortRoom() { Regulate(); }
-  /// The client no longer has the port.
   void End();
 
   void OnTimer(Now now);
@@ -213,7 +209,6 @@ class Session {
   const Visit& visit() const { return visit_; }
 
  private:
-  /// An item from the client that waits for the port.
   using Kind = TelnetStream::Part::Kind;
   struct Waiting {
     Kind kind = Kind::data;

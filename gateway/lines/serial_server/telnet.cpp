@@ -29,7 +29,7 @@ std::optional<TelnetItem> TelnetDecoder::Next(View& input) {
   return std::nullopt;
 }
 
-/// Takes all data up to the next CR or IAC. Empty: the byte was a 0 behind a CR.
+/// Empty: the byte was a 0 behind a CR.
 std::optional<TelnetItem> TelnetDecoder::TakeData(View& input) {
   if (!binary_ && after_cr_ && input.front() == 0) {
     after_cr_ = false;

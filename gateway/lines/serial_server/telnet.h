@@ -49,7 +49,7 @@ class TelnetDecoder {
 
   /// Takes the next item from the front of `input`; empty: `input` is used up.
   std::optional<TelnetItem> Next(View& input);
-  /// Treats a byte 0 behind a CR as data. Without this, the byte 0 is dropped.
+  /// Treats a byte 0 behind a CR as data, which is dropped otherwise.
   void SetBinary() { binary_ = true; }
 
  private:
@@ -75,9 +75,8 @@ class TelnetOptions {
  public:
   /// Returns the offers and requests of the server at the start.
   Bytes Begin();
-  /// Handles a negotiation of the client. Returns the answer; empty: no answer is needed.
+  /// Returns the answer to a negotiation; empty: none is needed.
   Bytes On(std::uint8_t verb, std::uint8_t option);
-  /// True if the client uses this option.
   bool theirs(std::uint8_t option) const;
 
  private:
@@ -106,7 +105,6 @@ Bytes Subnegotiation(std::uint8_t option, View bytes);
 // negotiations.
 class TelnetStream {
  public:
-  /// A part for the port.
   struct Part {
     enum class Kind : std::uint8_t {
       data,
@@ -117,7 +115,6 @@ class TelnetStream {
     View bytes{};  ///< valid until the next call
   };
 
-  /// Returns the offers and requests of the server at the start.
   Bytes Begin() { return options_.Begin(); }
   /// Takes the next part from the front of `input`; empty: `input` is used up. Appends to `answers`
   /// the bytes that must be sent to the client before the part is handled.
