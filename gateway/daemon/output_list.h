@@ -56,9 +56,9 @@ struct OutputRow {
 };
 using OutputRows = std::vector<OutputRow>;
 
-/// The outputs stop in this order: those through which people and clients write come first. Modbus
-/// comes before DDS, because its port is in use if a gateway is started twice: the second gateway
-/// must fail before it publishes the points of the first and then ends them.
+/// The outputs start and stop in this order: those through which people and clients write come
+/// first. Modbus comes before DDS, because its port is in use if a gateway is started twice: the
+/// second gateway must fail before it publishes the points of the first and then ends them.
 OutputRows AllOutputs();
 
 }  // namespace baudgate::daemon

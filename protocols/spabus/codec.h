@@ -1,5 +1,5 @@
-// Encodes requests of the SPA Bus as text and decodes them: addresses of items, and frames. The
-// conversation sends the bytes to the line; the twin receives them. Wire format: README.md.
+// Encodes requests of the SPA Bus as text and decodes them: addresses of items, and frames. Wire
+// format: README.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,5 @@
 // `SpaBus` is what the devices of a line share, and MakeConversation makes the conversation with
-// one device. The poller gives tasks and gets requests; it passes frames of the line and gets
-// readings. `ItemReads` finds the requests that read the points of a relay, and `RelayIdentity`
+// one device. `ItemReads` chooses the requests that read the points of a relay, and `RelayIdentity`
 // checks that a relay is what its profile requires.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

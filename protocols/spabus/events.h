@@ -35,8 +35,7 @@ bool LooksLikeEvents(std::string_view data);
 /// `event.time` is within a minute; without it "00.000" is printed.
 std::string PrintEvent(const DeviceEvent& event);
 
-// Takes the events out of a relay: decides the next request and handles its answer. The
-// conversation passes answers and sends the commands.
+// Takes the events out of a relay: decides the next request and handles its answer.
 //
 //   after a start, and when the port opens     B, the status C, then L
 //   L, answered with events                    done; L again when the events are on the disk

@@ -1,6 +1,5 @@
 // Checks and parses `read` and `write` of points: the items of a slave that a gateway may use.
-// Planning, decoding and the twin use the parsed addresses. DecodeValue and EncodeValue convert the
-// text of a value.
+// DecodeValue and EncodeValue convert the text of a value.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,8 +37,7 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// Converts values of points to and from their text on the SPA Bus. Replies contain the text, write
-// requests take it; the twin does the reverse.
+// Converts values of points to and from their text on the SPA Bus.
 
 /// Decodes a text by the point's type. A text of another type never becomes a number: an empty text
 /// is a sensor failure, another text means that the profile is wrong.

@@ -1,7 +1,7 @@
 // Parses and encodes replies of the SPA Bus: text, checksum in all its variants, and continued
-// lines. The gateway gets replies through rules.h; the twin encodes its replies here, too. `RuleOf`
-// explains a refusal (NACK 0-9) and how to react, `ContinuationChecksum` learns which checksum the
-// continued replies of a line have, and `Decode` turns an exchange into an answer.
+// lines. `RuleOf` explains a refusal (NACK 0-9) and how to react, `ContinuationChecksum` learns
+// which checksum the continued replies of a line have, and `Decode` turns an exchange into an
+// answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

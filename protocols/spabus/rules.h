@@ -17,8 +17,7 @@ namespace baudgate::protocols::spabus {
 /// Returns the possible replies. An empty request stands for the twin, which expects requests.
 Expectation Expect(View request, const Settings& settings);
 
-// Cut messages out of the bytes of protocols/assembler.h: replies for the master, requests for
-// twins.
+// Cut messages out of received bytes: replies for the master, requests for twins.
 
 /// Delivers `<` … CR [LF] with right syntax and a checksum that is right under expect.checksum
 /// (reply.h). The LF before `<` and echoes of requests are dropped and not counted as damage.
@@ -28,7 +27,7 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle);
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 
 // The requests of a scan on a bus that may be a SPA bus: only `F` (type designation), with a real
-// checksum and with XX. gateway/tools/scan uses it through the descriptor.
+// checksum and with XX.
 
 extern const ScanRule kScan;
 

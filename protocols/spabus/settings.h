@@ -1,5 +1,5 @@
 // `Settings` are the options of an SPA Bus device as a struct; OptionTable describes the options
-// for users. Conversation, twin and frame rules use them.
+// for users.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// `SpaTwin` simulates a relay on the SPA Bus from its profile. Requests come from a pty or a test
-// through rules.h, and replies return in the same way.
+// `SpaTwin` simulates a relay on the SPA Bus from its profile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

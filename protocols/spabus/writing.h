@@ -1,7 +1,6 @@
 // Writes items: one item with its value, or neighbouring items with their values.
 //   V150 ← 1                       >1WV150:1:
 //   S21 ← 0.5, S22 ← 1.2, S23 ← 3  >1WS21/23:0.5/1.2/3:
-// Tasks give points and values; the conversation sends the commands.
 //
 // `WriteSession` decides the steps of one write.
 // SPDX-License-Identifier: Apache-2.0
