@@ -88,7 +88,7 @@ struct Outlet::Queue {
   std::deque<std::string> lines BAUDGATE_GUARDED_BY(mutex);
   std::size_t bytes BAUDGATE_GUARDED_BY(mutex) = 0;
   std::uint64_t dropped BAUDGATE_GUARDED_BY(mutex) = 0;
-  // reported part of `dropped`
+  // Reported part of `dropped`.
   std::uint64_t told BAUDGATE_GUARDED_BY(mutex) = 0;
   bool writing BAUDGATE_GUARDED_BY(mutex) = false;
 };

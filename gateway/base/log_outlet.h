@@ -166,7 +166,7 @@ class Outlet {
   struct Queue;
   static void WriteQueued(Queue& queue);
 
-  // shared with the thread, which may live longer than this object
+  // Shared with the thread, which may live longer than this object.
   const std::shared_ptr<Queue> queue_;
   Worker worker_;
   bool has_thread_ = true;  // false: no thread could be started, so the caller of Put writes

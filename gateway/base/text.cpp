@@ -132,7 +132,7 @@ std::string HostAndPort(const std::string& host, std::uint16_t port) {
 
 bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
-  // the last star; `tried`: where in `text` it was tried
+  // The last star; `tried`: where in `text` it was tried.
   std::size_t star = std::string_view::npos;
   std::size_t tried = 0;
   for (std::size_t t = 0; t < text.size();) {

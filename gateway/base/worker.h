@@ -46,7 +46,7 @@ class WorkThread {
  private:
   friend class Worker;
   struct State;
-  // shared with the thread, which may live longer than this object
+  // Shared with the thread, which may live longer than this object.
   const std::shared_ptr<State> state_;
 };
 

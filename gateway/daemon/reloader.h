@@ -38,7 +38,7 @@ struct LoadedText {
 struct ReloadOptions {
   std::string file;
   std::function<Result<std::string>()> read;  ///< reads the current text of the file
-  /// paths in the text are relative to the file
+  /// Paths in the text are relative to the file.
   std::function<LoadedText(const std::string& text)> load;
   std::function<void(const std::string& state)> notify;  ///< as sd_notify
   std::function<std::string()> summary;                  ///< describes what runs, for READY=1

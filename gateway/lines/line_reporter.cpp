@@ -21,7 +21,7 @@ void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bu
     const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    // slaves of routes are not in the store
+    // Slaves of routes are not in the store.
     if (device < bus::kFirstSlave) store_.Read(device, take);
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }

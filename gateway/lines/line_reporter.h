@@ -101,7 +101,7 @@ class PortDisplay {
   void OnOpened(const std::string& text, Now now);
   struct Down {
     bool first = false;  ///< the first failure for this reason since the port worked
-    /// closed by this gateway, because no device behind the port has answered
+    /// Closed by this gateway, because no device behind the port has answered.
     bool silent = false;
   };
   void OnDown(const std::string& reason, Down down, Now now);

@@ -41,7 +41,7 @@ class LineParts {
     records::LineRecorder::Sink recordings{};
     records::DeviceMemory* memory =
         nullptr;  ///< null: what conversations learn is lost at the end of the program
-    /// null: events are dropped, so no device is asked for events twice
+    /// Null: events are dropped, so no device is asked for events twice.
     bus::EventSink* events = nullptr;
     LoanRecords loans{};
     std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
@@ -183,7 +183,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Arm();
 
   asio::io_context& io_;
-  // the line as it was started: all parts refer to it
+  // The line as it was started: all parts refer to it.
   const std::shared_ptr<const config::Line> config_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
@@ -194,7 +194,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   asio::steady_timer offer_end_;
   bus::CommandRoom queued_{
       bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
-  // counts routed requests in the same way
+  // Counts routed requests in the same way.
   std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;

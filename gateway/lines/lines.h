@@ -75,7 +75,7 @@ class LoopWatch {
     std::string name;
     std::optional<std::uint32_t> line;
     Ask ask;
-    // shared with the loop, which may live longer than this object
+    // Shared with the loop, which may live longer than this object.
     std::shared_ptr<std::atomic<bool>> answered;
     WallTime asked{};
     int missed = 0;
@@ -171,7 +171,7 @@ class Lines {
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  // as last reported to the lines
+  // As last reported to the lines.
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 

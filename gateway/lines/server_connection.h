@@ -166,7 +166,7 @@ class RestingConnection {
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
-    // the request is answered, so the earlier end had another cause
+    // The request is answered, so the earlier end had another cause.
     if (asks_ && IsSameEnd()) ended_by_.clear();
     asks_ = false;
     unanswered_ = 0;

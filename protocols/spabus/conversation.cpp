@@ -194,7 +194,7 @@ Answer RelayIdentity::TakeName(Answer answer) {
 namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};
-/// The only query for a relay that is not what its profile requires: what it is now.
+/// The only query for a relay that is not what its profile requires: its designation.
 const Query kIdentificationQuery{config::Group::slow, {}};
 /// The memory over restarts, while the password may be open.
 constexpr std::string_view kMayBeOpen = "password may be open";

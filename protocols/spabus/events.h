@@ -20,8 +20,8 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Events that every relay has, independent of its masks.
-/// the relay's clock starts again, its register is empty
+/// Events that every relay has, independent of its masks. At kRestarted the relay's clock starts
+/// again, and its register is empty.
 inline constexpr std::uint32_t kRestarted = 50;
 inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event are lost
 

@@ -58,7 +58,7 @@ Expectation Expect(View request, const Settings& settings) {
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
-    // the checksum, which gives the password away
+    // The checksum, which gives the password away.
     expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);
   }
   return expect;

@@ -102,7 +102,7 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
-  // 'receive' is invalid, which was reported
+  // 'receive' is invalid, which was reported.
   if (telegram.receive.empty() && map.Has("receive")) return;
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;

@@ -183,7 +183,7 @@ class TelegramConversation final : public Conversation {
   Quality said_ = Quality::good;  // the quality of the device by their answers
   bool repeated_ = false;         // the exchange was repeated as a whole
   bool goes_on_ = false;          // ask_again was returned, so Ask continues the exchange
-  // the exchange asks for the name of the device, before the main exchange
+  // The exchange asks for the name of the device, before the main exchange.
   bool identifies_ = false;
   bool own_ = false;  // the exchange is a probe that is no poll
 };

@@ -42,7 +42,7 @@ struct Telegram {
   bool repeat = false;  ///< the telegram may be repeated although `reads` is false
   bool listen = false;
   bool once = false;  ///< of a telegram that goes before: sent once, until a failure
-  /// a field without a valid number is damage, and the answer is asked for again
+  /// A field without a valid number is damage, and the answer is asked for again.
   bool strict = false;
   std::vector<std::size_t> before{};  ///< numbers of telegrams
   std::vector<std::size_t> behind{};

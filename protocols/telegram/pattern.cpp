@@ -155,7 +155,7 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  // of fields: number of the element, place of the character
+  // Of fields: number of the element, place of the character.
   std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };

@@ -22,7 +22,7 @@ namespace baudgate::protocols::telegram {
 struct SaidField {
   Decoded decoded{};
   std::string text{};  ///< the text of the field, without the blanks around it
-  /// no number but codes: decides the quality of the others
+  /// No number but codes: decides the quality of the others.
   bool is_status = false;
 };
 

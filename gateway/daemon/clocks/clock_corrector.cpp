@@ -256,7 +256,7 @@ std::optional<bool> AskTimeService(sd_bus& bus) {
 namespace {
 
 constexpr Duration kInterval = 5s;
-// each question starts a process, which stays for a while
+// Each question starts a process, which stays for a while.
 constexpr Duration kServiceInterval = 1min;
 
 /// Returns nothing if this process may not ask the kernel.

@@ -73,7 +73,7 @@ class ClockCorrector {
     Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
     double drift = 0;  ///< seconds, as the first reading gave
-    /// holds the device in the store until its result is reported
+    /// Holds the device in the store until its result is reported.
     std::shared_ptr<const void> held{};
   };
 

@@ -22,7 +22,7 @@ struct LineChange {
 };
 
 struct Difference {
-  /// all lines of the new configuration in its order, then the removed lines
+  /// All lines of the new configuration in its order, then the removed lines.
   std::vector<LineChange> lines;
   ModbusDifference modbus;
   std::vector<std::string> settings;  ///< further settings that are applied: "history.points"

@@ -101,7 +101,7 @@ void Server::Look() {
   const Status listens = was_open ? transports::HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != told_) {
-    // the user who typed the command gets the error, and the offer is withdrawn
+    // The user who typed the command gets the error, and the offer is withdrawn.
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
       log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Address(), trouble,

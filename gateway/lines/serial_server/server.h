@@ -127,7 +127,7 @@ class Server final : public PortUser {
   Instant armed_ = Instant::max();
   Clients clients_;
   Client* holder_ = nullptr;  // the client that asks for the port, or has it
-  // the last reported trouble of listening; empty: nothing was reported yet
+  // The last reported trouble of listening; empty: nothing was reported yet.
   std::optional<std::string> told_;
   std::shared_ptr<char> running_;
 };

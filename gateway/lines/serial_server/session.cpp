@@ -120,7 +120,7 @@ Bytes ComPort::SetBaud(View value) {
   const auto baud = ByteReader(value).U32Be(0);
   if (!baud) return {};
   config::SerialSettings wanted = serial_;
-  // no port is faster; the driver refuses rates that it cannot set
+  // No port is faster; the driver refuses rates that it cannot set.
   constexpr std::uint32_t kMost = 100'000'000;
   if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
   Try(wanted);

@@ -185,7 +185,8 @@ class Session {
   /// session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
-  /// Before the client has the port, it may pass only what one read returns.
+  /// Handles bytes of the client. Before the client has the port, the caller may pass the bytes of
+  /// one read only.
   void OnClient(View bytes, Now now);
   /// The client sends no more: it leaves when the port has sent all its bytes.
   void OnClientEnd(Now now);
