@@ -41,7 +41,7 @@ struct OutputLinks {
   bus::CommandSink& commands;  ///< receives writes
   records::Records& records;
   Reloader* reloader;               ///< null: the gateway cannot be reloaded
-  const status::GatewayInfo& info;  ///< to be copied
+  const status::GatewayInfo& info;  ///< the output must copy the information
   /// Returns the descriptors that the whole gateway needs.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> needs;
 };

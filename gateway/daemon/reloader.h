@@ -40,8 +40,9 @@ struct ReloadOptions {
   std::function<Result<std::string>()> read;  ///< reads the current text of the file
   /// Paths in the text are relative to the file.
   std::function<LoadedText(const std::string& text)> load;
-  std::function<void(const std::string& state)> notify;  ///< as sd_notify
-  std::function<std::string()> summary;                  ///< describes what runs, for READY=1
+  /// Sends a state to systemd, as sd_notify does.
+  std::function<void(const std::string& state)> notify;
+  std::function<std::string()> summary;  ///< describes what runs, for READY=1
   /// Returns a text without its secrets, or an error if they cannot be found.
   std::function<Result<std::string>(const std::string& text)> masked{};
   std::string text_at_start;

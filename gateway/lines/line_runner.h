@@ -44,7 +44,7 @@ class LineParts {
     /// Null: events are dropped, so no device is asked for events twice.
     bus::EventSink* events = nullptr;
     LoanRecords loans{};
-    std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
+    std::vector<protocols::ForeignRule> foreign{};  ///< rules of all protocols
   };
 
   /// The references must outlive this object. See LinePort.
@@ -105,8 +105,8 @@ class LineServers {
   const config::Line& line_;
   serial_server::PortOwner& owner_;
   PortLoan& loan_;
-  std::unique_ptr<serial_server::Server> server_;   // as configured; null: none
-  std::unique_ptr<serial_server::Server> offered_;  // by hand; null: none
+  std::unique_ptr<serial_server::Server> server_;   // the configured server; null: none
+  std::unique_ptr<serial_server::Server> offered_;  // the temporary server; null: none
   config::PortServer offer_;                        // address and mode of `offered_`
 };
 
@@ -194,7 +194,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   asio::steady_timer offer_end_;
   bus::CommandRoom queued_{
       bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
-  // Counts routed requests in the same way.
+  // Counts routed requests that were submitted and not answered yet.
   std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;

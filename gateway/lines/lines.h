@@ -166,12 +166,12 @@ class Lines {
   std::size_t turn_ = 0;  // counter that chooses the next shared loop
   SteadyVector<LineEntry> entries_;
   SteadyVector<std::uint32_t> line_of_;               // number of the line, by device
-  mutable LineSlot none_;                             // always empty
+  mutable LineSlot none_;                             // for unknown numbers; always empty
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines; their loops stay, too
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  // As last reported to the lines.
+  // Whether this machine's clock is right, as last reported to the lines.
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 

@@ -109,7 +109,7 @@ class PortLoan final : public serial_server::PortOwner {
   bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
-  // In the store, which no longer lists a line that a reload has ended.
+  // Number of the line in the store, which no longer lists a line that a reload has ended.
   const std::uint32_t number_;
   Line& line_;
   State state_ = State::free;

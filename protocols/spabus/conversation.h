@@ -39,7 +39,7 @@ using ItemPlan = QueryPlan<Row>;
 struct RequestLimits {
   std::size_t items = 8;
   bool channels = true;     ///< a range of channels is accepted
-  std::size_t written = 1;  ///< items in one write
+  std::size_t written = 1;  ///< most items in one write
 };
 
 /// Plans requests, each without gaps between its items. `limits` are read at each planning, so a

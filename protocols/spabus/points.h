@@ -21,7 +21,7 @@ namespace baudgate::protocols::spabus {
 /// A point that can be read, with its address already parsed.
 struct ReadPoint {
   Address address;
-  std::size_t index = 0;  ///< into the device's points
+  std::size_t index = 0;  ///< index into the device's points
   const config::Point* point = nullptr;
   bool offset = false;  ///< the point is the clock offset of the relay (clock.h); its address is T
 };

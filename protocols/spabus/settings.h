@@ -22,8 +22,8 @@ inline constexpr Range kPasswordItems{160, 161};
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 
 struct Settings {
-  std::size_t max_items = 8;    ///< in one request
-  std::size_t write_items = 1;  ///< in one write
+  std::size_t max_items = 8;    ///< most items in one request
+  std::size_t write_items = 1;  ///< most items in one write
   std::int64_t password = 0;    ///< 0: the device needs none
   bool send_wildcard = false;
   bool accept_wildcard = true;

@@ -49,7 +49,7 @@ class SpaTwin final : public Twin {
   std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;
-  std::deque<std::string> events_;  ///< as printed
+  std::deque<std::string> events_;  ///< events as they are printed
   std::string last_events_;         ///< the events that the latest L gave
   int status_ = 0;                  ///< bits of the item C
 };

@@ -167,7 +167,7 @@ class TelegramConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;  // its description is never null
-  const Bound bound_;        // values for every telegram
+  const Bound bound_;        // values for the fields of every telegram
   const AnswerReader reader_;
   Listening listening_;
   QueryPlan<Call> plan_;
@@ -177,7 +177,7 @@ class TelegramConversation final : public Conversation {
   ProbeChoice probes_;
 
   Exchanges exchanges_;
-  Bound filled_;                  // values for its telegrams
+  Bound filled_;                  // values for the fields of its telegrams
   Bytes context_;                 // see Request
   Bound told_;                    // the fields of the telegrams that went before
   Quality said_ = Quality::good;  // the quality of the device by their answers

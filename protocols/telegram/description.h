@@ -41,7 +41,7 @@ struct Telegram {
   bool reads = false;   ///< the telegram changes nothing in the device
   bool repeat = false;  ///< the telegram may be repeated although `reads` is false
   bool listen = false;
-  bool once = false;  ///< of a telegram that goes before: sent once, until a failure
+  bool once = false;  ///< a telegram that goes before is sent once, until a failure
   /// A field without a valid number is damage, and the answer is asked for again.
   bool strict = false;
   std::vector<std::size_t> before{};  ///< numbers of telegrams

@@ -42,7 +42,7 @@ struct Format {
   bool point = false;     ///< a number always has a point; a text without a point is a code
   bool zeros = false;     ///< padded with zeros, not with blanks
   bool left = true;       ///< a number may stand at the left of its width, with blanks behind it
-  bool lower = false;     ///< of hex
+  bool lower = false;     ///< hex digits in lower case
   bool little = false;    ///< binary, low byte first
 
   /// True if the field is written in characters, not in bytes.

@@ -155,7 +155,7 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  // Of fields: number of the element, place of the character.
+  // Place of each field: number of its element, and of its character.
   std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };

@@ -22,7 +22,7 @@ namespace baudgate::protocols::telegram {
 struct SaidField {
   Decoded decoded{};
   std::string text{};  ///< the text of the field, without the blanks around it
-  /// No number but codes: decides the quality of the others.
+  /// True if the field is no number and has codes: it decides the quality of the other fields.
   bool is_status = false;
 };
 
@@ -77,9 +77,9 @@ struct ReadPlace {
   Call call;
   std::string field;
   enum class Select : std::uint8_t { whole, bits, equal } select = Select::whole;
-  unsigned bit = 0;  ///< of bits: the first bit
+  unsigned bit = 0;  ///< with `bits`: number of the first bit
   unsigned bits = 1;
-  std::string equal{};  ///< of equal: true if the field has this text
+  std::string equal{};  ///< with `equal`: the text of the field for true
 
   bool operator==(const ReadPlace&) const = default;
 };

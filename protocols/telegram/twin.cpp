@@ -155,7 +155,8 @@ Bytes TelegramTwin::Compose(std::size_t number, const Bound& sent, Instant now) 
     const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
-    std::vector<std::pair<std::size_t, Bytes>> codes;  // of values that are no numbers
+    // Codes in place of values that are no numbers.
+    std::vector<std::pair<std::size_t, Bytes>> codes;
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
       const Element& element = form.pattern.elements[i];
       if (!element.is_field() || element.name.empty()) continue;
