@@ -52,8 +52,8 @@ bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   return good && *good != text;
 }
 
-// The power may fail after each step, so the order matters: a text never stands beside the reason
-// of another text, and a confirmed trial is never lost.
+// The power may fail after each step, so the order matters: a text is never stored beside the
+// reason of another text, and a confirmed trial is never lost.
 Result<bool> KeptConfigs::Write(const KeptTexts& wanted) const {
   std::error_code error;
   fs::create_directories(folder_, error);
