@@ -1,4 +1,4 @@
-// A list that grows while others read it.
+// Test of `SteadyVector`: a thread reads it while another appends.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/steady_vector.h"
 

@@ -1,4 +1,5 @@
-// What a line makes known of itself: what is told, and what the point store then shows.
+// Tests of `Accounts`: which news a line reports to its listener, and what the point store shows
+// then.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/counters/accounts.h"
 
@@ -52,7 +53,7 @@ class AccountsTest : public ::testing::Test, protected PollerListener {
   std::vector<std::pair<News::What, bool>> news_;
 };
 
-/// One echo that differs may be noise.
+/// One or two echoes that differ may be noise, so three are needed.
 TEST_F(AccountsTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};

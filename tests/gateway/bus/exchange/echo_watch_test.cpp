@@ -1,4 +1,5 @@
-// What is told of echoes, by the mode that the configuration gives.
+// Tests of `EchoWatch` and `EchoFilter`: what is reported about echoes in each configured echo
+// mode.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -121,7 +122,7 @@ TEST_F(EchoWatchTest, OnlyVerifyKnowsOfARing) {
   }
 }
 
-// ---------------- The echo filter in all modes, over every fragmentation of what comes back.
+// ---------------- The echo filter in all modes, with every fragmentation of the received bytes.
 
 struct Seen {
   Bytes bytes;
@@ -136,7 +137,7 @@ struct Seen {
   bool operator==(const Seen&) const = default;
 };
 
-/// One exchange, in every fragmentation; all of them have to give `expected`.
+/// Runs one exchange in every fragmentation of `received`. Each fragmentation must give `expected`.
 void Check(Echo mode, std::string_view request, std::string_view received, const Seen& expected) {
   test::EachFragmentation(ToBytes(received), [&](const std::vector<Bytes>& pieces) {
     EchoFilter filter(mode);

@@ -1,4 +1,4 @@
-// The point store: precedence of qualities as the design gives it, ageing, feeds, and two threads
+// Tests of `PointStore` and `ChangeFeed`: precedence of qualities, ageing, feeds, and two threads
 // that never see half an update.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/point_store.h"
@@ -17,8 +17,8 @@
 namespace baudgate::bus {
 namespace {
 
-/// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
-/// disabled one.
+/// A device with the points fast, slow, once and daily (polled every 1 s, 10 s, once, and every
+/// day), and a disabled device.
 class PointStoreTest : public ::testing::Test {
  protected:
   enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
@@ -56,7 +56,7 @@ class PointStoreTest : public ::testing::Test {
     store_.Read(0, [&](const DeviceRecord& record) { copy = record.points[point]; });
     return copy;
   }
-  /// Points of device 0 that the feed was told of since the last call.
+  /// Returns the points of device 0 that the feed has reported since the last call.
   std::vector<std::uint32_t> Told() {
     Changes changes;
     feed_->Drain(Instant(), changes);
@@ -88,7 +88,7 @@ TEST_F(PointStoreTest, PointsAreBornWaiting) {
 }
 
 TEST_F(PointStoreTest, PrecedenceOfQualities) {
-  // From the strongest to the weakest; each holds although all below it hold as well.
+  // From the strongest to the weakest: each quality hides all that follow below.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetOverride(0, Quality::bad_out_of_service);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_out_of_service);
@@ -164,7 +164,7 @@ TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
   });
 }
 
-/// As a reload does it: the line goes on, and so does the age of its values.
+/// A reload does the same: the line goes on, so the age of its values goes on, too.
 TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   store_.SetLineCycle(0, 10s, kStart);
   Update(kFast, 1.0, 0s);
@@ -318,7 +318,8 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
 }
 
-// ---------------- The feed of changes: coalescing, bounded, and woken at once.
+// ---------------- The feed of changes: changes of one point are merged, memory is bounded, the
+// reader is woken at once.
 
 class ChangeFeedTest : public ::testing::Test {
  protected:
@@ -389,7 +390,7 @@ TEST_F(ChangeFeedTest, AWaitingDrainHearsOfAChange) {
 TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   std::thread producer([this] {
     for (std::uint32_t i = 0; i < 20'000; ++i) Mark(0, {i % 3});
-    Mark(1, {0});  // the last word
+    Mark(1, {0});  // the last change, after which the reader stops
   });
   bool last_seen = false;
   while (!last_seen) {
@@ -401,8 +402,8 @@ TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   producer.join();
 }
 
-// ---------------- A store that gets and loses lines while others use it: numbers stay, and so does
-// what is known.
+// ---------------- A store to which lines are added and from which lines are removed while others
+// use it: numbers of devices and known values stay.
 
 config::Line LineOf(const std::string& device, std::size_t points = 1) {
   std::vector<std::string> names;
@@ -519,7 +520,7 @@ TEST_F(GrowingStore, ALineThatIsForgottenIsFreedOnceNobodyHoldsIt) {
   EXPECT_EQ(store().device(1)->name, "b");
 }
 
-/// Its driver returns after a reload.
+/// The driver of the abandoned line returns after a reload.
 TEST_F(GrowingStore, AnAbandonedLineTellsOfAForgottenDeviceInVain) {
   store().Retire(0);
   store().Forget(0);

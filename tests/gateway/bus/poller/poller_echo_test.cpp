@@ -1,4 +1,5 @@
-// Buses that echo, under virtual time: in every mode of `echo:`, in any chunking, with collisions.
+// Tests of buses that echo, under virtual time, in every mode of `echo:`, in any chunking, with
+// collisions. Then faults of devices, and replies that come late.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -172,7 +173,7 @@ TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
 }
 
 // ---------------- Faults of devices and wires, under virtual time: damaged, broken and foreign
-// replies, noise, babble. Above all: a wrong value is never Good.
+// replies, noise, babble. The main rule: a wrong value is never good.
 
 TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
@@ -196,7 +197,7 @@ TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   EXPECT_GE(rate(), clean - clean / 50);
 }
 
-/// One of two says that it is another; the line does not wait for what it may still say.
+/// Device a answers with a wrong address. The line does not wait for further replies of it.
 TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
   const auto answered_in_a_minute = [](bool wrong) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
@@ -225,7 +226,7 @@ TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
   EXPECT_GE(answered_in_a_minute(true), 0.95 * answered_in_a_minute(false));
 }
 
-/// Each of its replies takes the line for longer than a reply time.
+/// Each reply of device a takes the line for longer than a reply time.
 TEST(PollerFaults, ADribblingDeviceIsGivenUpBeforeItsNeighbourIs) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                    {&ToyProtocol()});
@@ -342,18 +343,18 @@ TEST(PollerFaults, AnEndlessStreamIsSurvived) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Answers that come late, under virtual time: never taken for others, and the user
-// is told.
+// ---------------- Late replies, under virtual time: they are never taken for the reply to another
+// request, and they are reported to the user.
 
-/// Replies without any tag (as DCON's), and a device that is too slow by anything up to the ceiling
-/// of an exchange: an answer to one query may never be stored as that of another.
+/// Replies without a tag (as in DCON) from a device whose reply time is anything up to the ceiling:
+/// a reply to one query must never be stored as the value of another.
 TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
     SetTruth(line, 1, 3);
     line.always = [&] { ExpectOnlyTruth(line, 1, 3); };
     line.Open();
-    line.RunFor(3s);  // in time
+    line.RunFor(3s);  // the replies come in time
     line.twin(0).manner.think = think;
     line.RunFor(30s);
     if (::testing::Test::HasFatalFailure()) FAIL() << "think time " << FormatDuration(think);
@@ -377,8 +378,8 @@ TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
   }
 }
 
-/// The late answer to the first try is taken for that to its retry: the same value, but the user
-/// has to know that the device is slower than its setting.
+/// The late reply to the first try is taken for the reply to the retry. The value is right, but the
+/// user must see that the device is slower than its reply time.
 TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
@@ -392,7 +393,8 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// The program was stopped while the reply waited in the system: it may have come at any time.
+/// The program was stopped while the reply waited in the system, so the reply may have come at any
+/// time.
 TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -406,7 +408,8 @@ TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   }
 }
 
-/// Replies carry a name, so the line asks b meanwhile, and the reply of a meets that exchange.
+/// Replies contain the address, so the line asks b meanwhile. The reply of a comes during that
+/// exchange.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});
   a.retries = 0;
@@ -476,7 +479,7 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
-  int late = 2;  // both the request and its retry are answered after 300 ms
+  int late = 2;  // the request and its retry are answered after 300 ms
   const std::size_t before = line.sent.size();
   line.twin(0).manner.distort = [&](Bytes reply) {
     line.twin(0).manner.think = late-- > 0 ? 300ms : 5ms;
