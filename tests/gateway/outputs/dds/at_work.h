@@ -1,4 +1,5 @@
-// A gateway with one point and a subscriber, at work while somebody attacks them.
+// `AtWork`: a gateway with one point and a subscriber, which exchange samples while a test attacks
+// them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-// Which events go out: in order and once, to newcomers the newest once more, and what is missed is
-// counted; on a supply that forgets what is old.
+// Tests of `EventSender` with a supply that forgets old events: events are sent in order and once,
+// a new reader gets the newest again, and missed events are counted.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -55,7 +55,8 @@ class Supply final : public EventSupply {
   std::function<void()> on_new;
 };
 
-/// First and last of all that can be sent now, which follow each other.
+/// Sends all events that can be sent now. Returns the first and the last number; the numbers must
+/// be consecutive.
 std::pair<std::uint64_t, std::uint64_t> SendAll(EventSender& sender) {
   std::pair<std::uint64_t, std::uint64_t> sent{0, 0};
   while (const EventSample* event = sender.Next()) {
@@ -183,7 +184,7 @@ config::Config OnePoint() {
   return config;
 }
 
-/// The sender of samples under virtual time.
+/// A sender of samples under virtual time.
 struct SampleLoad {
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
@@ -278,7 +279,8 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
   EXPECT_EQ(run.writer.alarms.back().name, "c");
 }
 
-/// The writers keep the newest 1000 of a device: what is sent before a reader is there may be lost.
+/// The writers keep only the newest 1000 events of a device, so events that are sent before a
+/// reader is there may be lost.
 TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
   for (const bool comes : {true, false}) {
     SampleLoad run;

@@ -1,5 +1,5 @@
-// On which interfaces a gateway and a subscriber of one machine find each other, and that `watch`
-// hears again when its interface was made anew or plugged in.
+// Tests of the interfaces on which a gateway and a subscriber of one machine find each other.
+// `watch` must receive again after its interface was made again or plugged in.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -35,7 +35,7 @@ const std::string kLoopback = "127.0.0.1";
 const std::string kInterface = OwnNetwork::kHere;
 using Addresses = std::vector<std::string>;
 
-/// A subscriber as others write it: Fast DDS with its own transport.
+/// A subscriber as another program could have it: Fast DDS with its own transport.
 class Stranger {
  public:
   explicit Stranger(const Addresses& interfaces) {
@@ -70,7 +70,7 @@ class Stranger {
 class Interfaces : public ::testing::Test {
  protected:
   void SetUp() override {
-    // Else they meet within the process.
+    // Otherwise the participants of one process would bypass the network.
     eprosima::fastrtps::LibrarySettingsAttributes settings;
     settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
@@ -144,7 +144,7 @@ TEST_F(Interfaces, OthersThatUseAllOrTheSame) {
   }
 }
 
-/// Does something each time that the next text has been flushed.
+/// An output that calls `then` of a step as soon as `seen` of this step has been flushed.
 class Steps : public std::stringbuf {
  public:
   struct Step {
@@ -165,7 +165,8 @@ class Steps : public std::stringbuf {
   std::size_t next_ = 0;
 };
 
-/// With a gateway on the other machine: here it would join the multicast group for `watch` as well.
+/// The gateway runs on the other machine. On this machine its sockets would join the multicast
+/// group for `watch`, too.
 class FarGateway : public Interfaces {
  protected:
   void Publish(double value) {
@@ -173,7 +174,7 @@ class FarGateway : public Interfaces {
     publisher_ = PublishOn({OwnNetwork::kThere}, value);
     network_.ComeBack();
   }
-  /// What `watch` says beside the points.
+  /// Returns what `watch` writes apart from the points.
   std::string Watch(std::vector<Steps::Step> steps) {
     Steps output(std::move(steps));
     tools::WatchOptions options;

@@ -1,4 +1,5 @@
-// Each thing that can be wrong with the files of DDS Security is named, with its file.
+// Tests of `CheckSecurity`: each fault in the files of DDS Security is named with its file. Then
+// `baudgate certs dds`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/pki/security_check.h"
 
@@ -34,7 +35,7 @@ class SecurityCheck : public ::testing::Test {
     ASSERT_TRUE(folder_.Make({"g"}, 1, kNow).ok());
     ASSERT_TRUE(other_.Make({"g"}, 0, kNow).ok());
   }
-  /// "warning key: …" or "key: …", without the folder.
+  /// Returns findings such as "warning key: …" or "key: …", without the folder.
   std::vector<std::string> Found(WallTime now = kNow) const {
     std::vector<std::string> found;
     for (const Finding& one : CheckSecurity(files_, now).findings) {
@@ -160,8 +161,8 @@ TEST_F(SecurityCheck, AGovernanceThatLeavesMessagesOpen) {
   EXPECT_FALSE(report.messages_protected);
 }
 
-// ---------------- What `baudgate certs dds` writes: who can read it, what is never written over,
-// who may do what.
+// ---------------- The files of `baudgate certs dds`: their modes, which files are never
+// overwritten, and the permissions in them.
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

@@ -1,5 +1,5 @@
-// What events owe, read once and whole: with a device that answers in part, late, or not at all,
-// and tells of another event meanwhile.
+// Tests of `RecordService`: the values that belong to an event are read once and together, also if
+// the device answers in part, late or not at all, or reports another event meanwhile.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/record_service.h"
 
@@ -89,7 +89,7 @@ class RecordServiceTest : public ::testing::Test {
     Pass(1s);
     service_.OnDrained(0, now_.instant);
   }
-  /// The device has answered something.
+  /// The device has answered a read, `later` than the last step.
   void Hear(Duration later) {
     Pass(later);
     service_.OnRead(0, now_.instant);
@@ -145,7 +145,7 @@ TEST_F(RecordServiceTest, ALookForEventsBeforeItWasReadProvesNothing) {
 TEST_F(RecordServiceTest, TheNextEventGetsTheValuesThatItMayHaveChanged) {
   Owe(412);
   ReadAll(5);
-  Owe(413);  // told by the relay before it had nothing more
+  Owe(413);  // reported before the relay had no more events
   ASSERT_THAT(kept_, SizeIs(1));
   ASSERT_THAT(asked_, SizeIs(1)) << "it is read once more";
   ReadAll(7);
@@ -338,7 +338,7 @@ TEST_F(SilentServiceTest, ADeviceWithoutEventsOfItsOwnHasNothingMoreToTell) {
 namespace baudgate::events {
 namespace {
 
-// ---------------- The codes and words of the gateway's own events, which users filter by.
+// ---------------- The codes and words of the gateway's own events, by which users filter.
 
 using config::EventState;
 
@@ -446,7 +446,7 @@ TEST(OwnRecords, AreCutToWhatIsKept) {
   EXPECT_EQ(FactRecord(fact, kAt).text.size(), kLongestText);
 }
 
-// ---------------- Values that belong together: in the file as one, with their numbers, owed and
+// ---------------- Values that belong together: stored as one record with its numbers, owed and
 // settled.
 
 using ::testing::ElementsAre;

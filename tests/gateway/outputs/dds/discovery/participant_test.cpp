@@ -1,4 +1,5 @@
-// What a discovery server hears of a gateway and of a subscriber, from the real Fast DDS.
+// Tests of what a discovery server receives from a gateway and from a subscriber, with the real
+// Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ namespace {
 
 using testing::TestDomain;
 
-/// Stands in for a discovery server.
+/// The test plays the discovery server.
 class FakeDiscoveryServer : public ::testing::Test {
  protected:
   void SetUp() override {

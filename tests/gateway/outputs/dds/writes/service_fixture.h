@@ -1,4 +1,5 @@
-// A gateway with points to write, and a sink that keeps what gets through.
+// Configuration and sink for tests of requests: a gateway with points to write, and a sink that
+// stores commands.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,8 +21,8 @@ inline config::Point PointNamed(const std::string& name, config::Type type, bool
   return point;
 }
 
-/// "substation-7" with the device "feeder-1": setting (0 to 40), trip (has to be selected), off
-/// (not allowed).
+/// The gateway "substation-7" with the device "feeder-1" and its points: setting (0 to 40), trip
+/// (must be selected first), off (writing is not allowed).
 inline config::Config ServiceConfig() {
   config::Device device;
   device.name = "feeder-1";

@@ -1,5 +1,5 @@
-// Which clients are told that their sockets are ready: all of them, again and again, but never one
-// that has been removed.
+// Tests of `ClientPoll`: all clients with ready sockets are reported again and again, but never a
+// client that has been removed. Then one client, and libmodbus as the client.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>
