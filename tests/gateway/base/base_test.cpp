@@ -1,5 +1,4 @@
-// Tests of the small tools that every layer uses: hex, numbers, durations, checksums, checked
-// reading.
+// Tests of small tools: hex, numbers, durations, checksums, checked reading.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

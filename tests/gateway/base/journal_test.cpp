@@ -1,5 +1,4 @@
-// Tests of the log: the datagrams to journald with line, device and outcome as fields, the folding
-// of repeated texts, and the thread that writes the lines.
+// Tests of the log: the fields for journald, the folding of repeated texts, and its thread.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/chrono.h>
@@ -123,8 +122,7 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
   EXPECT_EQ(journald.Next(), "");
 }
 
-// ---------------- Folding of repeated log texts: which repeats are held back, and when and in
-// which order they are written.
+// ---------------- Folding of repeated log texts.
 
 Now At(Duration since) { return {Instant{} + 1h + since, WallTime{} + 1h + since}; }
 
@@ -313,7 +311,7 @@ TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
   Outlet outlet(reader.descriptor(), 10000);
   const std::string line(99, 'x');
   for (int n = 0; n < 1000; ++n) outlet.Put(line + "\n");
-  // The queue holds 100 lines, and one line may be on its way to the pipe. All others are dropped.
+  // The queue holds 100 lines, and one line may be on its way to the pipe.
   EXPECT_GE(outlet.dropped(), 1000u - 100u - 1u);
   EXPECT_FALSE(outlet.Flush(0s));
   outlet.Put(std::string(250, 'y') + "\n");  // this line is dropped, too
@@ -321,7 +319,6 @@ TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
   const std::string all = reader.ReadUntil("nobody read it\n");
   EXPECT_NE(all.find(text), std::string::npos) << all.substr(all.size() - 200);
   EXPECT_EQ(all.find("yy"), std::string::npos);
-  // The number of dropped lines is written only once.
   outlet.Put("later\n");
   EXPECT_EQ(reader.ReadUntil("later\n"), "later\n");
 }

@@ -1,4 +1,3 @@
-// Test of `SteadyVector`: a thread reads it while another appends.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/steady_vector.h"
 

@@ -21,8 +21,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// A round calls Enter, which reports that the round has begun and blocks until the test calls
-/// Open.
+/// Blocks each round that calls Enter until the test calls Open.
 class Gate {
  public:
   void Enter() {
@@ -37,7 +36,6 @@ class Gate {
   std::counting_semaphore<> open_{0};
 };
 
-/// Texts that several threads add.
 class Notes {
  public:
   void Add(std::string text) {
@@ -161,8 +159,7 @@ TEST(Worker, HasItsNameAndTakesNoSignals) {
   EXPECT_EQ(sigismember(&own, SIGTERM), 0) << "the thread that starts it takes them as before";
 }
 
-/// Audit and events share a thread: a worker that has work in every round delays the other by one
-/// round at most.
+/// Audit and events share a thread like this.
 TEST(WorkThread, WorkersTakeTurns) {
   Notes notes;
   Gate busy_gate;

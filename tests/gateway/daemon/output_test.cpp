@@ -1,5 +1,4 @@
-// Test of an additional output: it needs only the interface and one row in a list. It gets samples,
-// appears in the status document, follows a reload, and stops in its order.
+// Test of an additional output, which needs only the interface and one row in a list.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/output.h"
 

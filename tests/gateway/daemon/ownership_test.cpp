@@ -1,5 +1,4 @@
-// Test that a reload frees what it has replaced: the configurations of lines, and the data of
-// removed devices in the point store.
+// Test that a reload frees the configurations and device data that it has replaced.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -38,8 +37,7 @@ config::Line LineOf(const std::string& name, const std::string& device) {
   return line;
 }
 
-/// The line "stays" is changed in place in each round. The line "goes" is restarted, removed, and
-/// added again.
+/// Line "stays" is changed in place in each round, "goes" is restarted, removed and added again.
 config::Config ConfigOf(std::size_t round) {
   config::Config config;
   config.name = "plant";

@@ -1,6 +1,5 @@
-// Tests of `Reloader`: what is on trial, confirmed and refused, for calls in any order. The gateway
-// behind the reloader is a configuration of one line, and the name of the line is the text of the
-// file.
+// Tests of `Reloader`: what is on trial, confirmed and refused. A configuration is one line, whose
+// name is the text of its file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reloader.h"
 
@@ -23,8 +22,7 @@ using ::testing::Not;
 
 constexpr Duration kNever = Duration::zero();
 
-/// Makes the configuration of a file. A comment in the file changes nothing, but the text of the
-/// profile does.
+/// A comment changes nothing, but the text of the profile does.
 config::Config ConfigOf(const std::string& text, const std::string& profile = {}) {
   config::Config config;
   config.lines.emplace_back().name = text.substr(0, text.find('#')) + profile;

@@ -1,5 +1,4 @@
-// Tests of writes that a line cannot take, and how they are counted. Then lines that share a loop,
-// and lines that are removed.
+// Tests of writes that a line cannot take, of lines that share a loop, and of removed lines.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -95,7 +94,7 @@ TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
   EXPECT_FALSE(reply->sent);
 }
 
-/// A reload adds a line to the store before the line runs, so DDS clients may write to it already.
+/// DDS clients may write to a line that a reload has added but not started.
 TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
   config::Line added = config_.lines[0];
   added.name = "added";
@@ -129,8 +128,7 @@ TEST_F(LineDispatcherTest, ATelegramByHandIsNoWriteToAPoint) {
   EXPECT_EQ(Counted(WriteEnd::denied), 0U);
 }
 
-// ---------------- Lines that share a loop, on real sockets: an end of one line must not disturb
-// the other.
+// ---------------- Lines that share a loop, on real sockets.
 
 using asio::ip::tcp;
 using Far = test::FarEnd<tcp::socket>;

@@ -1,5 +1,4 @@
-// Tests of a line whose port is lent, by hand or over the network, under virtual time. A write
-// under way ends before the port is lent.
+// Tests of a port that is lent, by hand or over the network, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
@@ -149,8 +148,7 @@ struct NetworkLoan : LinePortTest {
     user.has = nullptr;
     Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
   }
-  /// Stops the answers of the device and waits until a poll is sent. Returns the request of the
-  /// poll.
+  /// Stops the answers of the device. Returns the request of the poll under way.
   Bytes BeginPoll() {
     answers_ = false;
     for (const int before = port_.sends; port_.sends == before;) Pass(1ms);

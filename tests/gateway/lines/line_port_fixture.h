@@ -1,5 +1,4 @@
-// `LinePortTest`: a line under virtual time, on a port that the test controls. The device behind
-// the port answers while `answers_` is set.
+// `LinePortTest`: a line under virtual time, on a port that the test controls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -167,7 +166,6 @@ class LinePortTest : public testing::Test {
     Handle([&] { line_->Submit(std::move(command), now_); });
   }
 
-  /// Submits a telegram by hand.
   std::shared_ptr<bus::Telegram> Ask(std::string_view text, Duration patience = 5s) {
     auto telegram = std::make_shared<bus::Telegram>();
     telegram->bytes = ToBytes(text);

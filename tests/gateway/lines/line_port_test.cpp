@@ -1,5 +1,4 @@
-// Tests of what a line does with its port, under virtual time: connections that prove themselves or
-// do not, and telegrams by hand.
+// Tests of connections that prove themselves or do not, and of telegrams by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/lines/line_port_fixture.h"
 
@@ -82,7 +81,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
                                       Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
-/// The loan is over although the port is gone: the alarm of the port itself is reported now.
+/// The loan is over, so the alarm of the lost port is reported now.
 TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
   using What = bus::News::What;
   Open();
@@ -250,8 +249,7 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-/// The connection comes only after the exchange should have ended, or after the deadline or the
-/// client is gone.
+/// The connection comes after the exchange, after the deadline, or after the client has left.
 TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;
@@ -360,7 +358,6 @@ TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
 }
 
-/// The ends of connections and what follows are each counted once.
 TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
   const auto times = [this](bus::RecentTimes bus::ConnectionEnds::*what) {
     return (status().ends.*what).Since(Instant{});

@@ -70,8 +70,8 @@ TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
 }
 
-/// Behind a closed port all devices are offline without a report. So their first answers are
-/// logged, but are no events.
+/// Behind a closed port all devices are offline without a report: their first answers are no
+/// events.
 TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
@@ -109,7 +109,7 @@ TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
-/// Events that a restart finds in the file do not count for events that were reported since.
+/// Events in the file from before a restart say nothing about events reported since.
 TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});

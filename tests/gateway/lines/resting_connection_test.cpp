@@ -34,8 +34,7 @@ TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
   }
 }
 
-/// The server closes each connection 20 ms after the first answer. Three answers have come
-/// meanwhile.
+/// The server closes each connection 20 ms after the first answer.
 TEST(RestingConnection, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart);
@@ -76,8 +75,7 @@ TEST(RestingConnection, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext)
   }
 }
 
-/// The server ends only at this request and answers others. The requests differ only in their
-/// number.
+/// The server ends only at this request. The requests differ only in their number.
 TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   RestingConnection rest(false, 2);
   rest.OnOpened(0, kStart - 1s);

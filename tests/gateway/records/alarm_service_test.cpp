@@ -37,8 +37,7 @@ class AlarmServiceTest : public ::testing::Test {
     reply.pdu = std::move(pdu);
     service_.OnRouted({config_->modbus.routes[unit == 51 ? 0 : 1], unit, slave, reply}, now_);
   }
-  /// Lets a minute pass. Returns the alarms that were raised and ended, except ends of alarms that
-  /// were not raised in this test.
+  /// Returns what is raised and ended after a minute, without ends of alarms not raised here.
   std::vector<std::string> AfterAMinute(std::span<const AlarmService::DiskState> disks = {}) {
     service_.Look(disks, now_);
     now_.instant += 1min;

@@ -1,5 +1,4 @@
-// Tests of the path of events from lines to the file: codes, words, and point events by the quality
-// in the store.
+// Tests of the path of events from lines to the file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/event_path.h"
 
@@ -126,7 +125,6 @@ TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
   EXPECT_EQ(path_->log().Alarms()[0].state, events::AlarmState::returned);
 }
 
-/// Each change of an alarm is one message in the journal. Known states are not repeated.
 TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   const Journald journald;
   journald.TakeLog();
@@ -217,7 +215,6 @@ TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
 /// A reload restarts the line, so the line does not know its earlier reports.
 class EventReloadTest : public EventPathTest {
  protected:
-  /// Restarts the line with the changed configuration.
   void Reload(const std::function<void(config::Line& line)>& change = {}) {
     auto next = std::make_shared<config::Config>(*running_);
     if (change) change(next->lines[0]);
@@ -231,8 +228,7 @@ class EventReloadTest : public EventPathTest {
   void End(bus::News::What what, bool first) {
     Told({.what = what, .over = true, .device = DeviceOf(what), .first = first});
   }
-  /// Returns records such as "1000005 on port down: why". Adds a reload record to wait for all
-  /// earlier ones.
+  /// Returns records such as "1000005 on port down: why". A reload is the last record.
   std::vector<std::string> Records() {
     path_->OnReload(false, std::to_string(++asked_));
     std::vector<std::string> all;

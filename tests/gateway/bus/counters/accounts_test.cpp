@@ -1,5 +1,4 @@
-// Tests of `Accounts`: which news a line reports to its listener, and what the point store shows
-// then.
+// Tests of `Accounts`: the news for the listener, and the status in the point store.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/counters/accounts.h"
 

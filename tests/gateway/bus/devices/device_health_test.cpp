@@ -1,5 +1,4 @@
-// Tests of `DeviceHealth` (online, degraded, offline: by count and by time), `HeardPoints`,
-// `Roster`, and `DeviceStates`.
+// Tests of `DeviceHealth`, `HeardPoints`, `Roster` and `DeviceStates`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/devices/device_health.h"
 
@@ -162,8 +161,6 @@ TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
   EXPECT_FALSE(points.TellsOfDevice(kHeard, kStart)) << "and has not answered these";
 }
 
-// ---------------- The members of a line.
-
 TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   config::Line line = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   line.retries = 5;
@@ -195,8 +192,8 @@ TEST(Roster, EntriesOfOneNameAreTheSameOnTheWire) {
   EXPECT_TRUE(toys.a.IsSame(toys.b));
 }
 
-// ---------------- Times that the protocol of a device needs. The longer of the configured and the
-// needed time counts.
+// ---------------- Times that the protocol of a device needs: the longer of needed and configured
+// counts.
 
 /// A conversation that only returns the least times that its device needs.
 class Slow : public protocols::Conversation {

@@ -1,5 +1,4 @@
-// Tests of `EchoWatch` and `EchoFilter`: what is reported about echoes in each configured echo
-// mode.
+// Tests of `EchoWatch` and `EchoFilter` in each configured echo mode.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

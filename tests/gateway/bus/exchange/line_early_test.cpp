@@ -1,6 +1,5 @@
-// Tests of `Line` with bytes that come before the computed end of the transmission, replies that
-// are read late, damage, and second replies. An early reply counts only if the port does not keep
-// its bit rate (for example, a serial server).
+// Tests of `Line` with replies that are early, late, damaged or doubled. An early reply counts only
+// if the port does not keep its bit rate (for example, a serial server).
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
@@ -99,7 +98,7 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped until 5 s, so the age of the early reply is not known.
+/// The program was stopped until 5 s, so the age of the reply is not known.
 TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -127,8 +126,7 @@ TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
   ASSERT_EQ(frames_.size(), 1U);
 }
 
-// ---------------- Replies that waited while the program was stopped, so the time of their arrival
-// is not known.
+// ---------------- Replies that waited while the program was stopped: their age is not known.
 
 TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   Reach(State::await_first);
@@ -139,8 +137,7 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
-/// The program was busy for a moment: a reply that is read less than 100 ms after the reply time is
-/// taken.
+/// The program was busy for less than 100 ms.
 TEST_F(LineTest, AReplyUpToATenthOfASecondBehindItsTimeIsTaken) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
@@ -328,8 +325,7 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
-/// The port keeps its bit rate, so bytes that come while a request is still being sent cannot be
-/// the reply to this request.
+/// The port keeps its bit rate, so bytes during the sending of a request are not its reply.
 TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -350,8 +346,7 @@ TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
   EXPECT_EQ(second_, 1) << "a copy is no second reply";
 }
 
-// ---------------- Every kind of fault in every state of the line: a lost port, babble, timers that
-// fire too early or too late.
+// ---------------- Every kind of fault in every state of the line.
 
 /// The heap memory, in bytes, that a line may hold at most, however much comes in.
 constexpr std::size_t kLittle = 16'384;

@@ -1,5 +1,4 @@
-// `LineTest` brings a `Line` into any state. The client of the line only records what the line
-// reports.
+// `LineTest` brings a `Line` into any state, and records what the line reports.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

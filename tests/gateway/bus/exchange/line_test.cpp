@@ -1,6 +1,5 @@
 // Tests of `Line`, one for each row of the state table at the head of
-// gateway/bus/exchange/line.cpp. Time and bytes are arguments, so no poller and no protocol is
-// needed.
+// gateway/bus/exchange/line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/exchange/line.h"
 
@@ -147,8 +146,8 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-/// Example: a late reply of relay 1 must not be taken for the reply of relay 2. Replies that
-/// contain their address cannot be mistaken, so no aftermath is needed then.
+/// Example: a late reply of relay 1 must not be taken for that of relay 2. Replies that contain
+/// their address cannot be mistaken.
 TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {
@@ -166,8 +165,7 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
   }
 }
 
-/// The frame is the reply of another device, so the own reply may still come. The exchange ends
-/// only if the device is known to answer requests late (`lags`).
+/// The own reply may still come, unless the device is known to answer late by requests (`lags`).
 TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     return protocols::Cut::Discard(held.size(), Outcome::unexpected,
@@ -185,8 +183,7 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   }
 }
 
-/// The program was stopped between the bytes and the timer: the reply counts as of the time of its
-/// last byte.
+/// The program was stopped between the last byte and the timer.
 TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
   rule_ = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();

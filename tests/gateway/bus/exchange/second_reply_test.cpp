@@ -1,5 +1,4 @@
-// Tests of `SecondReply`: what comes behind a reply that was taken. Copies of the reply, a
-// different reply or noise come in the same read or later, in pieces.
+// Tests of `SecondReply`: copies, other replies and noise behind a reply that was taken.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -32,8 +31,7 @@ struct Behind {
 
 class SecondReplyTest : public ::testing::TestWithParam<Behind> {
  protected:
-  /// Feeds the reply and `behind` in one read, and cuts the reply out. True if no different reply
-  /// follows it.
+  /// Feeds the reply and `behind` in one read. True if no different reply follows the reply.
   bool Come(View behind) {
     protocols::Assembler assembler;
     assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));

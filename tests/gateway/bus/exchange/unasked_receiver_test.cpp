@@ -1,4 +1,4 @@
-// Tests of `UnaskedReceiver`: the messages that it cuts out of bytes that a device sends unasked.
+// Tests of `UnaskedReceiver`, which cuts messages out of bytes that a device sends unasked.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -177,7 +177,7 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
   }
 }
 
-/// The bytes "34" come at 1200 ms, before the timer that was due earlier is called.
+/// "34" comes before the timer that was due earlier is called.
 TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
@@ -294,8 +294,7 @@ TEST_F(LineUnaskedTest, AMessageThatStopsIsDamagedAndTheLineIsFreeAgain) {
   EXPECT_EQ(damaged_, 1U);
 }
 
-/// The message begins after each byte of the reply in turn. Reply and message must both arrive
-/// whole.
+/// The message begins after each byte of the reply in turn. Both must arrive whole.
 TEST_F(LineUnaskedTest, AMessageInsideAReplyIsTakenOutOfIt) {
   Duration at = 1s;
   for (std::size_t place = 0; place <= reply_.size(); ++place) {
@@ -355,7 +354,6 @@ TEST_F(LineUnaskedTest, MessagesInDrainAndBeforeARequestAreHeard) {
   EXPECT_EQ(said_, (Said{"<a>", "<b>", "<c>"}));
 }
 
-/// Babble may delay a request only until the ceiling of the exchange.
 TEST_F(LineUnaskedTest, BabbleKeepsNobodyFromAskingForEver) {
   Duration at = 1s;
   Bytes_("<", at);

@@ -1,5 +1,4 @@
-// Tests of `DeviceTracker`: what follows when a device appears, disappears, or may have been
-// replaced.
+// Tests of `DeviceTracker`: what follows when a device appears, disappears, or is replaced.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/device_tracker.h"
 
@@ -72,7 +71,7 @@ TEST_F(DeviceTrackerTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
   EXPECT_EQ(Due(0s), "b");
 }
 
-/// The reply to a request from before the port was closed may still come, so the device waits.
+/// The reply to a request from before the port was closed may still come.
 TEST_F(DeviceTrackerTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();

@@ -187,8 +187,7 @@ TEST_F(JobEndTest, OfAReadBack) {
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
-/// Another query may have taken the number of the query, so it is not known which points the job
-/// has read.
+/// Another query may have its number now, so the points that were read are not known.
 TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
@@ -255,14 +254,13 @@ TEST_F(JobEndTest, OfAWrite) {
   }
 }
 
-/// Lets the test call NoteTold, which gives the job the end of its request.
+/// Lets the test call NoteTold.
 struct Told : WriteJob {
   using WriteJob::NoteTold;
   using WriteJob::WriteJob;
 };
 
-/// The first step was sent and may have written, so the result is unknown unless the device has
-/// refused.
+/// The first step was sent and may have written.
 TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
   const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
       {std::nullopt, WriteEnd::unknown},

@@ -1,5 +1,4 @@
-// Tests of `Speaker` and `EventBacklog`: the messages of a device that sends unasked, and how many
-// of its events may wait for the disk.
+// Tests of `Speaker` and `EventBacklog`, for a device that sends unasked.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/unasked.h"
 
@@ -13,9 +12,8 @@ namespace {
 
 constexpr Now kNow{Instant() + 1h, WallTime(1'790'000'000s)};
 
-/// Each character of a message means something: "7" is a value of point 0, "9" a value of a point
-/// that does not exist, "E" an event, "?" is damaged. 2 s after the last message the value of point
-/// 0 becomes 0.
+/// Messages: "7" is a value of point 0, "9" a value of a point that does not exist, "E" an event,
+/// "?" is damaged. 2 s after the last message the value of point 0 becomes 0.
 class Talker final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }

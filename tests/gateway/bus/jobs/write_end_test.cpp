@@ -1,5 +1,4 @@
-// Tests of `WriteEndOf`, `VerdictOn` and `Compare`: the result of a write, from the outcome of its
-// exchange and the value that the point shows afterwards.
+// Tests of `WriteEndOf`, `VerdictOn` and `Compare`: the result of a write.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -72,8 +71,7 @@ TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
   EXPECT_FALSE(Of(0).lost);
 }
 
-/// The point shows neither the old nor the new value, for example because an output slews or the
-/// device limits the value. This is neither a success nor a failure of the read-back.
+/// An output that slews, or a device that limits the value: the write neither succeeded nor failed.
 TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
   Show(3.0, 1s);
   const ReadBackVerdict verdict = Of(0);

@@ -1,6 +1,4 @@
-// Tests of `ToSample` and `ToRaw`: from the raw value of a device to the value that users see, and
-// back. Sentinels, scale and ranges are applied, and a value that is not a number never has good
-// quality.
+// Tests of `ToSample` and `ToRaw`: sentinels, scale and ranges, and values that are no numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

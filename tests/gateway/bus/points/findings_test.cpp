@@ -1,5 +1,4 @@
-// Tests of `Findings`, `FailureRuns`, `RoundTrips` and `LastHour`: what the latest exchanges of a
-// device have in common.
+// Tests of `Findings`, `FailureRuns`, `RoundTrips` and `LastHour`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/findings.h"
 
@@ -113,8 +112,7 @@ TEST(Findings, AShortRefusalIsNoLongReply) {
   EXPECT_EQ(findings.lengths().longest_good(), 4U);
 }
 
-// ---------------- `FailureRuns`: when the failures of a device began and ended, and how many
-// replies came in between.
+// ---------------- `FailureRuns`: when the failures of a device began and ended.
 
 constexpr Instant kFirst{1000s};
 
@@ -132,8 +130,7 @@ FailureRuns After(std::string_view exchanges) {
   return failures;
 }
 
-/// "2x3" is a run of three failures behind two answered exchanges. "2x3." is a run that has not
-/// ended.
+/// "2x3": two answered exchanges, then three failures. "2x3.": the run has not ended.
 std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {
@@ -176,8 +173,7 @@ TEST(FailureRuns, KnowTheirTimes) {
   EXPECT_EQ(run.after, kFirst + 6s);
 }
 
-// ---------------- The histogram of round trips: bounded memory, and exact within a quarter of an
-// octave.
+// ---------------- The histogram of round trips: exact within a quarter of an octave.
 
 TEST(RoundTrips, EmptyIsZero) {
   const RoundTrips trips;

@@ -27,8 +27,8 @@ class JumpCheckTest : public ::testing::Test {
     check_.emplace(points_);
   }
 
-  /// Checks one reading. Returns "counts", "uncertain" or "-" (is not stored), with " again" if the
-  /// point has to be read again, and " doubt" if the stored value becomes uncertain.
+  /// Returns "counts", "uncertain" or "-" (is not stored), with " again" if the point must be read
+  /// again, and " doubt" if the stored value becomes uncertain.
   std::string Read(const Value& value, Quality quality = Quality::good) {
     std::vector<Sample> samples = {{0, value, quality}};
     const JumpCheck::Result result = check_->Check(samples);

@@ -1,5 +1,4 @@
-// Tests of `PointStore` and `ChangeFeed`: precedence of qualities, ageing, feeds, and two threads
-// that never see half an update.
+// Tests of `PointStore` and `ChangeFeed`, also with two threads.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/point_store.h"
 
@@ -17,8 +16,7 @@
 namespace baudgate::bus {
 namespace {
 
-/// A device with the points fast, slow, once and daily (polled every 1 s, 10 s, once, and every
-/// day), and a disabled device.
+/// Points that are polled every 1 s, every 10 s, once and daily. A second device is disabled.
 class PointStoreTest : public ::testing::Test {
  protected:
   enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
@@ -164,7 +162,7 @@ TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
   });
 }
 
-/// A reload does the same: the line goes on, so the age of its values goes on, too.
+/// A reload does this: the line and the age of its values go on.
 TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   store_.SetLineCycle(0, 10s, kStart);
   Update(kFast, 1.0, 0s);
@@ -318,8 +316,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
 }
 
-// ---------------- The feed of changes: changes of one point are merged, memory is bounded, the
-// reader is woken at once.
+// ---------------- The feed of changes: merged, bounded, and woken at once.
 
 class ChangeFeedTest : public ::testing::Test {
  protected:
@@ -402,8 +399,7 @@ TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   producer.join();
 }
 
-// ---------------- A store to which lines are added and from which lines are removed while others
-// use it: numbers of devices and known values stay.
+// ---------------- Lines are added and removed while others use the store: numbers and values stay.
 
 config::Line LineOf(const std::string& device, std::size_t points = 1) {
   std::vector<std::string> names;

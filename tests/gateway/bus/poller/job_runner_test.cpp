@@ -1,5 +1,4 @@
-// Tests of `JobRunner`: one job from its first request to its end, by the rows of the table in
-// gateway/bus/jobs/job.cpp.
+// Tests of `JobRunner`: the rows of the table in gateway/bus/jobs/job.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/poller/job_runner.h"
 
@@ -17,8 +16,8 @@ namespace {
 
 using ::testing::StartsWith;
 
-/// A runner on a line with the devices A and B. A has the points `read` and "2", B has the point
-/// "1". All were answered a moment ago: the name of A is proven, and no reply is owed.
+/// Device A has the points `read` and "2", B has "1". All were answered a moment ago: the name of A
+/// is proven, and no reply is outstanding.
 class Rig : private PollerListener, private RequestPort {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
@@ -79,7 +78,6 @@ class Rig : private PollerListener, private RequestPort {
     WaitUntilSent();
     return true;
   }
-  /// Starts the request on a line that is not quiet yet, so the request is not sent at once.
   void StartOnALineThatIsNotQuiet() {
     Turn();
     runner_.Receive(ToBytes("?"));
@@ -89,7 +87,6 @@ class Rig : private PollerListener, private RequestPort {
   void WaitUntilSent() {
     while (!sent_) PassTimer();
   }
-  /// Takes turns until the request of the job may be sent, or waits for late replies.
   void Turn() {
     Pass(10ms);
     while (runner_.job() != nullptr && runner_.TakeTurn() == JobRunner::Turn::next) continue;
@@ -142,7 +139,6 @@ class Rig : private PollerListener, private RequestPort {
     runner_.Receive(bytes);
     EndInSilence();
   }
-  /// Runs until the exchange has ended without a reply, and the line is quiet.
   void EndInSilence() {
     while (!runner_.idle()) {
       PassTimer();
@@ -312,7 +308,7 @@ TEST(JobRunnerTest, AReplyThatCountsIsStored) {
   EXPECT_EQ(rig.Value(1), "5");
 }
 
-/// One of the two replies answers another request, and it is not known which, so neither counts.
+/// One of the two replies answers another request, so neither counts.
 TEST(JobRunnerTest, WhatWaitsForAProbeDoesNotCountBehindASecondReply) {
   for (const bool second : {false, true}) {
     Rig rig("1");
@@ -358,8 +354,7 @@ TEST(JobRunnerTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
   EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
-/// The query "L1" was dropped, so "2" is query 0. While it is read, "L1" comes back, and "2"
-/// becomes query 1.
+/// "L1" was dropped, so "2" is query 0. While it is read, "L1" comes back, so "2" is query 1.
 TEST(JobRunnerTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNumbers) {
   Rig rig("L1");
   rig.Poll(0);

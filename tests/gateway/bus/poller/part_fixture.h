@@ -10,8 +10,7 @@
 
 namespace baudgate::bus {
 
-/// Times of the devices: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms. The line runs with 8N1
-/// at 9600 bit/s, behind a serial server unless `port` names another port.
+/// Device times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s.
 struct ToyMembers {
   explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
 

@@ -175,7 +175,7 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   EXPECT_EQ(line_.ends.size(), 1U);
 }
 
-/// The command waits for a quiet line while the program is stopped.
+/// The program is stopped while the command waits for a quiet line.
 TEST_F(PollerCommand, IsNotSentBehindItsDeadlineWhenTheProgramGoesOn) {
   Open();
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
@@ -203,8 +203,7 @@ TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
 }
 
-// The password was accepted in time, but the value would be sent after the client got the answer
-// "not sent".
+// The password is accepted in time, but the value would be sent after the answer "not sent".
 TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;

@@ -1,5 +1,4 @@
-// Tests of dead devices on one line under virtual time: what they cost the others, and how soon a
-// return is noticed. The last part has replies that come twice.
+// Tests of dead devices under virtual time: what they cost, and how soon a return is noticed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -21,8 +20,7 @@ struct Crowd {
   std::size_t points = 4;
 };
 
-/// Makes a line with 9600 7E1, so a character takes a little over a millisecond. The living devices
-/// come first.
+/// 9600 7E1: a character takes a little over a millisecond. The living devices come first.
 std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   std::vector<std::string> reads;
   for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
@@ -43,8 +41,7 @@ std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   return made;
 }
 
-/// Returns how many exchanges of the living are answered in some virtual minutes. The dead devices
-/// are known to be dead before.
+/// Returns how many exchanges of the living are answered in some virtual minutes.
 std::uint64_t RateBesideDead(int dead, Duration poll) {
   const auto line = MakeCrowd({.dead = dead, .poll = poll});
   line->Open();
@@ -146,8 +143,7 @@ TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
   EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
 }
 
-/// The module of device D ignores a request within 150 ms of other telegrams. Its neighbours leave
-/// no pause of this length.
+/// Device D ignores a request within 150 ms of other telegrams.
 TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
   const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
   Instant latest{};
@@ -229,8 +225,7 @@ TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
 }
 
-// ---------------- One dead device under virtual time: when it counts as offline, how it is probed,
-// and its return.
+// ---------------- One dead device under virtual time: offline, probes, and its return.
 
 TEST(Poller, OfflineByCountAndByTime) {
   VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1"}), 100ms)}), {&ToyProtocol()});
@@ -274,8 +269,8 @@ TEST(Poller, ReturnIsPolledAtOnce) {
   EXPECT_EQ(line.states.back().to, DeviceState::online);
 }
 
-// ---------------- Replies that come twice, under virtual time. The second could be taken for the
-// reply to the next request.
+// ---------------- Replies that come twice, under virtual time: the second may be taken for the
+// next reply.
 
 TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
@@ -287,8 +282,8 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// The fast device a sends a second reply, so the last reading of the slow device b may be wrong,
-/// too. The rest of the line was longer than the reply time of a, but not of b.
+/// The last reading of the slow device may be wrong, too: the line rested longer than the reply
+/// time of the fast device, but not of the slow one.
 TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;
@@ -313,7 +308,7 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
 }
 
-/// The device answers one of its requests always in another form than asked for.
+/// The device always answers one request in another form than asked for.
 TEST(PollerFaults, AnOddFormOfOneReplyLeavesTheOtherValuesGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "2", "U3"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -345,8 +340,8 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
   EXPECT_NE(line.QualityOf(0, 0), Quality::good);
 }
 
-/// A copy of a reply comes after the next request was sent, and is taken for its reply. The true
-/// reply comes behind the copy, so the last reading becomes uncertain and is read again at once.
+/// A copy is taken for the reply to the next request. The true reply comes behind the copy, so the
+/// last reading becomes uncertain and is read again at once.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {

@@ -1,5 +1,4 @@
-// Tests of buses that echo, under virtual time, in every mode of `echo:`, in any chunking, with
-// collisions. Then faults of devices, and replies that come late.
+// Tests of buses that echo, of faulty devices and of late replies, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -172,8 +171,7 @@ TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Faults of devices and wires, under virtual time: damaged, broken and foreign
-// replies, noise, babble. The main rule: a wrong value is never good.
+// ---------------- Faults of devices and wires, under virtual time: a wrong value is never good.
 
 TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
@@ -343,11 +341,9 @@ TEST(PollerFaults, AnEndlessStreamIsSurvived) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Late replies, under virtual time: they are never taken for the reply to another
-// request, and they are reported to the user.
+// ---------------- Late replies, under virtual time.
 
-/// Replies without a tag (as in DCON) from a device whose reply time is anything up to the ceiling:
-/// a reply to one query must never be stored as the value of another.
+/// Replies without a tag (as in DCON), from a device as slow as the ceiling allows.
 TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
@@ -378,8 +374,8 @@ TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
   }
 }
 
-/// The late reply to the first try is taken for the reply to the retry. The value is right, but the
-/// user must see that the device is slower than its reply time.
+/// The late reply to the first try is taken for that to the retry: the value is right, but the user
+/// must see that the device is slow.
 TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
@@ -393,8 +389,7 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// The program was stopped while the reply waited in the system, so the reply may have come at any
-/// time.
+/// The program was stopped while the reply waited, so its age is not known.
 TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -408,8 +403,7 @@ TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   }
 }
 
-/// Replies contain the address, so the line asks b meanwhile. The reply of a comes during that
-/// exchange.
+/// Replies contain the address, so b is asked meanwhile. The reply of a comes then.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});
   a.retries = 0;

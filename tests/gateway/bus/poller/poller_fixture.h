@@ -1,5 +1,4 @@
-// Toy devices for several tests of the poller: with a poll period, or with replies that contain a
-// word instead of a value.
+// Toy devices with a poll period, or with a word instead of values.
 #pragma once
 
 #include <string>

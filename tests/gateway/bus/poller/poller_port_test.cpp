@@ -1,5 +1,4 @@
-// Tests of a port that is closed, is lost at any moment and opens again, under virtual time. Then
-// sessions, and the status of lines and devices.
+// Tests of a port that closes and opens, of sessions, and of the status, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -25,7 +24,7 @@ TEST(Poller, NothingIsOnlineBehindAClosedPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
 }
 
-/// The port is lost at every moment of 700 ms of work, so in every state of the line.
+/// The port is lost in every state of the line.
 TEST(Poller, PortLostAtAnyMomentAndReopened) {
   for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
     config::Device slow = ToyDevice("c", "C", {"1"});
@@ -140,8 +139,8 @@ TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
   EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
 }
 
-/// One request of a task gets no reply, and the requests behind it are answered by another device.
-/// The value of this device must never be good beside the value of the first.
+/// The requests behind a lost one are answered by another device. Its value must never be good
+/// beside the value of the first.
 TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 1001.0);
@@ -230,8 +229,7 @@ TEST(Poller, ABroadcastOfADeviceThatIsAwayEndsNothing) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- The status of a line and its devices: counters, use, lateness, the in-use
-// switch, a port that is lent. Under virtual time.
+// ---------------- The status of a line and its devices, under virtual time.
 
 config::Line TwoDevices() {
   return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});

@@ -109,7 +109,6 @@ TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
 
   const std::uint64_t read_before = SeqOf(line, 2);
   line.always = [&] {
-    // Good only after another reading.
     const bool again = SeqOf(line, 2) > read_before;
     EXPECT_TRUE(again || !IsGood(line.QualityOf(0, 2)));
   };
@@ -119,8 +118,8 @@ TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
   EXPECT_EQ(line.StatusOf(0).trouble, "");
 }
 
-// ---------------- After a write (to points, of a route or by hand), each point that shows the
-// written register is outdated until it is read again.
+// ---------------- A write makes each point that shows the written register outdated until its next
+// reading.
 
 config::Point Once(std::string name, std::string read, config::Type type) {
   config::Point point;
@@ -149,8 +148,7 @@ config::Device Entry(const std::string& name, const std::string& address) {
   return device;
 }
 
-/// Devices 0 and 1 are two entries of slave 20, device 2 is slave 21. Both slaves have 120
-/// registers and eight coils.
+/// Devices 0 and 1 are slave 20, device 2 is slave 21: 120 registers and eight coils each.
 struct OutdatedLine : RoutedLine {
   enum : std::uint32_t { whole, bit, next, coil, pair, input, apart };
 

@@ -1,6 +1,5 @@
-// Tests of transparent routes on a line with faults, under virtual time: noise, late replies and
-// odd requests. No client may get the reply to another request, and no write may end ok that the
-// slave did not receive.
+// Tests of transparent routes on a line with faults, under virtual time: no client may get the
+// reply to another request, and no write may end ok that the slave did not receive.
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
@@ -13,8 +12,7 @@ namespace {
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// Function 16 for one register: its reply does not contain the value, unlike the reply of function
-// 6.
+// Function 16 for one register: its reply does not contain the value.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
 constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
 // A function of one manufacturer, which other slaves ignore.
@@ -203,8 +201,7 @@ TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
   }
 }
 
-/// The same, but no other request was sent before, so it is not known yet that this bus does not
-/// echo.
+/// The same before any other request: the bus may echo, as far as is known.
 TEST(PollerRoutedFaults, AWriteThatComesBackWholeIsNoReplyWhereTheBusMayEcho) {
   RoutedLine line(DriveLine(), {"20"});
   AnswerOddly(line.twin(0).manner, kWhole, kWhole);
@@ -242,7 +239,6 @@ TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
   EXPECT_NE(line.Of("vain").outcome, Outcome::ok);
 }
 
-/// The late reply to another request has another form, too. It must not be taken for an odd reply.
 TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
   for (const bool device : {false, true}) {
     RoutedLine line(
@@ -270,7 +266,6 @@ Pieces IgnoreOdd(View request, Bytes reply, Instant) {
   return {{5ms, std::move(reply)}};
 }
 
-// Odd requests of one client must not make the values of the device bad.
 TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
   RoutedLine line(DriveLine({Polled("20", 2, 60s)}), {});
   line.RunFor(5s);
@@ -284,8 +279,7 @@ TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// Odd requests of one client must not make the slave count as absent, which would refuse the reads
-// of other clients.
+// Otherwise the reads of other clients would be refused because the slave is absent.
 TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
   RoutedLine line;
   line.twin(0).manner.deliver = IgnoreOdd;
@@ -302,8 +296,7 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A busy client of another slave leaves 2 % of the time for probes. A stop must not wait for a
-// probe.
+// A busy client of another slave leaves 2 % of the time for probes.
 TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
   RoutedLine line;
   BusyClients clients(line);
@@ -397,8 +390,7 @@ TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothin
   EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
 }
 
-// A slave that answers two of three requests is present, so no request may be refused as if it were
-// absent.
+// A slave that answers two of three requests is present.
 TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
   RoutedLine line;
   int asked = 0;
@@ -437,8 +429,7 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
       << "nothing was asked since";
 }
 
-// Two entries of one slave, such as two profiles. Every fifth reply is late, and the reply to a
-// read does not contain the register.
+// Two entries of one slave. Every fifth reply is late, and no reply contains its register.
 TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
   for (Duration late = 100ms; late < 1050ms; late += 37ms) {
     SCOPED_TRACE(FormatDuration(late));

@@ -1,5 +1,4 @@
-// Tests of transparent routes on a line with faults, under virtual time: how long a start or stop
-// waits, and which requests are not sent any more.
+// Tests of transparent routes with faults, under virtual time: how long a start or stop waits.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,8 +40,7 @@ std::size_t StartBlock(RoutedLine& line) {
   return before;
 }
 
-// If the start of the cached side went out after the routed stop, the motor would keep running. The
-// poll that reads the written point back comes last.
+// If the start went out after the routed stop, the motor would keep running.
 TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -53,8 +51,7 @@ TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", kStartOnWire, kStopOnWire, _));
 }
 
-// A long write is not urgent and a command is, but the command must not overtake an earlier write
-// to the same slave.
+// A command is urgent, a long write is not.
 TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -117,7 +114,6 @@ TEST(PollerRoutedOrder, AStartForAnAbsentSlaveTakesNoRetriesFromTheOthers) {
   EXPECT_GT(clients.failed(0), 10) << "it does wait all the time";
 }
 
-// A destructive read must be repeated by another request only, even while a start waits.
 TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   config::Device counter = ToyDevice("counter", "A", {"L7"});
   counter.protocol = ToyProtocol().name;
@@ -134,7 +130,7 @@ TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   EXPECT_GT(line.CountSent("BA7"), 0U);
 }
 
-// The poll waits until no late reply can come. Other requests must not wait for this.
+// The poll waits until no late reply can come.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   config::Line settings = DriveLine({Polled("21", 2, 100ms)});
   settings.devices[0].retries = 0;
@@ -154,7 +150,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   EXPECT_LT(line.sent[before].at - asked, 20ms);
 }
 
-// One lost reply happens on any wire, so it must not slow down other slaves for ever.
+// One lost reply happens on any wire.
 TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -175,7 +171,6 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   EXPECT_LT(line.sent[before].at - asked, 50ms);
 }
 
-// A slave is not asked again while its late reply may come. Other slaves are asked meanwhile.
 TEST(PollerRoutedOrder, AReadDoesNotWaitForTheLateReplyOfAnotherSlave) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -191,8 +186,7 @@ TEST(PollerRoutedOrder, AReadDoesNotWaitForTheLateReplyOfAnotherSlave) {
   EXPECT_EQ(line.OnWire()[3], "15 03 00 00 00 01");
 }
 
-// A start that is sent long after its request is dangerous, so noise must not delay it beyond its
-// deadline.
+// A start that is sent long after its request is dangerous.
 TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -208,7 +202,6 @@ TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   EXPECT_LE(line.replies.back().at, deadline);
 }
 
-// A retry takes the line from others, so it is sent only while a client still waits for it.
 TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
@@ -294,8 +287,7 @@ TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStil
   EXPECT_GE(read, 10) << "writes go first";
 }
 
-// A client asks the slaves in turn, and waits only 900 ms for each. The slave that is absent must
-// be found after its return.
+// A client asks the slaves in turn, and waits only 900 ms for each.
 class AskedInTurn : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {

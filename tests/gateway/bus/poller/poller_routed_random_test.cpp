@@ -1,5 +1,4 @@
-// Tests of transparent routes with slaves, clients and a port that fail at random, under virtual
-// time and with fixed seeds: rules that hold in every case. Then routes on a bus that echoes.
+// Tests of transparent routes with random faults, and on a bus that echoes, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -51,8 +50,7 @@ void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   }
 }
 
-/// Five clients of two routed slaves, of a polled device in every second run, and of an address
-/// without a slave.
+/// Clients of two routed slaves, of a polled device in every second run, and of a missing slave.
 class RandomRun {
  public:
   explicit RandomRun(unsigned seed)
@@ -125,8 +123,7 @@ class RandomRun {
   std::size_t asked_ = 0;
 };
 
-// A request without an answer would take room of its client for ever. A second answer would be
-// taken for the answer to another request.
+// A second answer would be taken for the answer to another request.
 TEST(PollerRoutedRandom, EveryRequestIsAnsweredOnce) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -212,8 +209,7 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   return TallyOf(line);
 }
 
-// `late` is longer than the ceiling, so the reply comes during a request of another client, or
-// during a probe.
+// `late` is longer than the ceiling: the reply comes during another request, or a probe.
 TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
   for (const bool polled : {false, true}) {
     for (const Duration late : {800ms, 900ms, 1000ms, 1500ms, 3000ms}) {
@@ -230,8 +226,7 @@ TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
   }
 }
 
-// ---------------- Transparent routes on a bus that echoes, under virtual time: an echo must not
-// confirm a write that the slave did not receive.
+// ---------------- Transparent routes on a bus that echoes, under virtual time.
 
 using Pieces = std::vector<tools::TimedPiece>;
 
@@ -256,9 +251,8 @@ TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// An echo that comes in one piece after the request is not early. Only a read shows that the bus
-// echoes, because its reply differs from its request. From then on no confirmation of a write
-// counts.
+// An echo in one piece after the request is not early. Only the reply to a read differs from its
+// request, and so shows that the bus echoes.
 TEST(PollerRoutedEcho, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;

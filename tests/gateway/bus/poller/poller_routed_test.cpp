@@ -1,5 +1,4 @@
-// Tests of transparent routes on a line with Modbus RTU slaves, under virtual time: what passes,
-// what is never sent, who goes first, and what a dead slave costs the others.
+// Tests of transparent routes with Modbus RTU slaves, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

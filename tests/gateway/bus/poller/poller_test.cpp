@@ -1,5 +1,4 @@
-// Tests of polls of a whole line under virtual time: on the grid, in any chunking, with busy
-// devices, changed plans, and retries.
+// Tests of polls of a whole line, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/poller/poller.h"
 
@@ -96,8 +95,7 @@ TEST(Poller, SilenceOfTheWholeLineShows) {
   EXPECT_TRUE(line.poller().accounts().line.SilentSince(line.now().instant - 20s));
 }
 
-// ---------------- Busy devices, under virtual time: they get the pause that they ask for, and
-// other devices do not wait.
+// ---------------- Busy devices, under virtual time: they get the pause that they ask for.
 
 TEST(Poller, BusyParksTheQueryAndResumesIt) {
   config::Device device = ToyDevice("a", "A", {"1"});
@@ -141,8 +139,7 @@ TEST(Poller, ADeviceThatAsksForPeaceInItsProbeIsLeftInPeace) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-// A busy meter asks twice for a pause of 15 s. Its pauses do not make the line slower, so the age
-// limits stay.
+// A busy meter asks twice for a pause of 15 s, which must not make the line count as slow.
 TEST(Poller, WaitingMakesNoValueLastLonger) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options = ToyOptions();
@@ -165,8 +162,7 @@ TEST(Poller, WaitingMakesNoValueLastLonger) {
   EXPECT_LT(busy, 0);
 }
 
-// ---------------- Points that are read once or daily, and the values of a device that may have
-// been replaced, under virtual time.
+// ---------------- Points that are read once or daily, and devices that may have been replaced.
 
 /// Point 1 is read once, point 2 every second.
 VirtualLine OneOnce() {
@@ -220,8 +216,7 @@ TEST(PollerOnce, WhatIsNeverAnsweredIsAskedForOnceInASlowPeriod) {
   EXPECT_LE(tasks, 61U);
 }
 
-// The device is replaced while the port is closed, and does not answer the first reads of its
-// number.
+// The device is replaced while the port is closed, and ignores the first reads of its number.
 TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
   VirtualLine line = OneOnce();
   line.twin(0).values.Set(0, 1001.0);
@@ -316,8 +311,8 @@ TEST(PollerDaily, IsReadAnewAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
-/// A line where B sends a second, different reply when `doubled` is set. Queries that A refused are
-/// asked again then, because the refusal may have been another reply.
+/// B sends a second, different reply when `doubled` is set. The refusal of A may have been such a
+/// reply, so refused queries are asked again.
 struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
@@ -375,7 +370,7 @@ TEST(PollerOnce, WhatWasRefusedIsAskedForAgainWhereThatMayHaveBeenAnothersReply)
   EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
 }
 
-// ---------------- Plans of a device that change or cannot be carried out, under virtual time.
+// ---------------- Plans of a device that change or cannot be carried out.
 
 TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
@@ -391,8 +386,8 @@ TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// Four urgent reads in a row are followed by a poll. The reply to the poll removes query 0 from
-/// the plan, so all other queries get new numbers.
+/// Four urgent reads are followed by a poll, whose reply removes query 0 from the plan: all other
+/// queries get new numbers.
 TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
                    {&ToyProtocol()});
@@ -471,7 +466,7 @@ TEST(Poller, APointThatCanNotBeAskedHarmsNobodyAndProvesNothing) {
   EXPECT_EQ(line.CountSent("?B1"), 11U);
 }
 
-// ---------------- Requests that are repeated or replaced after a failure, under virtual time.
+// ---------------- Requests that are repeated or replaced after a failure.
 
 TEST(PollerRetries, AreBoundedAndCounted) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});

@@ -1,6 +1,4 @@
-// Tests of devices that cannot be asked for what the poller needs, under virtual time: a task
-// without a request is no sign of life, and time goes on. Then `TurnLimit`, and what comes back for
-// a request.
+// Tests of tasks for which a device has no request, of `TurnLimit`, and of replies.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-// Tests of how writes end: the result for the client is what the device has done, as far as this
-// can be known.
+// Tests of how writes end: the client gets what the device has done, if this can be known.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -146,8 +145,7 @@ TEST_F(PollerWriteEnd, OfSeveralTheClientLearnsWhichWereDone) {
   EXPECT_EQ(results_[0].written, 1U);
 }
 
-/// A set point is written every few milliseconds. Each write is confirmed, and the read-back shows
-/// the last.
+/// A set point every few milliseconds: the read-back shows only the last.
 TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
   for (int i = 1; i <= 12; ++i) line_.Submit(Command({{0, i * 1.0}}));
   ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 12; }, 10s));

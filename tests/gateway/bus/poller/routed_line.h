@@ -1,5 +1,5 @@
-// `RoutedLine`: a line with Modbus RTU slaves, for tests of transparent routes. It takes requests
-// and collects their replies. The twins of tests/support/virtual_line.h answer on the wire.
+// `RoutedLine`: a line with Modbus RTU slaves on the wire (tests/support/virtual_line.h), for tests
+// of transparent routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,6 +1,5 @@
-// Tests of `AnswerOrder` with devices that answer late by a known number of requests. Requests are
-// single letters. 'P' is a proof: its reply can be told from the replies to all other requests, but
-// a reply to "a" looks like a reply to any letter except 'P'.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. Only the reply
+// to 'P' (a proof) can be distinguished from the replies to all other letters.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -127,8 +126,7 @@ TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// P a P a …, each answered one request late. With three requests late, the replies would look the
-/// same.
+/// Each is answered one request late. With three requests late, the replies would look the same.
 TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
   Order order;
   for (int i = 0; i < 3; ++i) {
@@ -184,8 +182,7 @@ TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
   EXPECT_FALSE(order.order.IsSafe());
 }
 
-/// A device answers every request with the reply to the request `lag` before it. As long as
-/// requests are sent as the order allows, no reply to b is taken for a reply to a.
+/// Each reply answers the request `lag` before the latest one.
 TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   for (std::size_t lag = 0; lag < 12; ++lag) {
     Order order;
@@ -210,7 +207,7 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
-/// Replies to requests older than the oldest remembered one may still be owed.
+/// Replies to requests that are not remembered any more may still come.
 TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
@@ -219,8 +216,7 @@ TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
   EXPECT_FALSE(order.IsOnly('b'));
 }
 
-/// Strangers (other masters) are owed three replies at most, so from the fourth reply on each reply
-/// answers a request of this gateway.
+/// At most three replies to strangers (other masters) come: the fourth answers this gateway.
 TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   Order order;
   order.order.OnStranger(kStart);
@@ -256,8 +252,8 @@ TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
   EXPECT_TRUE(other.order.IsInStep());
 }
 
-// ---------------- Which orders count for a request: the order of its device, and the order of the
-// line if replies carry no address.
+// ---------------- The order of the device counts, and the order of the line if replies carry no
+// address.
 
 class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -295,8 +291,8 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
   }
 }
 
-/// A lost reply puts the next one in doubt: always for the same device, and for a neighbour if
-/// replies carry no address.
+/// A lost reply puts the next one in doubt: of the same device, and of a neighbour if replies carry
+/// no address.
 TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
@@ -347,8 +343,8 @@ TEST_F(ReplyOrdersTest, WhatIsKnownOfRepliesCountsForTheDeviceAndForTheLine) {
   }
 }
 
-/// Behind a serial server that lags, replies to device a may have come while b was asked. They
-/// count as owed by a for ever, so this number must not be compared with the number that b owes.
+/// If a server lags, replies of a may have come while b was asked. They count as outstanding for
+/// ever, so the number of a must not be compared with that of b.
 TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");

@@ -1,5 +1,4 @@
-// Tests of `LateReplies`: until when replies may still come, and which devices have to wait
-// meanwhile.
+// Tests of `LateReplies`: until when replies may come, and which devices wait meanwhile.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -135,8 +134,8 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
-/// R1 at 0 ms and R2 at 300 ms were not answered. The reply at 650 ms may be that to R1, so the
-/// reply to R2 may come up to 650 ms later.
+/// The reply at 650 ms may be that to the request at 0 ms. So the reply to the request at 300 ms
+/// may come up to 650 ms later.
 TEST_F(LateRepliesTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
@@ -211,8 +210,8 @@ TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The reply came 60 ms after its reply time, while the line still waited. If the request was a
-/// retry, the reply may be that to the first try, so its lateness is not known.
+/// The line still waited when the reply came. If the request was a retry, the reply may be that to
+/// the first try, so its lateness is not known.
 TEST_F(LateRepliesTest, AReplyThatWasAwaitedLongerShowsHowLongIsEnough) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
   const Duration characters = 4 * a.times.character;
@@ -244,8 +243,7 @@ TEST_F(LateRepliesTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
   EXPECT_EQ(late_.ExtraDrain(a), 230ms) << "260 ms and a gap, less the drain";
 }
 
-/// The reply to the retry is not due yet, so only the reply to the first try was late. One late
-/// reply may be chance.
+/// The reply to the retry is not due yet. One late reply, to the first try, may be chance.
 TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
@@ -258,8 +256,7 @@ TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "but it has been counted";
 }
 
-/// Nothing came behind the retry. Bytes behind the next request are a copy of the reply to that
-/// request.
+/// Bytes behind the next request are a copy of its reply.
 TEST_F(LateRepliesTest, WhatComesBehindTheNextRequestIsNoAnswerToARetry) {
   for (const Duration began : {0s, 10s}) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
@@ -321,8 +318,7 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The request was lost, and its retry was answered in time. The bytes behind it are noise from the
-/// release of the bus.
+/// The bytes behind the answered retry are noise from the release of the bus.
 TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {

@@ -1,6 +1,4 @@
-// Tests of `LostReplies`: replies that never came from a slave that only routes reach. Which lost
-// reply a reply may be, and how many replies to the same request are needed until there is no
-// doubt. Requests are single letters.
+// Tests of `LostReplies`, for slaves that only routes reach. Requests are single letters.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,8 +16,8 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
   void Lose(std::string_view requests, Instant at = kStart) {
     for (const char request : requests) lost_.OnLost(a, Request(request), at);
   }
-  /// Sends `request` again until a reply is certainly its own, and returns the number of replies
-  /// needed. The reply to each lost request in `like` has the same form.
+  /// Returns how often `request` must be repeated until a reply is certainly its own. The replies
+  /// to the lost requests in `like` have the same form.
   std::size_t RepliesUntilOwn(char request, std::string_view like, Instant began = kStart) {
     for (std::size_t count = 1; count < 20; ++count) {
       const LostReplies::Older older =
@@ -52,7 +50,6 @@ TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayBeThose) {
   }
 }
 
-/// A reply that is taken for an earlier reply leaves the reply to the present request owed.
 TEST_F(LostRepliesTest, WhoseReplyWasTakenForAnEarlierOneIsOwedItsOwn) {
   Lose("x");
   EXPECT_EQ(RepliesUntilOwn('x', "x"), 1U) << "to the first x, or to the second";

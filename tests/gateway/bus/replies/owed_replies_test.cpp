@@ -1,5 +1,5 @@
-// Tests of `OwedReplies`: how owed replies change the exchange of a request, which readings are in
-// doubt, and what a device owes that is only written.
+// Tests of `OwedReplies`: how outstanding replies change an exchange, and which readings are in
+// doubt.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,8 +32,8 @@ TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
   EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
 }
 
-/// Replies that the device may owe to another master are taken for lost at once. Replies to this
-/// gateway are taken for lost after ten seconds, or after twice the ceiling if that is longer.
+/// Replies to another master count as lost at once, replies to this gateway after ten seconds, or
+/// after twice the ceiling if that is longer.
 TEST(WhoseReplyOfAWriter, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
   Roster roster(line, 0,
@@ -75,7 +75,7 @@ TEST(WhoseReplyOfAWriter, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
   EXPECT_EQ(orders.Owed(read_probe), 0) << "it has no polls that are answered alike";
 }
 
-// ---------------- How all owed replies change the exchange that a request gets.
+// ---------------- The exchange that a request gets while replies are outstanding.
 
 class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -136,7 +136,7 @@ TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
   }
 }
 
-/// The reply to the present request comes only after the next request, so waiting is useless.
+/// The reply comes only after the next request, so waiting is useless.
 TEST_F(OwedRepliesTest, BehindADeviceThatLagsNoAftermathIsWaitedFor) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;

@@ -1,6 +1,5 @@
-// Tests of `WhoseReply`: the rows of the table in whose_reply.cpp, and what follows for the next
-// request. Requests "?A…" are polls of device a, "PA…" asks for its name. A reply "!=1*XX" carries
-// no tag, so it answers any request "U…".
+// Tests of `WhoseReply`, by the table in whose_reply.cpp. "?A…" polls device a, "PA…" asks for its
+// name. A reply "!=1*XX" carries no tag, so it answers any request "U…".
 #include "gateway/bus/replies/whose_reply.h"
 
 #include <gtest/gtest.h>
@@ -38,9 +37,8 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
     return verdict;
   }
   /// Plays exchanges and returns what the last reply comes to. "PA0:A0" is a request and its reply,
-  /// "UA1:" a request without a reply, "*UA1:=1" a probe by a read, "-UA1:=1" a request whose reply
-  /// carries no address, "WA1:A1=1" a write, "open" the opening of the port, "back" means that
-  /// another device may be connected.
+  /// "UA1:" has no reply, "*UA1:=1" is a probe by a read, "-UA1:=1" has a reply without an address,
+  /// "WA1:A1=1" is a write, "open" opens the port, "back": the device may have been replaced.
   std::string Run(const std::string& history) {
     std::istringstream words(history);
     std::string follows;
@@ -235,8 +233,8 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// The replies of the device are known to come one request late, so each request is repeated often
-/// enough. A reply of another device in place of its own makes the device owe one more.
+/// The device is known to be one request late, so each request is repeated. A reply of another
+/// device in between makes it later.
 TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
   Reply(a, name_, "A0");
   Silence(a, one_);
@@ -251,7 +249,7 @@ TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
   EXPECT_TRUE(NeedsProbe(a, one_));
 }
 
-/// "B0" comes in place of a reply of a, so a still owes this one reply.
+/// "B0" comes instead of a reply of a, so one reply of a is outstanding.
 TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
   Reply(b, Identification("PB0\r"), "B0");
   Reply(a, name_, "A0");
@@ -336,8 +334,7 @@ TEST_F(WhoseReplyTest, NoReplyIsOwedToABroadcast) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// Only silence may mean that the device was replaced. A lost port or a broadcast is no silence,
-/// and a damaged reply shows that the device is there.
+/// A lost port or a broadcast is no silence, and a damaged reply shows that the device is there.
 TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
   const Asked asked = Of(a, one_);
   const auto needs_probe_after = [&](Outcome outcome, bool silent) {
@@ -352,8 +349,7 @@ TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
   EXPECT_TRUE(NeedsProbe(a, two_)) << "nor was the probe answered";
 }
 
-/// Retries, writes, and requests that were answered before do not show that the device does not
-/// know a request.
+/// Other silence does not show that the device does not know the request.
 TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
   struct Case {
     bool retry = false;
@@ -508,7 +504,7 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
 }
 
-/// A0=7 came twice in a row, but the first one may be the reply to ?A0.
+/// A0=7 came twice, but the first one may be the reply to ?A0.
 TEST_F(WhoseReplyTest, WhatAnEarlierRequestIsAnsweredIsNoOtherName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);
@@ -525,7 +521,7 @@ TEST_F(WhoseReplyTest, ADeviceThatIsBusyHasNotSaidItsName) {
   EXPECT_FALSE(order_.HasName(b)) << "it has refused to say";
 }
 
-/// A refusal may answer any request, so refusals do not show that strangers are owed nothing more.
+/// A refusal may answer any request.
 TEST_F(WhoseReplyTest, RefusalsDoNotEndWhatStrangersAreOwed) {
   order_.OnOpened(a, kStart);
   for (int i = 0; i < 4; ++i) Reply(a, name_, "A0~refused", Outcome::refused);
@@ -549,15 +545,14 @@ TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
   EXPECT_EQ(Run("UA2:=2 ?A1:A9 ?A1:A9"), "elsewhere") << "such a probe restores the order";
 }
 
-/// Replies to strangers cannot be told from the replies to this device, so no reply could prove
-/// more.
+/// Replies to strangers look like replies of this device, so no reply could prove more.
 TEST_F(WhoseReplyTest, WhoHasNoProofIsBelievedFromItsFirstReplyOn) {
   order_.OnOpened(a, kStart);
   ProbeWithARead(1);
   EXPECT_TRUE(Reply(a, one_, "=1").proven);
 }
 
-/// A text instead of a number may be the reply to another request, unless no other reply is owed.
+/// A text instead of a number may be another reply, if one is outstanding.
 TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
   Reply(a, name_, "A0");
   Send(Of(a, one_));

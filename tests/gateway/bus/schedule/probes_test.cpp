@@ -91,8 +91,7 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
 }
 
-/// The device may have lost only its first requests, so its first two probes do not wait for the
-/// budget of 2 %.
+/// The device may have lost only its first requests: two probes do not wait for the budget.
 TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
@@ -196,8 +195,8 @@ TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
   EXPECT_GT(probes_.NoticeBound(kStart), one);
 }
 
-// ---------------- Probes of dead devices: free while the line is idle, limited to a share while
-// other devices wait.
+// ---------------- Probes of dead devices: free while the line is idle, otherwise limited to a
+// share.
 
 TEST(ProbeBudget, IdleLineProbesAfterThePause) {
   ProbeBudget budget;

@@ -446,8 +446,8 @@ TEST(Schedule, NewQueriesEndTheRound) {
   EXPECT_FALSE(schedule.NextDue());
 }
 
-/// Random devices on a line that is sometimes far too slow: each device waits at most for its own
-/// period and one turn of the rounds of all other devices, and NextDue is always right.
+/// Random devices on a line that may be far too slow: each waits at most for its own period and one
+/// turn of all others, and NextDue is always right.
 TEST(Schedule, NobodyStarvesWhateverThePeriods) {
   std::mt19937 random(4711);
   for (int round = 0; round < 60; ++round) {
@@ -535,7 +535,7 @@ TEST(Schedule, TheSecondHasteWaitsForTenSecondsAndNoneEndsABackOff) {
   EXPECT_EQ(schedule.NextDue(), kStart + 19s);
 }
 
-// ---------------- Groups that are read once or daily, and what a new plan keeps of their progress.
+// ---------------- Groups that are read once or daily.
 
 TEST(Schedule, OnceIsAskedOnceUntilRestart) {
   Schedule schedule;

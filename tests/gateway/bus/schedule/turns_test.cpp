@@ -1,5 +1,4 @@
-// Tests of `Turns`, `Round`, `IdleTime`, `Background` and `EventDelivery`: what is sent first on a
-// line.
+// Tests of `Turns`, `Round`, `IdleTime`, `Background` and `EventDelivery`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/turns.h"
 
@@ -193,7 +192,6 @@ struct FakeLine {
       schedule.Restart(static_cast<std::size_t>(i), kStart);
     }
   }
-  /// Takes all polls that are due.
   void Poll(Instant now) {
     while (schedule.Next(now)) {
     }

@@ -1,5 +1,4 @@
-// Tests of `RequestBook` and `CommandRoom`: a request that comes twice is answered twice and
-// carried out once.
+// Tests of `RequestBook` and `CommandRoom`: a repeated request is carried out once.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/request_book.h"
 
@@ -27,7 +26,6 @@ class RequestBookTest : public ::testing::Test {
     last_ = book_.Begin(request, now_);
     return last_.what;
   }
-  /// Begins a request and ends it as written.
   void Do(std::uint64_t seq, const std::string& client = "plc-1") {
     ASSERT_EQ(Begin(RequestOf(seq, client)), What::fresh) << client << ' ' << seq;
     book_.End(client, seq, {WriteEnd::ok, "", 7us});

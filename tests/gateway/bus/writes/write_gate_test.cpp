@@ -1,5 +1,4 @@
-// Tests of `WriteGate`: the rules in their order, what passes, what is refused and recorded.
-// Nothing of a refused request is sent.
+// Tests of `WriteGate`: the rules in their order. Nothing of a refused request is sent.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_gate.h"
 
@@ -352,7 +351,6 @@ struct StateRow {
   const char* ends;
 };
 
-/// A write that was not sent never ends ok. A write that was sent never ends as not sent.
 TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
   const StateRow kRows[] = {
       {WriteState::asked, "134", "busy not_sent denied "},

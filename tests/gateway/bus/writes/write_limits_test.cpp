@@ -1,5 +1,4 @@
-// Tests of the limits of writes: which numbers may be written, and which decimal number a float32
-// stands for.
+// Tests of the limits of writes, and of the decimal number that a float32 stands for.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

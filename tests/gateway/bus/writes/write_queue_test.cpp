@@ -1,5 +1,4 @@
-// Tests of `WriteQueue` and `RoutedSide`: the writes of one line from their arrival to their
-// answer.
+// Tests of `WriteQueue` and `RoutedSide`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_queue.h"
 
@@ -13,7 +12,7 @@
 namespace baudgate::bus {
 namespace {
 
-/// Tells the queue that no read-back is under way.
+/// For the queue: no read-back is under way.
 bool Nobody(std::size_t /*device*/) { return false; }
 
 WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
@@ -199,8 +198,7 @@ TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
-/// `is_common` is true for function 3 only, so silence to function 4 does not show that the slave
-/// is gone.
+/// `is_common` is true for function 3 only: silence to function 4 says nothing about the slave.
 TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);

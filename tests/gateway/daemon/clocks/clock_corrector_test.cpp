@@ -1,5 +1,4 @@
-// Tests of `ClockCorrector`: when it may correct a clock, what it sends and reports. A restart does
-// not make it try again.
+// Tests of `ClockCorrector`: when it may correct a clock, and what it sends and reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/clocks/clock_corrector.h"
 

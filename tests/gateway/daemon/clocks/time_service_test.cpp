@@ -1,5 +1,4 @@
-// Tests of the question whether the system clock is synchronised. The test plays the time service
-// at the other end of a socket.
+// Tests of AskTimeService. The test plays the time service at the other end of a socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -35,8 +34,7 @@ int Say(sd_bus*, const char*, const char*, const char*, sd_bus_message* reply, v
   return sd_bus_message_append(reply, "b", *static_cast<const int*>(what));
 }
 
-/// Returns the answer to the gateway if the service replies `said`. Without `said`, there is no
-/// such service.
+/// Returns the answer if the service replies `said`. Without `said` there is no such service.
 std::optional<bool> Ask(std::optional<int> said) {
   int ends[2] = {-1, -1};
   EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);

@@ -1,5 +1,4 @@
-// Tests of what a changed configuration does to lines, listeners, routes and numbers, and when a
-// restart is needed.
+// Tests of what a changed configuration does, and when it needs a restart.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reload/difference.h"
 

@@ -1,5 +1,4 @@
-// Tests of which configuration a start uses, after every order of events. "again" is a restart,
-// also by kill -9, so only the files on the disk are left.
+// Tests of which configuration a start uses. "again" is a restart, also by kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// `DiagnoseTest`: a device, its neighbour and their line. Each test changes their status, and
-// checks the sentences of the diagnosis.
+// `DiagnoseTest`: a device, its neighbour and their line, whose status each test changes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -210,8 +210,7 @@ TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
   EXPECT_THAT(Say()[0], ::testing::EndsWith("and their register"));
 }
 
-/// Several floats are read one register too far. With swapped words they look usual, too, so the
-/// order alone must not be blamed.
+/// With swapped words the floats look usual, too, but the order alone must not be blamed.
 TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
@@ -230,8 +229,7 @@ TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
   }
   EXPECT_THAT(Say()[0], ::testing::EndsWith("read one register lower (or higher) they fit: correct "
                                             "their addresses"));
-  // Another value follows. Now a wrong order and a wrong address would explain the numbers equally
-  // well.
+  // Another value follows. Now order and address explain the numbers equally well.
   record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0],
               ::testing::EndsWith("set order: CDAB, or correct their addresses by one register: "
@@ -274,8 +272,7 @@ TEST_F(DiagnoseTest, IntegersThatCannotBeTrue) {
   }
 }
 
-/// Examples: the NaN of a motor that stands, the FFFFFFFF of a meter for one direction, an optional
-/// register.
+/// The NaN of a motor that stands, the FFFFFFFF of a meter for one direction, an optional register.
 TEST_F(DiagnoseTest, WhatADeviceMayLackIsANote) {
   const struct {
     Quality quality;

@@ -1,5 +1,4 @@
-// Tests of the diagnosis of a device: occasional failures, late or second replies, no answer at
-// all.
+// Tests of the diagnosis of a device: occasional failures, late replies, no answer at all.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/causes/diagnose.h"
 
@@ -114,8 +113,8 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
   }
 }
 
-/// While the neighbours are silent, too, the line is idle before every request. So an idle line
-/// before a failure does not show that the device sleeps.
+/// If the neighbours are silent, too, the line is idle before every request, so an idle line before
+/// a failure does not show that the device sleeps.
 TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;

@@ -1,5 +1,4 @@
-// Tests of each cause that `baudgate status` can name: what supports the cause, what excludes it,
-// and its sentence.
+// Tests of each cause that `baudgate status` can name.
 // SPDX-License-Identifier: Apache-2.0
 #include <fstream>
 #include <iterator>
@@ -38,8 +37,7 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
   }
 }
 
-/// A request without a reply may contain a flow-control byte by chance, so one such request is not
-/// enough.
+/// One request with a flow-control byte is not enough: the byte may be chance.
 TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
   constexpr std::uint8_t kXon = 0b00100;
   const bus::QueryCount good = {.first_point = 0, .points = 1};
@@ -110,8 +108,7 @@ TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
 }
 
-/// The other master sometimes sends the same requests as the gateway, so its requests look like
-/// late echoes.
+/// The other master sometimes sends the same requests, which look like late echoes.
 TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
   Looked(device(), late_echo, 5);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
@@ -192,7 +189,6 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   }
 }
 
-/// A cause that explains most failures is not replaced because of a few newer failures.
 TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
   Looked(device(), damaged, 12);
   Looked(device(), clean, 30);
@@ -242,8 +238,7 @@ TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-// ---------------- Causes that depend on the configuration of the device, and causes with messages
-// that come unasked.
+// ---------------- Causes that depend on the configuration, and of messages that come unasked.
 
 /// Some replies do not fit their form, but at other times the same requests are answered well.
 TEST_F(HypothesesTest, MisfitsNowAndThen) {

@@ -1,6 +1,5 @@
 // Tests of `EarlierReplies`, by the table in gateway/diagnosis/damage/earlier_replies.h, and of
-// `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`: replies that belong to an earlier
-// exchange.
+// `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 
@@ -20,8 +19,7 @@ namespace {
 
 class EarlierRepliesTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// Plays an exchange of 1 s. `came` are the replies in the order of their arrival. `own` is the
-  /// reply of them that is taken; empty: none.
+  /// Plays an exchange of 1 s in which the replies `came` arrive. `own` is the one that is taken.
   void Exchange(const bus::Member& member, std::string_view asked,
                 const std::vector<std::string_view>& came = {}, std::string_view own = {}) {
     exchange_.Begin(member, bus::AskFor(asked), member.times, now_);
@@ -96,7 +94,7 @@ TEST_F(EarlierRepliesTest, ARequestThatComesBackLateIsNoOtherMasters) {
   EXPECT_TRUE(earlier_.IsLateEcho(exchange_));
 }
 
-/// "?A1" gets no reply and is repeated. Two replies follow, and one of them answers the first try.
+/// "?A1" is repeated. Two replies follow, and one of them answers the first try.
 TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A1\r", {"A1=5"}, "A1=5");
@@ -167,8 +165,7 @@ TEST(SameAgain, AnotherReplyBeginsANewCount) {
   EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes("F"), true, false, false));
 }
 
-// ---------------- `TakenReplies`: the latest replies that were taken show whether a reply is a
-// copy, and which characters a damaged text lacks.
+// ---------------- `TakenReplies`: the latest replies show copies, and what a damaged text lacks.
 
 TEST(TakenReplies, TellACopyForAnotherRequest) {
   TakenReplies taken;

@@ -52,8 +52,7 @@ TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
   EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
 }
 
-// ---------------- `LacksSome`: the bytes that a damaged try lacks, compared with the good reply to
-// its retry.
+// ---------------- `LacksSome`: a damaged reply, compared with the good reply to the retry.
 
 TEST(ChangedBytes, OneOrTwoBytesAreLostInside) {
   const struct {
@@ -124,9 +123,9 @@ TEST_F(HeardExchangeTest, KeepsNoMoreThanALongReply) {
 
 // ---------------- Characters as a receiver with another bit rate reads them.
 
-/// Returns `text` as a receiver reads it whose bit rate is `per_bit` times as high. The characters
-/// have ten bits and follow without pauses. A character without its stop bit becomes FF (as our
-/// ports report it), and the missing stop bit is taken for the next start bit, as UARTs do.
+/// Returns `text` as a receiver with a bit rate `per_bit` times as high reads it: ten bits a
+/// character, no pauses. A character without its stop bit becomes FF, and that bit is taken for the
+/// next start bit, as UARTs do.
 Bytes Received(std::string_view text, double per_bit) {
   std::vector<bool> wire;
   for (const char character : text) {
@@ -191,7 +190,7 @@ TEST(OtherBitRate, NothingElseIsTakenForIt) {
 
 class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// Plays an exchange. `own` is the reply that is taken; empty: none.
+  /// `own` is the reply that is taken; empty: none.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
     exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);
@@ -233,8 +232,7 @@ TEST_F(ReplyHabitsTest, AReplyThatWasTakenForAnotherRequestIsACopy) {
   EXPECT_FALSE(habits_.IsCopy(exchange_)) << "it was not taken before";
 }
 
-/// The same character is missing twice in a row, so this is no damage but the form of the device's
-/// replies.
+/// A second time in a row is no damage: the device sends that form.
 TEST_F(ReplyHabitsTest, ATextThatLacksTheSameCharacterAgainIsOfAnotherForm) {
   const Finding lacks{.symptom = Symptom::bytes_lost, .cause = "a character"};
   Exchange("?A1\r", {ToBytes("!A1=*C1\r")});

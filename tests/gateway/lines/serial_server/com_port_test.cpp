@@ -159,8 +159,8 @@ TEST(ComPort, TellsChangesThatTheMasksLetThrough) {
   EXPECT_THAT(com.Poll(), IsEmpty());
 }
 
-// ---------------- `TelnetDecoder`: what the bytes of a client mean, however they are cut, and the
-// answers.
+// ---------------- `TelnetDecoder` and `TelnetOptions`: the bytes of a client, however they are
+// cut.
 
 /// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Adjacent data are one item.
 std::vector<std::string> Items(TelnetDecoder& decoder, const std::vector<Bytes>& pieces) {

@@ -1,5 +1,4 @@
-// Tests of clients over real sockets: which client gets the port, is refused or waits, and what an
-// ended client leaves behind.
+// Tests of clients over real sockets: which client gets the port, is refused or waits.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/serial_server/server.h"
 
@@ -260,8 +259,8 @@ TEST_F(ServerTest, ClientsThatComeAndGoLeaveNothingOpen) {
   }
 }
 
-// ---------------- One client of a port: when it asks for the port, which bytes reach the other
-// side, and which side waits for the other.
+// ---------------- One client of a port: when it asks for the port, and which side waits for the
+// other.
 
 using Mode = config::PortServer::Mode;
 
@@ -430,8 +429,7 @@ TEST_F(Rfc2217, DoublesWhatWouldBeACommand) {
   EXPECT_EQ(ToHex(port_.sent), "61 FF 62");
 }
 
-/// All bytes from before the break are out, and the bytes behind it wait, because a UART loses
-/// characters during a break.
+/// A UART loses characters during a break, so bytes leave before or after it.
 TEST_F(Rfc2217, IacBrkMakesABreakBetweenTheDataAroundIt) {
   Begin();
   port_.takes = false;

@@ -75,8 +75,7 @@ TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
   EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
 }
 
-/// For a while the socket file cannot be made, for example because its folder was renamed. Then the
-/// file comes back.
+/// The socket file cannot be made for a while, for example because its folder was renamed.
 TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
   limits_.look = 1ms;
   StartServer();
@@ -125,7 +124,7 @@ TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
   config_.socket.clear();
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
-  // Where the service is installed and the test may write to its folder, that place is the first.
+  // The first place, if the service is installed and the test may write there.
   EXPECT_THAT(server_->path(), AnyOf(places[0], places[1]));
   EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
 }
@@ -194,8 +193,7 @@ TEST_F(ControlTest, AStoppingGatewaySaysSoToTraces) {
   EXPECT_FALSE(lines_.Push(0, Sent("feeder-1"))) << "the queue was not given back";
 }
 
-// ---------------- Clients that send garbage, too much or nothing, that never read, or that are too
-// many.
+// ---------------- Clients that send garbage or nothing, that never read, or that are too many.
 
 TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
   StartServer();
@@ -273,7 +271,7 @@ TEST_F(ControlTest, SixteenTracesLeaveRoomForAQuestionAndForNoTrace) {
   ASSERT_TRUE(lines_.WaitForTraces(0, 15));
 }
 
-/// Makes a device with so many points that an answer does not fit into the buffers of a socket.
+/// An answer about this device does not fit into the buffers of a socket.
 config::Config WithManyPoints() {
   config::Config config = status::TwoLines();
   config::Point point;
@@ -295,8 +293,7 @@ TEST_F(WideDeviceTest, AReaderThatStopsIsDroppedAndOthersAreServed) {
   RawClient slow = Connect();
   slow.Send("{\"command\":\"status\",\"target\":\"bay-1.feeder-1\"}\n");
   EXPECT_THAT(Ask(Connect(), R"({"command":"status","target":"io"})"), HasSubstr("substation-7"));
-  // The silent client came later and is dropped already, so the slow one must have been dropped,
-  // too.
+  // The silent client came later and is dropped, so the slow one must have been dropped, too.
   RawClient silent = Connect();
   ASSERT_TRUE(silent.IsClosed());
   EXPECT_FALSE(slow.ReceiveLine()) << "the whole answer was kept for it";
@@ -326,7 +323,6 @@ TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   int received = 0;
   std::string line;
   do {
-    // The note replaces the missing records. Later there is room again for the last record.
     lines_.Push(0, last);
     line = client.ReceiveLine().value_or("the last");
     ++received;

@@ -1,5 +1,4 @@
-// Fixtures with the gateway of two_lines.h: `FakeLines`, a line control that records its calls, and
-// `ControlTest` with a control server on a socket of the test.
+// `ControlTest`: the gateway of two_lines.h with a control server. `FakeLines` records its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +22,6 @@
 
 namespace baudgate::control {
 
-// Requests.
 inline constexpr const char* kStatus = R"({"command":"status"})";
 inline constexpr const char* kTrace = R"({"command":"trace","target":"bay-1"})";
 

@@ -1,5 +1,4 @@
-// Tests of `ask`, `read` and `write` over the control socket: how a request is completed and
-// checked, what the lines get, and the answers.
+// Tests of `ask`, `read` and `write` over the control socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/socket.h>
@@ -19,8 +18,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// The test protocol: a telegram that begins with '?' reads, its second byte is a password, and CR
-/// ends it.
+/// A telegram that begins with '?' reads, its second byte is a password, and CR ends it.
 const protocols::TelegramRule kRule = {
     "?!",
     [](View written, const protocols::ParsedOptions&) -> Result<Bytes> {
@@ -70,7 +68,6 @@ TEST_F(TelegramRequestsTest, AReadGoesToTheFirstDeviceOfTheLine) {
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 0"));
 }
 
-/// A request that never left the gateway must not be shown as sent.
 TEST_F(TelegramRequestsTest, WhatWasNotSentIsNotShownAsSent) {
   for (const WriteEnd end : {WriteEnd::not_sent, WriteEnd::denied}) {
     lines_.result = {.end = end, .reason = "the port is in use by 10.0.0.7:40112"};
@@ -109,7 +106,7 @@ TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
 }
 
-// ---------------- What each request does to the lines, and its answer, without a socket.
+// ---------------- Each request without a socket: its calls to the lines, and its answer.
 
 using ::testing::IsEmpty;
 
@@ -276,8 +273,7 @@ TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
   EXPECT_FALSE(wish_);
 }
 
-// ---------------- `read` and `write` over the control socket: the commands to the lines and the
-// answers.
+// ---------------- `read` and `write` over the control socket.
 
 config::Config WithWrites() {
   config::Config config = status::TwoLines();

@@ -1,5 +1,4 @@
-// Tests of the audit over the control socket: pages, `baudgate writes`, and the status of a disk
-// that fails. Then alarms.
+// Tests of the audit and of alarms over the control socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -258,8 +257,7 @@ TEST_F(WritesTest, StrangeRequestsAreHarmless) {
   EXPECT_TRUE(page.contains("records"));
 }
 
-// ---------------- Alarms over the control socket: pages, and which alarms an acknowledgement
-// covers.
+// ---------------- Alarms over the control socket.
 
 using events::AckQuery;
 

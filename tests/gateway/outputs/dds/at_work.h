@@ -1,5 +1,4 @@
-// `AtWork`: a gateway with one point and a subscriber, which exchange samples while a test attacks
-// them.
+// `AtWork`: a gateway with one point and a subscriber, which a test attacks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// Tests of `DatagramCheck`: which datagrams pass. Captured datagrams, every truncation of them, and
-// the known attacks.
+// Tests of `DatagramCheck`: captured datagrams, their truncations, and the known attacks.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/fast/datagram_check.h"
 
@@ -424,8 +423,7 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
-// A discovery server forwards the announcements of many machines, so each counts for the address
-// that it contains and not for the server.
+// A discovery server forwards the announcements of many machines.
 TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
   const auto of_one = [](std::uint16_t number, std::uint8_t last) {
     Bytes bytes = AnnouncementOf(number);
@@ -440,8 +438,7 @@ TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
   }
   EXPECT_EQ(check.Check(of_one(30, 1), kPeer, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(31, 1), kPeer, kStart).reason, Refusal::address);
-  // From any other sender, all announcements count for the sender's address. The address of the
-  // server with another port is such a sender.
+  // Other senders, also the same address with another port, count for themselves.
   const Sender another{kPeer.address, 5};
   EXPECT_EQ(check.Check(of_one(41, 41), another, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(42, 42), another, kStart).reason, Refusal::none);

@@ -1,5 +1,4 @@
-// Tests of `EventSender` with a supply that forgets old events: events are sent in order and once,
-// a new reader gets the newest again, and missed events are counted.
+// Tests of `EventSender`, with a supply that forgets old events.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -55,8 +54,7 @@ class Supply final : public EventSupply {
   std::function<void()> on_new;
 };
 
-/// Sends all events that can be sent now. Returns the first and the last number; the numbers must
-/// be consecutive.
+/// Returns the first and last number of the events that can be sent now, which must be consecutive.
 std::pair<std::uint64_t, std::uint64_t> SendAll(EventSender& sender) {
   std::pair<std::uint64_t, std::uint64_t> sent{0, 0};
   while (const EventSample* event = sender.Next()) {
@@ -279,8 +277,7 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
   EXPECT_EQ(run.writer.alarms.back().name, "c");
 }
 
-/// The writers keep only the newest 1000 events of a device, so events that are sent before a
-/// reader is there may be lost.
+/// Events beyond the newest 1000 of a device are lost if they are sent before a reader is there.
 TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
   for (const bool comes : {true, false}) {
     SampleLoad run;

@@ -1,5 +1,4 @@
-// Fixtures of the DDS tests: gateways of any size, and `Published`, which collects samples and
-// waits for them. Callbacks of subscribers fill it, and the test reads it.
+// Fixtures of the DDS tests. `Published` collects the samples that subscribers receive.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,8 +24,7 @@
 
 namespace baudgate::dds::testing {
 
-/// Returns a domain that differs between test processes, so processes that run at the same time do
-/// not receive each other's samples.
+/// Test processes that run at the same time use different domains.
 inline int TestDomain() { return 100 + static_cast<int>(::getpid() % 100); }
 
 inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {
@@ -175,7 +173,6 @@ class ThroughLink : public SampleWriter {
   LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};
 };
 
-/// Makes a publisher on Fast DDS. Returns null and fails the test if that is not possible.
 inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, bus::PointStore& store) {
   auto writer = CreateFastWriter(config, store);
   EXPECT_TRUE(writer.ok()) << writer.error();

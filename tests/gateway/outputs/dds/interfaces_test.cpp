@@ -1,5 +1,4 @@
-// Tests of the interfaces on which a gateway and a subscriber of one machine find each other.
-// `watch` must receive again after its interface was made again or plugged in.
+// Tests of the interfaces on which a gateway, a subscriber and `watch` find each other.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -165,8 +164,7 @@ class Steps : public std::stringbuf {
   std::size_t next_ = 0;
 };
 
-/// The gateway runs on the other machine. On this machine its sockets would join the multicast
-/// group for `watch`, too.
+/// Here the gateway would join the multicast group for `watch`, too, so it runs elsewhere.
 class FarGateway : public Interfaces {
  protected:
   void Publish(double value) {

@@ -1,5 +1,4 @@
-// Tests of publisher and subscriber over loopback with the real Fast DDS: first samples, late
-// joiners, ends.
+// Tests of publisher and subscriber over loopback with the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -260,8 +259,8 @@ TEST(KeyHash, IsWhatEveryVendorComputes) {
   EXPECT_EQ(HashKey(reply), HashKey(request));
 }
 
-// ---------------- How a subscriber handles thousands of samples, unreadable samples, and the names
-// of writers.
+// ---------------- A subscriber with thousands of samples, with unreadable ones, and the names of
+// writers.
 
 using testing::RawWriter;
 
@@ -277,8 +276,7 @@ Bytes Encoded(const PointSample& sample) {
   return bytes;
 }
 
-// Five thousand points change while a callback is slow: the publisher does not wait, and the rest
-// comes in a few takes.
+// All points change while a callback is slow: the publisher does not wait.
 TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
   Published heard;

@@ -35,8 +35,7 @@ int InterfaceNews() {
   return news;
 }
 
-/// Waits until the interface is up or down. The kernel notices the change of the other end a moment
-/// later.
+/// The kernel notices a change of the other end a moment late.
 void AwaitInterface(const std::string& address, bool up) {
   constexpr int kLimit = 10'000;  // in ms
   const auto is_up = [&address] {
@@ -56,8 +55,7 @@ void AwaitInterface(const std::string& address, bool up) {
 
 int CurrentNetwork() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
 
-/// Makes this process root. Users other than root get a network namespace only together with a user
-/// namespace, in which they are root.
+/// Users other than root get a network only together with a user namespace, where they are root.
 bool BecomeRoot() {
   const uid_t user = ::geteuid();
   if (user == 0) return true;
@@ -66,7 +64,7 @@ bool BecomeRoot() {
   return true;
 }
 
-/// Makes a new network for this thread. Returns -1 if that is not permitted.
+/// Returns -1 if a new network for this thread is not permitted.
 int NewNetwork() {
   if (::unshare(CLONE_NEWNET) != 0) return -1;
   Ip("link set lo up");

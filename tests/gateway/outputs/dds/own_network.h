@@ -1,6 +1,5 @@
-// Two virtual machines (network namespaces) with loopback and a removable cable between them, for
-// tests that depend on interfaces. The threads of Fast DDS run in the network of the thread that
-// starts them.
+// Two virtual machines (network namespaces) with a removable cable between them. The threads of
+// Fast DDS run in the network of the thread that starts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +11,7 @@ class OwnNetwork {
   static constexpr char kHere[] = "10.77.0.5";
   static constexpr char kThere[] = "10.77.0.9";
 
-  /// Moves the calling thread, and all threads that it starts, into the network "here".
+  /// Moves the calling thread, and all that it starts, into the network "here".
   OwnNetwork();
   ~OwnNetwork();  ///< moves the thread back
   OwnNetwork(const OwnNetwork&) = delete;
@@ -23,7 +22,6 @@ class OwnNetwork {
   void GoThere() const;
   void ComeBack() const;
 
-  /// Adds the cable and its two interfaces.
   void AddCable() const;
   void RemoveCable() const;
   /// Takes the other end of the cable down; PlugIn brings it up again.

@@ -1,5 +1,4 @@
-// Tests of `ParticipantTable`, `EndpointTable`, `SequenceWindow` and `TakingThread` under virtual
-// time: limits for participants, endpoints and writers.
+// Tests of `ParticipantTable`, `EndpointTable`, `SequenceWindow` and `TakingThread`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -20,8 +19,8 @@ GuidPrefix GuidPrefixOf(std::uint32_t number) {
   return prefix;
 }
 
-/// Announces the participants `first` … `first + count - 1`, each from another address unless
-/// `address` is given. Returns how many were admitted.
+/// Announces participants, each from another address unless `address` is given. Returns how many
+/// were admitted.
 std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint32_t count,
                          Instant now, std::optional<std::uint32_t> address = {}) {
   std::size_t in = 0;
@@ -83,8 +82,7 @@ TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
   EXPECT_EQ(in, 128U);
   EXPECT_EQ(table.size(), 0U);
   EXPECT_EQ(AnnounceMany(table, 2000, 100, kStart + 1s, 5), 8U) << "eight a second of one address";
-  // Other participants with one address each: 256 places, 136 of them used, and 50 more each
-  // second.
+  // One address each: 256 places, 136 of them used, and 50 more each second.
   EXPECT_EQ(AnnounceMany(table, 3000, 1000, kStart + 1s), 256U - 136U + 50U);
 }
 
@@ -123,8 +121,7 @@ TEST(ParticipantTable, RemembersTheAddressThatAParticipantSpeaksFrom) {
   EXPECT_EQ(table.Reached(kStart), (std::vector{UdpAddress{7, 7410}}));
 }
 
-// ---------------- Readers and writers of others under virtual time: too many of one participant,
-// too many in all, too fast.
+// ---------------- Readers and writers: too many of one participant, too many in all, too fast.
 
 Guid Endpoint(std::uint8_t participant, std::uint32_t number) {
   Guid guid{};
@@ -238,7 +235,7 @@ TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
   }
 }
 
-// ---------------- How far the sequence number of a writer may jump, under virtual time.
+// ---------------- How far the sequence number of a writer may jump.
 
 Guid WriterGuid(std::uint32_t number, std::uint8_t kind) {
   Guid guid{};
@@ -290,8 +287,7 @@ TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
   EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";
 }
 
-// ---------------- When a subscriber takes its samples: few samples at once, many samples in
-// batches.
+// ---------------- When a subscriber takes its samples: few at once, many in batches.
 
 TEST(TakingThread, RestsLongerAfterLongerRounds) {
   struct Row {

@@ -1,5 +1,4 @@
-// Tests of `DdsPublisher` and its thread: names that are refused, sending and ending.
-// sample_sender_test.cpp tests the content of the samples.
+// Tests of `DdsPublisher`; sample_sender_test.cpp tests the content of its samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/publisher.h"
 
@@ -116,8 +115,7 @@ TEST(Publisher, SendsEverythingToWhoeverComesAndNothingToNobody) {
   for (const auto& [session, value] : writer->got()) EXPECT_NE(session, 0U) << value;
 }
 
-// ---------------- `PublishPlan` and `Pacer`: deadband, quality, heartbeat and pace, under virtual
-// time.
+// ---------------- `PublishPlan` and `Pacer`, under virtual time.
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 

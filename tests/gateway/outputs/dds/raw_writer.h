@@ -1,5 +1,4 @@
-// `RawWriter` publishes any bytes as samples of a named type, right or wrong, as a foreign program
-// could.
+// `RawWriter` publishes any bytes under the name of a type, as a foreign program could.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

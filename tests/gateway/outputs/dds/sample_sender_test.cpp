@@ -1,5 +1,4 @@
-// Tests of `SampleSender` under virtual time, with a writer that only records: which changes of the
-// store become which samples, and when.
+// Tests of `SampleSender` under virtual time, with a writer that only records.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -321,8 +320,8 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   EXPECT_THAT(run.writer.points, SizeIs(4));
 }
 
-/// A late subscriber gets all samples that the writers still hold. Removed names must not use the
-/// room of the writers, so the writers are replaced.
+/// A late subscriber gets all samples that the writers hold. Removed names must not use their room,
+/// so the writers are replaced.
 TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);
@@ -398,7 +397,7 @@ TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
   EXPECT_THAT(run.writer.points, SizeIs(611));
 }
 
-/// All points of a device are removed: 1000 ends, more than the pace and the writer allow at once.
+/// All points are removed: 1000 ends, more than the pace and the writer allow at once.
 struct Leaving : Sending {
   explicit Leaving(Sent answer = Sent::later) : Sending(MakeConfig(1, 1000)) {
     RunFor(1s);

@@ -1,5 +1,4 @@
-// Tests of DDS Security between participants of this process over loopback: who gets samples, what
-// can be read on the wire, and the known attacks with keys in use.
+// Tests of DDS Security between participants of this process over loopback.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastrtps/attributes/LibrarySettingsAttributes.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -55,7 +54,6 @@ class SecureTest : public ::testing::Test {
     options.participant.security = security;
     return options;
   }
-  /// Makes a subscriber with the right files.
   void Subscribe() {
     auto made = DdsSubscriber::Create(With(folder_.Of("subscriber-1")), heard_.Callbacks());
     ASSERT_TRUE(made.ok()) << made.error();
@@ -200,8 +198,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
     config_.dds.security = gateway;
     Published heard;
     const SentBytes sent;
-    // The subscriber must not leave first: Fast DDS 2.9 can end the process if it leaves right
-    // after its handshake.
+    // Fast DDS 2.9 can end the process if the subscriber leaves first, right after its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());
     EXPECT_TRUE(subscriber.ok()) << subscriber.error();
     const auto publisher = Publish(config_, store);

@@ -1,5 +1,4 @@
-// Tests of requests and replies over loopback with the real Fast DDS: which requests reach the
-// gateway. Damaged requests and many clients do no harm.
+// Tests of requests and replies over loopback with the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -113,9 +112,8 @@ TEST(WriteTopics, DamagedRequestsAreLeftOut) {
   }
 }
 
-// The library stores each client name while its writer exists, and holds back requests with more
-// names than fit. Such requests would be delivered when there is room again, which must never
-// happen.
+// The library holds back requests with more names than fit. They would be delivered when a writer
+// leaves, which must never happen.
 TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
   Gateway gateway;
   WriteClient client;

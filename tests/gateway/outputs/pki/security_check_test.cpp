@@ -1,5 +1,4 @@
-// Tests of `CheckSecurity`: each fault in the files of DDS Security is named with its file. Then
-// `baudgate certs dds`.
+// Tests of `CheckSecurity`, which names each fault with its file, and of `baudgate certs dds`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/pki/security_check.h"
 
@@ -161,8 +160,8 @@ TEST_F(SecurityCheck, AGovernanceThatLeavesMessagesOpen) {
   EXPECT_FALSE(report.messages_protected);
 }
 
-// ---------------- The files of `baudgate certs dds`: their modes, which files are never
-// overwritten, and the permissions in them.
+// ---------------- The files of `baudgate certs dds`: modes, permissions, and what is never
+// overwritten.
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

@@ -1,5 +1,4 @@
-// `HypothesesTest`: turns a row of symptoms into the status of a device, and returns the causes
-// that are named.
+// `HypothesesTest`: makes the status of a device from symptoms, and returns the causes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

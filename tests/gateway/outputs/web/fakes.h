@@ -57,8 +57,7 @@ class FakeEvents final : public events::EventSource {
   std::string by;  ///< who acknowledged last
 };
 
-/// bay-1.feeder-1.current, read each second: 10, 11, 12 … within a minute, and bad in the second
-/// half of each minute.
+/// Read each second: 10, 11, 12 … within a minute, and bad in the second half of each minute.
 class FakeHistory final : public history::HistorySource {
  public:
   history::HistoryState state() const override { return {}; }

@@ -235,8 +235,7 @@ TEST(Families, EveryRowWithAMetricHasValues) {
   ExpectValues<modbus::RouteStatus>();
 }
 
-// ---------------- Every example of docs/api.md is requested, and the answer must have the same
-// form.
+// ---------------- Every example of docs/api.md is requested, and the answer must have its form.
 
 using status::Json;
 

@@ -1,5 +1,4 @@
-// Tests of `AuditLog` with its thread, on disks that work, hang and fail. Then `AuditBook`, and
-// power cuts.
+// Tests of `AuditLog` with its thread, of `AuditBook`, and of power cuts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audit_log.h"
 
@@ -323,14 +322,12 @@ TEST(AuditBook, AnotherFileHasNothingOfIt) {
   EXPECT_EQ(book.Due()[0].record.seq, 1);
 }
 
-// ---------------- The power fails at a random moment, hundreds of times. No stored record may be
-// lost or doubled, no record may claim a success that did not happen, and the file must open every
-// time.
+// ---------------- The power fails at a random moment, hundreds of times. No stored record is lost
+// or doubled, none reports a success that did not happen, and the file always opens.
 
 const std::size_t kSeeds = LongRun(400);
 constexpr int kLives = 4;
 
-/// What one client knows of its record.
 struct Told {
   bool kept = false;            // the file has confirmed it
   std::optional<WriteEnd> end;  // the end that was reported

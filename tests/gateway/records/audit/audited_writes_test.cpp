@@ -1,5 +1,4 @@
-// Tests of `AuditedWrites`: writes wait for their record and continue in order, and their end
-// completes the record.
+// Tests of `AuditedWrites`: writes wait for their record, and their end completes it.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audited_writes.h"
 

@@ -1,5 +1,4 @@
-// Tests of the file of the audit: reading back, restarts, limits, and files that are damaged. Then
-// repeated and routed writes.
+// Tests of the file of the audit, and of repeated and routed writes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -171,7 +170,6 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
   EXPECT_EQ(rows[10].kind, Kind::route);
 }
 
-/// Points that are written equally often lose equally many records, and other points lose none.
 TEST_F(WriteTableTest, RoomIsMadeByAllWhoHaveMost) {
   constexpr std::array<Room, kKinds> kSmall = {Room{20, kDay}, Room{5, kDay}, Room{5, kDay},
                                                Room{5, kDay}};
@@ -295,8 +293,7 @@ TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
   EXPECT_EQ(ReadAll("/events.db", disk.vfs()).size(), 1U);
 }
 
-// ---------------- Repeated writes become one record a minute, and hostile writes never fill the
-// memory.
+// ---------------- Repeated writes become one record a minute.
 
 class RepeatsTest : public ::testing::Test {
  protected:

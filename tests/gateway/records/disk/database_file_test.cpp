@@ -1,5 +1,4 @@
-// Tests of database files that are damaged or of another kind, and of logs that have lost committed
-// transactions. Then newer versions, and disks that hang.
+// Tests of damaged and newer database files, of lost logs, and of disks that hang.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/disk/database_file.h"
 
@@ -37,8 +36,7 @@ class DatabaseFileTest : public ::testing::Test {
   fs::path file() const { return folder_ / "some.db"; }
   fs::path log() const { return folder_ / "some.db-wal"; }
 
-  /// Makes a file with `rows` rows, each from its own transaction. All rows are in the file, and
-  /// none is in the log.
+  /// Each row has its own transaction. All are in the file, and none is in the log.
   void MakeFile(int rows) const {
     OpenedDatabase made = OpenDatabase(file(), kKind);
     ASSERT_TRUE(made.database) << made.error;

@@ -176,8 +176,7 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EXPECT_TRUE(opened.new_file);
 }
 
-/// The header already counts a page that is only in the log, because the page was changed again
-/// after the reader's snapshot.
+/// The header counts a page that is only in the log, because it was changed after the reader began.
 TEST_F(EventsFileTest, ACheckpointThatAReaderHoldsUpIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
@@ -242,8 +241,8 @@ TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
   }
 }
 
-/// SQLite holds one lock for all connections of a process. If a look at the file ended this lock,
-/// the next program that reads the file would delete the log at its end.
+/// Without this lock, which all connections of a process share, the next program that reads the
+/// file would delete the log at its end.
 TEST_F(EventsFileTest, NothingThatLooksAtTheFileEndsItsLock) {
   OpenBoth();
   Add(*one_, "a");
@@ -341,8 +340,7 @@ TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
   }
 }
 
-/// While a reader is active, a checkpoint copies only pages that have not changed since the reader
-/// began.
+/// While a reader is active, a checkpoint copies only pages that are unchanged since it began.
 TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
   OpenBoth();
   Add(*one_, "a");

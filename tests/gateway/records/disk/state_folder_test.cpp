@@ -98,13 +98,12 @@ TEST(StateFolder, SaysWhyItCanNotBeMade) {
   ASSERT_TRUE(failure);
   EXPECT_FALSE(failure->in_use);
   EXPECT_NE(failure->text.find("Not a directory"), std::string::npos) << failure->text;
-  // Without the file in its place, the folder can be made.
   fs::remove(file);
   EXPECT_FALSE(folder.Open());
 }
 
-// ---------------- `DeviceMemory`: what is stored about a device over restarts. The entry is whole
-// or missing, is for the same device only, and survives a disk that fails.
+// ---------------- `DeviceMemory`: entries are whole, for the same device only, and survive a disk
+// that fails.
 
 class DeviceMemoryTest : public ::testing::Test {
  protected:
@@ -124,7 +123,7 @@ class DeviceMemoryTest : public ::testing::Test {
     config_.lines.push_back(line);
   }
 
-  /// Start again only after the previous memory has ended, so that its file is written.
+  /// Start again only after the previous memory has ended and written.
   std::unique_ptr<DeviceMemory> Start() {
     return std::make_unique<DeviceMemory>(
         file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },

@@ -105,8 +105,7 @@ TEST(Alarm, IsAcknowledgedOnce) {
   }
 }
 
-/// A user who acknowledges event 3 has not seen event 5, which raised the alarm again. So this
-/// acknowledgement does not count.
+/// A user who acknowledges event 3 has not seen event 5, which raised the alarm again.
 TEST(Alarm, IsAcknowledgedAsItWasSeen) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.seq = 2;
@@ -173,8 +172,7 @@ TEST(AlarmBoard, ForgetsThoseThatAreOverFirst) {
 }
 
 // ---------------- The power fails at a random moment, hundreds of times. The alarms in the file
-// must fit the events in the file exactly, and no stored event may be lost.
-// lost.
+// must fit its events, and no stored event is lost.
 
 using audit::FaultyDisk;
 

@@ -264,8 +264,7 @@ class EventRoundsTest : public ::testing::Test {
   EventQueue queue_{options_, pending_};
 };
 
-/// If a failed round confirmed the batch, the device would be asked for more and would delete
-/// events that are not on the disk.
+/// Once a batch is confirmed, its device may delete the events.
 TEST_F(EventRoundsTest, ABatchIsKeptOnlyByARoundThatSucceeds) {
   Add("a");
   EventRounds::Round fails = rounds_.Take();

@@ -1,5 +1,4 @@
-// Tests of `EventFeed`: the events on the disk as outputs see them, in order, bounded, by device,
-// and with the number of missing ones. Then the table of events.
+// Tests of `EventFeed`, the events as outputs see them, and of the table of events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/event_feed.h"
 
@@ -96,8 +95,8 @@ TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
   }
 }
 
-/// Room for 3 events, and for the owners of 4 more. Of 12 events, 1…5 are forgotten, of 6…9 only
-/// the owners are known, and 10…12 are shown.
+/// Room for 3 events, and for the owners of 4 more: 1…5 are forgotten, of 6…9 only the owners are
+/// known, 10…12 are shown.
 TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
   EventFeed feed({.events = 3, .remembered = 4});
   feed.Renumber(kFeeders);
@@ -194,8 +193,8 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   EXPECT_EQ(woken, 1);
 }
 
-// ---------------- The table of events is read page by page, and the oldest events are deleted for
-// new ones.
+// ---------------- The table of events is read by pages, and the oldest events are deleted for new
+// ones.
 
 constexpr WallTime kWall = WallTime(std::chrono::hours(498'000));
 

@@ -1,5 +1,4 @@
-// `EventLogTest`: an event log with its thread, on a disk that the test controls, and the texts
-// that it reports.
+// `EventLogTest`: an event log with its thread, on a disk that the test controls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

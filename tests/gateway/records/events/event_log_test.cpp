@@ -109,7 +109,6 @@ TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
   log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
   {
-    // Overwrites all bytes behind the header.
     records::Database other(file().string(), records::Database::Mode::write);
     ASSERT_TRUE(other.EmptyLog());
     constexpr int kHeader = 100;
@@ -234,8 +233,7 @@ TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
   EXPECT_EQ(page->records.size(), 2U);
 }
 
-// ---------------- Alarms while their disk works, fails and hangs, their acknowledgement, and
-// alarms that the configuration no longer contains.
+// ---------------- Alarms while their disk works, fails and hangs, and their acknowledgement.
 
 EventRecord Raised(const std::string& name) {
   EventRecord record;
@@ -265,8 +263,7 @@ std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
   return alarms;
 }
 
-/// The disk failure is an alarm itself, so it must not wait for this disk. Each change is reported
-/// once, whenever it is stored.
+/// The disk failure is an alarm itself, so it must not wait for this disk.
 TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -414,8 +411,7 @@ TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
   while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
 }
 
-// ---------------- The events for outputs: from memory, and from the file for an output that was
-// away.
+// ---------------- The events for outputs: from memory, and from the file after an absence.
 
 TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   const auto begin = [this] {
@@ -502,7 +498,6 @@ TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
   EXPECT_EQ(fed[1].record.text, "does not answer");
 }
 
-/// A reload changes the number of a device while its batch is being written.
 TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
@@ -524,7 +519,6 @@ TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
   EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
 }
 
-/// One reload removes a device, and a later one adds it again.
 TEST_F(EventLogTest, FindsADeviceThatComesBackByItsName) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(1, "12.345 E1"));

@@ -71,8 +71,8 @@ class OwnAlarmsTest : public ::testing::Test {
       Hear(alarms_.Look(now_));
     }
   }
-  /// Returns texts such as "30: raise bay-1.feeder-1 no answer for 30s: no reply", without ends of
-  /// alarms from before the start.
+  /// "30: raise bay-1.feeder-1 no answer for 30s: no reply", without ends of alarms from before the
+  /// start.
   std::vector<std::string> Heard() { return std::exchange(heard_, {}); }
   /// Returns the same texts, including these ends.
   std::vector<std::string> All() { return std::exchange(all_, {}); }

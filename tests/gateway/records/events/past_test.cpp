@@ -1,5 +1,4 @@
-// Tests of records that a meter has stored itself, in events.db: each is written together with the
-// place in the meter, read page by page, and survives power cuts. Then `PlacedTime` and `Shares`.
+// Tests of records that a meter has stored itself, of `PlacedTime`, and of `Shares`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -143,8 +142,7 @@ TEST(Past, TheOldestGiveWay) {
   EXPECT_EQ(rows.back().value, Value(79.0));
 }
 
-/// The records and the place in the meter are written in one transaction, so after a power cut no
-/// record is read twice or left out.
+/// Records and the place in the meter are one transaction: nothing is read twice or left out.
 TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
   std::int64_t kept = 0;
   for (unsigned seed = 1; seed <= LongRun(60) && !testing::Test::HasFailure(); ++seed) {
@@ -186,8 +184,7 @@ TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
   EXPECT_GT(kept, static_cast<std::int64_t>(10 * LongRun(60))) << "else it shows little";
 }
 
-// ---------------- `PlacedTime`: seconds within a minute become a time, over the borders of minute,
-// hour and year. Some times cannot be known.
+// ---------------- `PlacedTime`: seconds within a minute become a time.
 
 using namespace std::chrono;  // NOLINT: dates read like dates
 
@@ -352,7 +349,7 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
   EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
 }
 
-/// Events every 2.5 s for an hour are reported less and less often, in the end about once a minute.
+/// Every 2.5 s for an hour: reported less and less often, in the end about once a minute.
 TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
   Taken("a", Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);

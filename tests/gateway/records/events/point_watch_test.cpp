@@ -28,8 +28,7 @@ Seen Num(double value) { return {Value(value)}; }
 Seen Bit(bool value) { return {Value(value)}; }
 Seen Word(const std::string& value) { return {Value(value)}; }
 
-/// Plays one reading per second. "2 on" means that the reading with index 2 caused an event; "!"
-/// marks the first known state.
+/// One reading per second. "2 on": reading 2 caused an event; "!": the first known state.
 std::vector<std::string> Play(const PointEvent& rule, const std::vector<Seen>& readings) {
   PointWatch watch(rule);
   std::vector<std::string> found;

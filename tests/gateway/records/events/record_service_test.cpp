@@ -1,5 +1,4 @@
-// Tests of `RecordService`: the values that belong to an event are read once and together, also if
-// the device answers in part, late or not at all, or reports another event meanwhile.
+// Tests of `RecordService`: the values of an event, with a device that answers in part or late.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/record_service.h"
 
@@ -446,8 +445,7 @@ TEST(OwnRecords, AreCutToWhatIsKept) {
   EXPECT_EQ(FactRecord(fact, kAt).text.size(), kLongestText);
 }
 
-// ---------------- Values that belong together: stored as one record with its numbers, owed and
-// settled.
+// ---------------- Values that belong together are stored as one record.
 
 using ::testing::ElementsAre;
 

@@ -1,5 +1,4 @@
-// Tests of which files of the history stay: by age, with a clock that may be wrong, and by the
-// limit. Then the reports about deleted and removed files.
+// Tests of which files of the history stay, and of reports about removed ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>

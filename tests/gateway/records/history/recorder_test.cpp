@@ -1,5 +1,4 @@
-// Tests of `Recorder`: the samples and runs that it makes from a changing store, with clocks that
-// are set. Then the rules of what is stored.
+// Tests of `Recorder`, with clocks that are set, and of the rules of what is stored.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/recorder.h"
 
@@ -257,7 +256,7 @@ TEST(LogRule, Table) {
   }
 }
 
-// ---------------- Values that wait for the disk: the numbers of their runs, and how many may wait.
+// ---------------- Values that wait for the disk.
 
 using testing::IsEmpty;
 using testing::SizeIs;

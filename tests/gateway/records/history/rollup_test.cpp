@@ -1,5 +1,4 @@
-// Tests of minutes and hours, compared with the definition: the value of every millisecond. Then
-// charts and the encoding of entries.
+// Tests of minutes and hours, of charts, and of the encoding of entries.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,5 +1,4 @@
-// Tests of the files of the history: reading back over days, restarts, power cuts and disks that
-// fail.
+// Tests of the files of the history: restarts, power cuts and disks that fail.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sqlite3.h>
@@ -206,8 +205,7 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
   }
 }
 
-/// gateway/records/disk refuses files of newer versions, so it must know the versions of this
-/// module.
+/// gateway/records/disk must know the versions of this module, to refuse newer files.
 TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
   ASSERT_TRUE(store.Open(At(kBegin)));
@@ -293,8 +291,8 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Waits until `ready`. Checks after each round of the log, and once more after 100 ms, because
-  /// the last round may be over already.
+  /// Checks after each round of the log, and once more after 100 ms, because the last round may be
+  /// over already.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {

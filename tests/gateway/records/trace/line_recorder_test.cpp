@@ -1,5 +1,4 @@
-// Tests of `LineRecorder`: the recorded exchanges and the traces of live readers. A secret must be
-// in neither, also if it comes back from the device. Then the files.
+// Tests of `LineRecorder`: recordings and traces, in which no secret may appear.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/trace/line_recorder.h"
 
@@ -159,8 +158,6 @@ TEST_F(LineRecorderTest, AReaderThatIsGoneIsForgotten) {
   EXPECT_EQ(woken, 1);
 }
 
-// ---------------- Recordings.
-
 TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
   Send("?A1\r");
   End();
@@ -203,8 +200,6 @@ TEST_F(LineRecorderTest, NobodyHasToWantRecordings) {
   End(Outcome::corrupt);
   EXPECT_THAT(Lines(), SizeIs(2));
 }
-
-// ---------------- Secrets.
 
 TEST_F(LineRecorderTest, SecretsOfARequestAreMasked) {
   auto queue = recorder_->Subscribe({});
@@ -417,8 +412,7 @@ TEST(TraceQueue, ANoteStandsInThePlaceOfWhatWasDropped) {
   EXPECT_EQ(queue.Take().size(), 1U) << "told once";
 }
 
-// ---------------- The files of the flight recorder: names, contents, limits, and a folder that
-// cannot be written.
+// ---------------- The files of the flight recorder.
 
 namespace fs = std::filesystem;
 
@@ -445,7 +439,6 @@ class RecordingsTest : public testing::Test {
     const TraceRecord record{TraceRecord::Kind::sent, at, "feeder-1", "3E", ">"};
     recordings_->Save({line_.name, TraceHead(line_), line_.devices[0].name, reason, at, {record}});
   }
-  /// Returns after all files are written.
   void End() { recordings_.reset(); }
   std::vector<std::string> Files() const {
     std::vector<std::string> names;

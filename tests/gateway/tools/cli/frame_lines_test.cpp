@@ -73,8 +73,7 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
   return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
 }
 
-/// Messages that a device sends unasked, in pieces and behind damage: in a trace, decoded from the
-/// trace, and decoded from lines that a person has written.
+/// Messages that a device sends unasked, in pieces and behind damage.
 TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
   config::Catalog catalog = Protocols();
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree

@@ -6,15 +6,13 @@
 
 namespace baudgate::scan {
 
-/// Appends the bytes that the port receives from the master and its slave within `window`. True if
-/// the master sent anything.
+/// Appends what the port receives within `window`. True if the master sent anything.
 bool Bench::TakeMaster(Duration window, Bytes& heard) {
   bool spoke = false;
   for (; master && next_ < now_ + window; next_ += master->every) {
     if (next_ < now_) continue;
     Append(heard, View(FromWireBits(ToWire(master->request, master->serial), serial_).bytes));
-    // The slave answers with the settings of the master, so a port with other settings receives
-    // garbage.
+    // The slave answers in the settings of the master: other ports receive garbage.
     TwinBus::Answer answer = bus.Ask(master->request, master->serial, next_);
     if (SameWire(master->serial, serial_)) Append(heard, View(answer.heard.bytes));
     spoke = true;

@@ -1,5 +1,4 @@
-// `Bench`: a bus for scans under virtual time, with twins, an echo, slow devices, and a second
-// master, which sends at its own times. Records every request that was sent.
+// `Bench`: a bus for scans under virtual time, with twins and a second master.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// Tests of scans of whole buses under virtual time: which devices are found and suspected. Only the
-// listed reads may be sent.
+// Tests of scans of whole buses under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,8 +28,7 @@ constexpr config::SerialSettings k8N1{};
 constexpr config::SerialSettings k8E1{.parity = config::Parity::even};
 constexpr config::SerialSettings k8O1{.parity = config::Parity::odd};
 
-/// True if a scan may send `frame`. The list is written a second time here, independent of the
-/// scan's own rules.
+/// The requests that a scan may send, independent of the scan's own rules.
 bool IsListedRead(const Bytes& frame) {
   const std::string text(AsText(frame));
   static const std::regex kSpa("^>[1-9][0-9]{0,2}RF:([0-9A-F]{2}|XX)\r$");
@@ -90,8 +88,7 @@ class Scan : public ::testing::Test {
     EXPECT_TRUE(end) << end.error();
     report = scanner.report();
   }
-  /// Adds twelve devices of three protocols. Two of them have the same address, one has another
-  /// parity.
+  /// Twelve devices of three protocols. Two have the same address, one has another parity.
   void AddTwelve() {
     bench.bus.Add({"spabus", "spaj140c", "1", k7E1});
     bench.bus.Add({"spabus", "spau130c", "2", k7E1});
@@ -295,8 +292,7 @@ TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
   EXPECT_EQ(UnitFor(found, 600), 1U);
 }
 
-/// The garbage that the device sends in the first format reveals its own format, in which it is
-/// found. The remaining questions must not find it again.
+/// Garbage in the first format reveals the device's own format.
 TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
   for (const config::SerialSettings& format : {k8E1, k8O1, k8N1}) {
     SCOPED_TRACE(format.ToString());
@@ -309,8 +305,7 @@ TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
   }
 }
 
-/// Function 3 is a write for a meter, so only a device that has answered as a slave may be asked
-/// with it, even if the scan does not look for meters.
+/// Function 3 is a write for a meter, so only a device that has answered as a slave gets it.
 TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   bench.bus.Add({"set4tm", "set-4tm.03m", "20", k8O1});
   Wish wish = WishFor("modbus_rtu");

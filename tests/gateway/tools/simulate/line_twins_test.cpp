@@ -33,8 +33,7 @@ config::Device Module(const std::string& address, bool checksum) {
   return device;
 }
 
-/// Returns the replies of the twins of `line`, one for each request. A reply that has not ended
-/// after 10 s is returned as far as it has come.
+/// Returns one reply for each request. A reply that has not ended after 10 s is cut.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &protocols::DconProtocol();

@@ -1,5 +1,4 @@
-// Tests of `Pty`: links, unplugging, what remains after a reader leaves, and the serial settings of
-// a reader.
+// Tests of `Pty`, and of the serial settings of a reader.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/pty.h"
 
@@ -150,8 +149,7 @@ TEST(Pty, MovesWithoutClosing) {
   EXPECT_NE(fcntl(master, F_GETFD), -1);
 }
 
-// ---------------- Twins on a bench: readers with other settings, several protocols on one line,
-// and TCP.
+// ---------------- Twins on a bench: readers with other settings, several protocols, and TCP.
 
 using config::Parity;
 
@@ -185,8 +183,7 @@ TEST(PtySettings, SayWhatAReaderHasSetAsFarAsThePtyKeepsIt) {
   close(slave);
 }
 
-/// The rate B0 means "hang up", and any program may set it. Zero characters per second must not
-/// lead to a division by zero.
+/// The rate B0 means "hang up". Zero characters per second must not be a divisor.
 TEST(PtySettings, AReaderThatHangsUpSetsNoRate) {
   auto pty = Pty::Create();
   ASSERT_TRUE(pty) << pty.error();

@@ -1,6 +1,4 @@
-// Tests of requests over a real port: whole, in pieces, byte by byte, or cut off. The rules of the
-// twins find their ends. In tests where the wait matters, a character takes so long that silence
-// never ends a request.
+// Tests of requests over a real port: whole, in pieces, byte by byte, or cut off.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/simulator.h"
 

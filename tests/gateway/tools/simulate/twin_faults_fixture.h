@@ -17,7 +17,6 @@ inline constexpr Instant kStart = Instant() + 1h;
 inline const Bytes kRequest = ToBytes("?A1\r");
 inline const Bytes kReply = ToBytes("0123456789");
 
-/// A wire with 1 ms per character.
 inline TwinWire Wire() {
   TwinWire wire;
   wire.serial.baud = 10'000;

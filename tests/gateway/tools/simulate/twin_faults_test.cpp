@@ -147,7 +147,6 @@ TEST(TwinFaults, AStrangerAnswersInItsPlace) {
   EXPECT_EQ(alone.Counts()[0].struck, 0U);
 }
 
-/// Whatever faults occur, the characters of the twin follow one another at the speed of the wire.
 TEST(TwinFaults, PiecesAreNeverFasterThanTheWire) {
   TwinFaults faults =
       Make({"stall:rate=0.5,pause=3ms", "dribble:rate=0.3,pause=2ms", "double:rate=0.5",

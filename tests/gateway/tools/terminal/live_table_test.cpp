@@ -1,5 +1,4 @@
-// Tests of tables of live values as text: alignment, cutting, colours, and no control characters in
-// cells.
+// Tests of tables of live values as text, without control characters in cells.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/terminal/live_table.h"
 

@@ -221,8 +221,7 @@ TEST(PointOrder, KnowsPointsThatCanOnlyBeWritten) {
   EXPECT_FALSE(Order().IsWriteOnly("voltage"));
 }
 
-// ---------------- Publishers of a point, event by event: which publisher may take over, and which
-// raises an alarm.
+// ---------------- Which publisher of a point may take over, and which raises an alarm.
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;

@@ -1,5 +1,4 @@
-// Tests of `baudgate watch` with a publisher in this process: table, JSON lines, filters, silence,
-// signals.
+// Tests of `baudgate watch` with a publisher in this process.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch.h"
 
@@ -42,8 +41,7 @@ Watched RunIt(const WatchOptions& options) {
   return {exit_code, out.str(), err.str()};
 }
 
-/// An output that sends SIGTERM to its own thread when `wanted` has been flushed. RunWatch handles
-/// it like a user's signal.
+/// Sends SIGTERM to its own thread when `wanted` has been flushed.
 class StopWhenSeen : public std::stringbuf {
  public:
   explicit StopWhenSeen(std::string wanted) : wanted_(std::move(wanted)) {}

@@ -1,5 +1,4 @@
-// Tests of `AnnouncementRelay` under virtual time: which participants are introduced to which, and
-// when.
+// Tests of `AnnouncementRelay` under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/discovery/announcement_relay.h"
 

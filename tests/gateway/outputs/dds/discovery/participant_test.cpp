@@ -1,5 +1,4 @@
-// Tests of what a discovery server receives from a gateway and from a subscriber, with the real
-// Fast DDS.
+// Tests of what a discovery server receives from the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Tests of `LinkKeeper` under virtual time: when the DDS process is started, shown as silent, given
-// up and started again.
+// Tests of `LinkKeeper` (under virtual time), `BoundedLines` and `LinkWriter`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,8 +26,7 @@ Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   return now - from;
 }
 
-/// `passed` is also the number of participants that were let in. `fragments` datagrams were
-/// refused.
+/// `passed` is also the number of admitted participants. `fragments` datagrams were refused.
 LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_t refused,
                   std::uint32_t passed, std::uint64_t fragments) {
   LinkCounts counts{.subscribers = {.points = subscribers}, .written = written, .refused = refused};
@@ -208,8 +206,7 @@ TEST(BoundedLines, AFloodIsCounted) {
               ElementsAre("980 lines were left out", "next"));
 }
 
-// ---------------- `LinkWriter` over a real socket pair: subscribers, a missing process, and a full
-// socket.
+// ---------------- `LinkWriter` over a real socket pair.
 
 PointSample Point(double value) {
   PointSample sample;

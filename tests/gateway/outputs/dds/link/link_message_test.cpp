@@ -1,5 +1,4 @@
-// Tests of the messages of the link, both ways, against bytes that another program computed. Damage
-// of every kind must be named and refused.
+// Tests of the messages of the link, against bytes that another program computed.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 
@@ -33,8 +32,8 @@ constexpr char kOpen[] =
     "3A "
     "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
-// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms. 1,234 samples written, 2^32
-// refused, 5 requests and 6 events dropped. 7 participants, 12,345 datagrams. 16 reasons of
+// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples written, 2^32
+// refused, 5 requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons of
 // refusal: 38 fragments, 2 participants beyond the limit of one address.
 constexpr char kCounts[] =
     "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
@@ -153,8 +152,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
   }
-  // A damaged list must not open the link without security: a wrong number of texts, and texts
-  // without an identity.
+  // Damage must not open the link to everybody: a wrong number of texts, or no identity.
   Bytes six = packet;
   six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());

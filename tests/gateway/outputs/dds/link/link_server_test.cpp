@@ -1,5 +1,4 @@
-// Tests of `LinkServer`, the DDS process' end of the link, message by message. The writer only
-// records its samples.
+// Tests of `LinkServer`, the DDS process' end of the link.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_server.h"
 

@@ -1,6 +1,5 @@
-// Tests of `ProcessLink`, the daemon's end of the link. The test plays the other ends: programs
-// that are missing or end at once, and processes that send nonsense to the socket. The tests wait
-// for the log lines of the link, never for a time.
+// Tests of `ProcessLink`, the daemon's end of the link. The test plays the other ends, and waits
+// for log lines, never for a time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/process_link.h"
 

@@ -1,5 +1,5 @@
-// Tests of the calls that the DDS process cannot make after it has confined itself. Each test runs
-// in a child, whose exit code names a call that still works.
+// Tests of the calls that a confined DDS process cannot make. Each runs in a child, whose exit code
+// names a call that still works.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <netinet/in.h>

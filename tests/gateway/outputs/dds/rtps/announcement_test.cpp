@@ -1,5 +1,4 @@
-// Tests of `ReadAnnouncement` and of the copy that is forwarded: captured announcements, damaged
-// ones, and ones made to mislead.
+// Tests of `ReadAnnouncement`: captured, damaged and misleading announcements.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/rtps/announcement.h"
 

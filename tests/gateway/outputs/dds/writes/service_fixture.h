@@ -1,5 +1,4 @@
-// Configuration and sink for tests of requests: a gateway with points to write, and a sink that
-// stores commands.
+// A gateway with points to write, and a sink that stores commands.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +20,7 @@ inline config::Point PointNamed(const std::string& name, config::Type type, bool
   return point;
 }
 
-/// The gateway "substation-7" with the device "feeder-1" and its points: setting (0 to 40), trip
-/// (must be selected first), off (writing is not allowed).
+/// "feeder-1" with setting (0 to 40), trip (must be selected first) and off (may not be written).
 inline config::Config ServiceConfig() {
   config::Device device;
   device.name = "feeder-1";

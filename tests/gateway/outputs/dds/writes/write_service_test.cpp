@@ -127,8 +127,7 @@ TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-/// The DDS library of a client may store requests for a reader that has gone, and send them to the
-/// reader of the next run.
+/// The DDS library of a client may send a stored request to the reader of the next run.
 TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
   WriteArrival early = Ask(1, "setting", 1);
   early.early = true;
@@ -265,9 +264,8 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
   }
 }
 
-// ---------------- `DdsWrites`, the thread between a writer of samples and the service: replies are
-// sent, also after the writer had no room, and no request reaches a line after the end. The tests
-// wait for events, never for a time.
+// ---------------- `DdsWrites`: replies are sent, also after the writer had no room, and nothing
+// reaches a line after the end. The tests wait for events, never for a time.
 
 /// The test sends requests through this writer, and reads the replies.
 class PlayedWriter : public SampleWriter {

@@ -1,5 +1,4 @@
-// Tests of `RegisterImage`, which must answer like the direct way for all values, ages and states
-// of the device. Then the contents of registers and events.
+// Tests of `RegisterImage`, which must answer like the direct way, and of registers and events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -31,8 +30,8 @@ struct Answer {
   bool operator==(const Answer&) const = default;
 };
 
-/// Registers: float at 0-1, int16 at 2, text at 3-4 (slow), a gap, uint16 at 6, write-only at 7,
-/// uint16 at 8. Bits 0, 1 and 3.
+/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1 and
+/// 3.
 class RegisterImageTest : public testing::TestWithParam<OnBad> {
  protected:
   RegisterImageTest() : config_(MakeConfig({MakeDevice(1, Points())})) {
@@ -101,8 +100,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Compares all ranges of up to twelve words. A range in the image must equal the direct answer.
-  /// A range outside the image must be an exception, or exceed one run of an area.
+  /// Compares all ranges of up to twelve words. A range outside the image must be an exception, or
+  /// exceed one run of an area.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;
@@ -110,8 +109,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
-          // A single bit is never in the image, because alone it may be an exception, but not in a
-          // block.
+          // A single bit is never in the image: it may be an exception that it is not in a block.
           if (table == Table::bits && count == 1 && base == 0) {
             EXPECT_FALSE(place);
             continue;

@@ -1,5 +1,4 @@
-// Tests of `RegisterMap`: which addresses are mapped, and how a range is divided. Then the encoding
-// of values.
+// Tests of `RegisterMap`, and of the encoding of values.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 

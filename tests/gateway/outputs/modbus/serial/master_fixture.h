@@ -1,6 +1,5 @@
-// `MasterTest`: the configuration behind a serial master. Unit 1 is a device with an int16 at 0
-// (read and write) of the value -2, unit 20 leads to a line. `MasterSessionTest`: a master under
-// virtual time.
+// Behind a serial master: unit 1 is a device with an int16 at 0 (read and write) of the value -2,
+// unit 20 leads to a line. `MasterSessionTest` has a master under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -111,12 +110,11 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     }
     now_.instant = end;
   }
-  /// Handles the answers of devices and lines.
   void Poll() {
     io_.restart();
     io_.poll();
   }
-  /// Receives bytes from the master. The time of the bytes on the line passes first.
+  /// The last byte comes after the time of all bytes on the line.
   void Hear(const Bytes& bytes) {
     Pass(LineTime(bytes.size()));
     session_->OnBytes(bytes, now_);

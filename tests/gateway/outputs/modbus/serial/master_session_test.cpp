@@ -255,8 +255,8 @@ TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
   }
 }
 
-// ---------------- A two-wire adapter returns the replies of the gateway. Such an echo must never
-// be carried out as a request.
+// ---------------- A two-wire adapter returns the gateway's replies: an echo must never be carried
+// out.
 
 constexpr const char* kWriteZero = "06 00 00 00 07";
 
@@ -266,8 +266,7 @@ class MasterEchoTest : public MasterSessionTest {
     listener().echo = echo;
     Begin();
   }
-  /// The master sends a write that is confirmed. Returns when the reply has been handed to the
-  /// port.
+  /// Returns when the reply to a confirmed write has been handed to the port.
   void WriteOnce() {
     const std::size_t number = commands();
     Say(1, kWriteZero);
@@ -277,8 +276,7 @@ class MasterEchoTest : public MasterSessionTest {
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
-  /// Receives the bytes. Their last byte comes `after_the_reply`, counted from the hand-over of the
-  /// reply to the port.
+  /// The last byte comes `after_the_reply`, counted from its hand-over to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
     Pass(sent_at_.back() + after_the_reply - now_.instant - LineTime(bytes.size()));
     Hear(bytes);
@@ -401,7 +399,6 @@ TEST_F(MasterEchoTest, StripABusWithoutEchoWorks) {
   EXPECT_EQ(target_.requests.size(), 1U);
 }
 
-/// Tests that hold for both `off` and `strip`.
 class EveryMasterEchoTest : public MasterEchoTest,
                             public testing::WithParamInterface<config::Listener::Echo> {
  protected:
@@ -439,8 +436,7 @@ INSTANTIATE_TEST_SUITE_P(Echo, EveryMasterEchoTest,
                            return info.param == config::Listener::Echo::off ? "Off" : "Strip";
                          });
 
-// ---------------- `ReplyEcho`: which bytes are an echo of the gateway's own reply, by bytes,
-// frames and time.
+// ---------------- `ReplyEcho`: what is an echo of the gateway's reply, by bytes, frames and time.
 
 using enum config::Listener::Echo;
 

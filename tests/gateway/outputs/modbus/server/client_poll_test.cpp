@@ -1,5 +1,4 @@
-// Tests of `ClientPoll`: all clients with ready sockets are reported again and again, but never a
-// client that has been removed. Then one client, and libmodbus as the client.
+// Tests of `ClientPoll`, of `ClientSession`, and with libmodbus as the client.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>

@@ -1,5 +1,4 @@
-// Test of the registers of events over TCP: pymodbus reads them while new events replace the
-// oldest.
+// Test of the event registers over TCP, read by pymodbus while new events replace the oldest.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <stdio.h>

@@ -1,5 +1,4 @@
-// Tests of a new configuration for a running server: which clients notice the change, and how
-// requests under way end.
+// Tests of a new configuration for a running server.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -273,8 +272,8 @@ TEST_F(RenewalTest, WithoutListenersItGoesOn) {
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
-// ---------------- A listening socket that systemd passes goes only to the listener with its
-// address.
+// ---------------- A listening socket that systemd passes goes to the listener with its address
+// only.
 
 using asio::ip::tcp;
 

@@ -1,5 +1,4 @@
-// Tests of transparent routes through real sockets: many clients, clients that leave, libmodbus as
-// client, and a remote server. Then RTU over TCP.
+// Tests of transparent routes through real sockets, and of RTU over TCP.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>
@@ -235,8 +234,7 @@ TEST_F(RouteTest, ARouteLeadsToAServerElsewhere) {
   EXPECT_EQ(front.Traffic().routes[1].refused, 1U);
 }
 
-// ---------------- Clients with RTU over TCP: one request at a time, the last one, damage, silence,
-// and cached units.
+// ---------------- Clients with RTU over TCP.
 
 class RtuOverTcpTest : public RouteTest {
  protected:
@@ -361,8 +359,7 @@ TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   const RawClient other = Connect();
-  // The answer comes only after silence. By then the server has handled all earlier bytes of the
-  // client, too.
+  // This answer comes after silence, when the server has handled all earlier bytes, too.
   const auto await_silence = [&] {
     Bytes request = Rtu(20, kRead);
     Append(request, View(ParseHex("14 03").value()));

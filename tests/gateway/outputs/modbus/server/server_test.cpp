@@ -1,5 +1,4 @@
-// Tests of reads and exceptions through a real socket, framing, pipelining, writes, and how ports
-// are opened.
+// Tests of reads, writes, exceptions and framing through a real socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -301,8 +300,7 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
   EXPECT_TRUE(client.IsClosed());
 }
 
-// ---------------- Clients that are too many, not allowed, silent, or that never read their
-// answers.
+// ---------------- Clients that are too many, not allowed, silent, or that never read.
 
 constexpr const char* kReadZero = "03 00 00 00 01";
 constexpr const char* kAnswer = "03 02 FF FE";

@@ -177,8 +177,7 @@ TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
   EXPECT_THAT(Ask(1, "03 00 09 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
 }
 
-/// A request may be under way when a reload ends. Zeros for a removed device would be taken for
-/// values.
+/// A reload may end during a request. Zeros for a removed device would be taken for values.
 TEST_F(ServiceTest, ADeviceThatTheStoreHasForgottenHasFailed) {
   EXPECT_THAT(Ask(1, "03 00 00 00 01"), ElementsAre("12 34 00 00 00 05 01 03 02 FF FE"));
   store_->Retire(0);

@@ -162,8 +162,7 @@ TEST_F(EventsOfService, PartsAreWholeValues) {
   EXPECT_THAT(Ask(1, "01 23 38 00 01"), ElementsAre("12 34 00 00 00 03 01 81 02"));
 }
 
-/// A fast client sees all events of a unit, whatever other units do. A slow client learns how many
-/// events it has missed.
+/// A slow client learns how many events it has missed.
 TEST_F(EventsOfService, OfARingThatGoesOnNothingIsMissedUnseen) {
   std::uint64_t next = 1;
   std::uint64_t seen = 0;
@@ -213,8 +212,7 @@ TEST_F(EventsOfService, OthersEventsAreSkippedAndNotLost) {
   EXPECT_EQ(Read(255).lost, 11U);
 }
 
-// ---------------- The register that acknowledges alarms: which alarms it covers, the answer to the
-// client, and the record.
+// ---------------- The register that acknowledges alarms.
 
 /// Alarms that are acknowledged when the test allows it.
 class FakeAlarms final : public events::EventSource {

@@ -91,7 +91,6 @@ class FakeTarget final : public bus::RouteTarget {
   std::vector<std::uint64_t> forgotten_;
 };
 
-/// Adds the lines "drive" and "pumps" without devices behind the line of MakeConfig.
 inline void AddRoutedLines(config::Config& config) {
   for (const char* name : {"drive", "pumps"}) {
     config.lines.emplace_back().name = name;

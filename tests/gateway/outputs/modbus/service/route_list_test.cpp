@@ -165,8 +165,7 @@ TEST_F(RouteTableTest, ARouteTakesTheGatewaysUnitsOverWhenItNamesThem) {
   EXPECT_EQ(Of(0).route, 1U);
 }
 
-// ---------------- Every routed write leaves a record, however it ends. The write does not wait for
-// its record.
+// ---------------- Every routed write leaves a record, and does not wait for it.
 
 constexpr const char* kWrite = "06 00 08 00 07";
 

@@ -1,5 +1,4 @@
-// `ServiceTest`: a request service without sockets and threads. Requests go in, answers are stored
-// as hex, routes lead to fake targets. The time is now_, also for the answers of the targets.
+// `ServiceTest`: a request service without sockets and threads, with fake route targets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

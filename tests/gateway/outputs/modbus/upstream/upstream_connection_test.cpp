@@ -1,5 +1,4 @@
-// Tests of the connection to a Modbus TCP server: when it is made, how it ends, and how its
-// requests end then.
+// Tests of the connection to a Modbus TCP server, and what its end does to requests.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -30,7 +30,6 @@ class ScriptedServer {
   std::size_t accepted() const { return sessions_.size(); }
   test::FarEnd<asio::ip::tcp::socket>& session(std::size_t number) { return sessions_.at(number); }
 
-  /// Returns the requests of a connection as hex.
   std::vector<std::string> Requests(std::size_t session = 0) {
     std::vector<std::string> requests;
     if (session >= sessions_.size()) return requests;
@@ -72,7 +71,6 @@ class ScriptedServer {
   std::deque<test::FarEnd<asio::ip::tcp::socket>> sessions_;
 };
 
-/// The result of one request.
 struct Asked {
   int calls = 0;
   bus::RoutedReply reply;
@@ -121,8 +119,8 @@ class UpstreamTest : public testing::Test {
   static constexpr std::size_t kReadsOnWire =
       RequestsOnWire::kMost - RequestsOnWire::kKeptForWrites;
 
-  /// Sends a request that is not answered in time. On a slow machine it may expire before it is
-  /// sent; then it is repeated with more time.
+  /// Sends a request that is not answered in time. If it expires before it is sent (on a slow
+  /// machine), it gets more time.
   const Asked& SendInVain(std::uint8_t slave = 20) {
     const Asked* asked = nullptr;
     for (Duration within = 5ms; asked == nullptr || !asked->reply.sent; within *= 4) {
@@ -132,8 +130,7 @@ class UpstreamTest : public testing::Test {
     }
     return *asked;
   }
-  /// Sends reads of different registers, as many as the wire takes: four each to the units 20, 21
-  /// and 22.
+  /// As many reads as the wire takes: four each to the units 20, 21 and 22.
   void FillTheWire() {
     for (std::size_t i = 0; i < kReadsOnWire; ++i) {
       Submit({.slave = static_cast<std::uint8_t>(20 + i / RequestsOnWire::kMostPerUnit),

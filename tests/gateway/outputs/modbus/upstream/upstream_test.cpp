@@ -1,5 +1,4 @@
-// Tests of requests to a Modbus TCP server and their replies: which bytes pass unchanged, and which
-// are no reply.
+// Tests of requests to a Modbus TCP server and their replies.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/upstream/upstream.h"
 
@@ -88,8 +87,7 @@ struct Misframed {
   Outcome outcome = Outcome::ok;
 };
 
-/// Each reply is followed by the next one, with and without the bytes that its header counts too
-/// many.
+/// The next reply follows, with and without the bytes that the header counts too many.
 TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
   const Misframed kCases[] = {
       {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
@@ -143,8 +141,7 @@ struct OddReply {
 
 class OddReplyTest : public UpstreamTest, public testing::WithParamInterface<OddReply> {};
 
-/// The transaction id shows the request of the reply, so the reply passes, and the client judges
-/// it.
+/// The transaction id shows the request, so the reply passes, and the client judges it.
 TEST_P(OddReplyTest, PassesAsItCame) {
   const std::string pdu = GetParam().reply;
   const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
@@ -220,7 +217,7 @@ TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
   EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
 }
 
-// ---------------- Deadlines of requests to a Modbus TCP server, and replies that come after them.
+// ---------------- Deadlines of requests, and replies that come after them.
 
 using testing::ElementsAre;
 
@@ -293,8 +290,7 @@ TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
   EXPECT_EQ(server_.Requests().size(), kReadsOnWire);
 }
 
-// ---------------- Which requests to a Modbus TCP server are sent and which wait: places on the
-// wire, priorities, writes.
+// ---------------- Which requests are sent and which wait: places on the wire, priorities, writes.
 
 TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
   FillTheWire();
@@ -419,8 +415,7 @@ TEST_F(UpstreamRest, EndsWithTheNextRoute) {
   EXPECT_TRUE(server_.Wait(1, 1)) << "a new connection";
 }
 
-// ---------------- Clients of a Modbus TCP server behind the gateway: shared reads, a full queue,
-// leaving, threads.
+// ---------------- Clients of a remote server: shared reads, a full queue, leaving, threads.
 
 TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
   const Asked& first = Submit({.client = 1});

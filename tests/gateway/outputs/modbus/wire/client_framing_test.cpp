@@ -1,5 +1,4 @@
-// Tests of the framing of clients: RTU frames and MBAP frames with every cut, damage and silence,
-// other framings, and checks of requests.
+// Tests of the framing of clients: RTU and MBAP frames, other framings, and checks of requests.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -235,8 +234,7 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
   EXPECT_EQ(assembler.Take(taken), MbapState::malformed);
 }
 
-// ---------------- `OtherFraming`: a client with another framing than its listener is recognised by
-// its first bytes.
+// ---------------- `OtherFraming`: the first bytes of a client show another framing.
 
 const Frames& Both() {
   static const Frames kFrames{&protocols::ModbusRtuProtocol(), &protocols::ModbusAsciiProtocol()};

@@ -338,8 +338,7 @@ TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
   EXPECT_EQ(out_.str(), "no billing readings are kept of that time\n");
 }
 
-// ---------------- Stored values as a table: which points a name selects, and how the table fits a
-// terminal.
+// ---------------- Stored values as a table: which points a name selects.
 
 /// Returns one value for each requested point.
 struct OneValueEach final : history::HistorySource {

@@ -1,5 +1,4 @@
-// Tests of the commands that only read: what check, map, protocols, profiles and decode print, and
-// their exit codes.
+// Tests of check, map, protocols, profiles and decode: their texts and exit codes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -79,8 +79,7 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
   EXPECT_THAT(out_.str(), AllOf(HasSubstr("modbus_rtu/list, 3 points"), HasSubstr("energy_in")));
 }
 
-/// A list as Excel on Windows saves it: with a separator line, and with dashes of the Windows code
-/// page.
+/// As Excel on Windows saves a list: a separator line, and dashes of the Windows code page.
 TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
   ASSERT_EQ(New("sep=;\r\n"
                 "name;register;type;word order\r\n"
@@ -155,8 +154,7 @@ TEST_F(ProfileFiles, TheProtocolIsThatOfTheFolderOrTheBestFit) {
   EXPECT_EQ(Check("dcon/mine.yaml", relay), kExitBadConfiguration);
 }
 
-// ---------------- Lines made from profiles and words of the command line: complete and checked
-// like a line from a file.
+// ---------------- Lines made from profiles and words of the command line.
 
 Result<config::Line> Make(const tools::WantedDevice& device, const std::string& protocol = "fake",
                           const std::string& serial = "") {

@@ -1,5 +1,4 @@
-// Tests of `baudgate ports` with folders that look like /sys, /dev and /proc of machines with
-// adapters.
+// Tests of `baudgate ports` with folders that look like /sys, /dev and /proc.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/ports/ports.h"
 
@@ -107,8 +106,7 @@ TEST_F(Ports, AnFtdiAdapterWithAllItsNames) {
   EXPECT_EQ(port["names"].size(), 4U);
 }
 
-/// All CP210x leave the factory with the number 0001, so the link by id leads to the adapter that
-/// was plugged in last.
+/// All CP210x have the number 0001: the link by id leads to the last one that was plugged in.
 TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "0001");
   AddUsb("ttyUSB1", "1-2", "cp210x", "10c4:ea60", "0001");
@@ -123,8 +121,7 @@ TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
   EXPECT_FALSE(found[0].latency_ms);
 }
 
-/// The ports of a board. Linux 6.5 has two more devices in the path. A "type" of 0 is an address
-/// without a UART.
+/// Linux 6.5 has two more devices in the path. A "type" of 0 is an address without a UART.
 TEST_F(Ports, PortsOfTheBoard) {
   for (const std::string name : {"ttyS10", "ttyS2"}) {
     const fs::path base = "sys/devices/pnp0/" + name;
@@ -197,8 +194,7 @@ TEST_F(Ports, AConfiguredPathLeadsToItsPort) {
   EXPECT_EQ(PortNameOf(root_, "/dev/round"), "round");
 }
 
-// ---------------- Who may open a port by the mode of its file, and the command that grants the
-// right.
+// ---------------- Who may open a port by the mode of its file.
 
 constexpr gid_t kDialout = 20;
 const PortFile kUsual{"/dev/ttyUSB0", 0, kDialout, "dialout", 0660};

@@ -1,5 +1,4 @@
-// Tests of `baudgate settings` with a control server: files, differences, which settings are
-// written and which are not.
+// Tests of `baudgate settings` with a control server.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/settings/settings.h"
 
@@ -164,8 +163,7 @@ TEST_F(SettingsTest, WhatIsNotKnownIsNoValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-/// The stage is out of use and shows 999. With the ratio of another current transformer the same
-/// raw value would be 666.
+/// With the ratio of another current transformer, the raw value of 999 would be 666.
 TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
