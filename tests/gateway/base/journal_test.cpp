@@ -254,7 +254,7 @@ TEST(LogFolder, ATextForWhichThereIsNoRoomIsWritten) {
   EXPECT_FALSE(folder.Pass("one more", Level::info, At(201s)));
 }
 
-// ---------------- The log never waits for whoever reads it.
+// ---------------- The log never waits for its reader.
 
 /// A pipe of the smallest size. Its reader reads only when the test calls ReadUntil.
 class StalledReader {

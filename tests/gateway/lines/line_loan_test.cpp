@@ -218,7 +218,6 @@ TEST_F(NetworkLoan, TheLinePollsBetweenTwoLoans) {
   EXPECT_EQ(user_.has, &port_) << "somebody has asked for it by hand";
 }
 
-/// A reload restarts the line without the client.
 TEST_F(NetworkLoan, IsNotCarriedOverAsALoanByHandIs) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   Open();

@@ -109,7 +109,7 @@ TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
-/// Events in the file from before a restart say nothing about events reported since.
+/// Events that a restart finds in the file do not count for events reported since.
 TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});

@@ -55,7 +55,6 @@ TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   EXPECT_EQ(before_, ToyReply("A1=4").size());
 }
 
-/// The reply may equal its request, so the early bytes could be an echo.
 TEST_F(LineTest, WhatMayBeAnEchoIsNoEarlyReply) {
   line_.OnOpened(At(0ms), true);
   mirrors_ = true;

@@ -42,7 +42,7 @@ class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protecte
                 [&](const DeviceRecord& record) { quality = QualityAt(record, 0, kStart); });
     return quality;
   }
-  /// Returns the names of the devices whose polls are due, in the order in which they are served.
+  /// Returns the names of the devices with due polls, in the order in which they are served.
   std::string Due(Duration at) {
     std::string due;
     while (const auto pick = schedule_.Next(kStart + at)) due += pick->device == 0 ? 'a' : 'b';

@@ -217,7 +217,7 @@ TEST_F(JobEndTest, OfAWrite) {
     Outcome outcome;
     Next follows;
     WriteEnd end;         // only for Next::answer
-    std::size_t unknown;  // the number of points whose value is not known afterwards
+    std::size_t unknown;  // the number of points with unknown values afterwards
     bool polls_first;
     bool unfit = false;
   };

@@ -193,7 +193,6 @@ TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
   EXPECT_GE(among_dead * 100, alone * 94) << among_dead << " of " << alone;
 }
 
-/// Device b is dead. Device a leaves the line no idle time.
 std::unique_ptr<VirtualLine> DeadBesideBusy() {
   auto line =
       std::make_unique<VirtualLine>(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),

@@ -225,7 +225,6 @@ TEST(PollerRoutedOrder, NoRetryIsSentBeyondTheDeadline) {
   EXPECT_TRUE(line.Of("read").sent) << "once";
 }
 
-// One reply answers both reads, so it must still reach the client that has not left.
 TEST(PollerRoutedOrder, WhoLeavesASharedExchangeDoesNotTakeItFromTheOthers) {
   RoutedLine line;
   line.Ask("under way", kRead, 20, 1);
@@ -255,7 +254,6 @@ TEST(PollerRoutedOrder, ADisabledDeviceThatWasAbsentIsReachedAgain) {
   EXPECT_GT(clients.answered(0), 100);
 }
 
-// An operator takes the device out of use because it does not answer.
 TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
   RoutedLine line(DriveLine({Polled("20", 2)}), {});
   line.RunFor(5s);

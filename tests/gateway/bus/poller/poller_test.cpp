@@ -164,7 +164,6 @@ TEST(Poller, WaitingMakesNoValueLastLonger) {
 
 // ---------------- Points that are read once or daily, and devices that may have been replaced.
 
-/// Point 1 is read once, point 2 every second.
 VirtualLine OneOnce() {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.points[0].group = config::Group::once;
@@ -270,7 +269,6 @@ TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// Point 1 is read daily, point 2 every second.
 VirtualLine OneDaily() {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.points[0].group = config::Group::daily;

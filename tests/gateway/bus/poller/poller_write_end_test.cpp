@@ -55,7 +55,6 @@ TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
   EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 0U);
 }
 
-/// The module confirms the write, but its output does not change.
 TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[2] != '1') return std::nullopt;

@@ -150,7 +150,7 @@ TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
 TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
   Order order;
   order.Send('b');
-  order.Send('b');  // two replies are owed now
+  order.Send('b');  // two replies are outstanding
   order.Answered('a');
   EXPECT_FALSE(order.IsOnly('a'));
   order.Answered('a');
@@ -230,7 +230,6 @@ TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// The port is opened thirty times before any reply comes.
 TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) {
   Order order;
   for (int opening = 0; opening < 30; ++opening) order.order.OnStranger(kStart);

@@ -333,7 +333,6 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "five bytes may be a refusal";
 }
 
-/// The reply of a comes after the reply of b.
 TEST_F(LateRepliesTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(b, 250ms, 270ms, Outcome::ok);

@@ -111,7 +111,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
 }
 
-/// First no other device wants the line, then another device wants it again at once.
+/// First no other device needs the line, then another device needs the line again at once.
 TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   PutOffline(a);
   const auto look = [this](Duration at, Duration idle_for) {

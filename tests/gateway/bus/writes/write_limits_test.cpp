@@ -1,4 +1,4 @@
-// Tests of the limits of writes, and of the decimal number that a float32 stands for.
+// Tests of the limits of writes, and of the decimal number that a float32 represents.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

@@ -198,7 +198,7 @@ TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
-/// `is_common` is true for function 3 only: silence to function 4 says nothing about the slave.
+/// `is_common` is true for function 3 only: function 4 may be ignored.
 TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);

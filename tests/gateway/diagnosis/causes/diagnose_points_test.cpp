@@ -272,7 +272,7 @@ TEST_F(DiagnoseTest, IntegersThatCannotBeTrue) {
   }
 }
 
-/// The NaN of a motor that stands, the FFFFFFFF of a meter for one direction, an optional register.
+/// The NaN of a stopped motor, the FFFFFFFF of a meter for one direction, an optional register.
 TEST_F(DiagnoseTest, WhatADeviceMayLackIsANote) {
   const struct {
     Quality quality;

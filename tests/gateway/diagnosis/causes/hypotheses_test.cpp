@@ -96,7 +96,6 @@ TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
                                              "answers, may have its address (2) as well"));
 }
 
-/// Each exchange receives a part of the endless bytes.
 TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 30s;
@@ -222,7 +221,6 @@ TEST_F(HypothesesTest, OfSeveralKindsTheCauseThatWasSaidStaysUntilAnotherIsClear
   EXPECT_EQ(say(28, 4), "damage");
 }
 
-/// docs/status.md has one row for each cause, and no other rows.
 TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
   std::ifstream file("docs/status.md");
   const std::string docs{std::istreambuf_iterator<char>(file), {}};

@@ -106,7 +106,6 @@ TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
   EXPECT_FALSE(earlier_.FindLostTry(a, now_)) << "each is taken once";
 }
 
-/// The rest of the reply "!A1=5" comes in the next exchange.
 TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   const Bytes whole = ToyReply("A1=5");
   exchange_.Begin(a, bus::AskFor("?A1\r"), a.times, now_);

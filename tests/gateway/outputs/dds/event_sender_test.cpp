@@ -182,7 +182,6 @@ config::Config OnePoint() {
   return config;
 }
 
-/// A sender of samples under virtual time.
 struct SampleLoad {
   void RunFor(Duration time) {
     const Instant end = now.instant + time;

@@ -54,7 +54,6 @@ inline void Set(bus::PointStore& store, std::uint32_t device, std::uint32_t poin
   store.Update(device, std::span(&sample, 1), ReadClocks(), 5ms);
 }
 
-/// Collects what a subscriber receives.
 class Published {
  public:
   using Key = std::pair<std::string, std::string>;  ///< device, point

@@ -69,7 +69,6 @@ class WriteClient {
   WriteClient(const WriteClient&) = delete;
   WriteClient& operator=(const WriteClient&) = delete;
 
-  /// False if the library made no writer or no reader.
   bool made() const { return writer_ != nullptr && reader_ != nullptr; }
 
   bool matched() const {

@@ -27,8 +27,7 @@ class HttpClient {
   /// Sends these bytes and returns the answer.
   Reply Send(const std::string& bytes);
   Reply Receive();
-  /// Returns the next event of a stream, such as "event: beat
-  /// data: {}". Open has read the head.
+  /// Returns the next event of a stream, such as "event: beat\ndata: {}". Call Open first.
   std::optional<std::string> NextEvent();
   /// Sends a GET, and reads only the head of the answer.
   Reply Open(const std::string& path, const std::string& more = "");

@@ -1,4 +1,4 @@
-// Tests of the web server over HTTP: the answers, and who gets them.
+// Tests of the web server over HTTP: its answers, also to hostile clients.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/web_server.h"
 

@@ -48,7 +48,7 @@ class RecorderTest : public ::testing::Test {
     feed_->Drain({}, changes);
     recorder_->Take(changes, now_, room, out_);
   }
-  /// Returns texts such as "1/0@5000=10": run, point, time since the begin in ms, value.
+  /// Returns texts such as "1/0@5000=10": run, point, ms since kBegin, value.
   std::vector<std::string> Kept() const {
     std::vector<std::string> texts;
     for (const Sample& sample : out_.samples) {

@@ -61,7 +61,6 @@ class LineRecorderTest : public testing::Test {
     for (const TraceRecord& record : records) lines.push_back(ToText(record));
     return lines;
   }
-  /// Returns the text of all received bytes.
   std::string ReceivedText() const {
     std::string text;
     for (const TraceRecord& record : recorder_->Recorded()) {

@@ -170,7 +170,6 @@ using ::testing::Not;
 class TraceTest : public control::ControlTest {
  protected:
   int Trace(const TraceOptions& options) { return RunTrace(options, {}, out_, err_); }
-  /// Returns the head of a trace of bay-1.
   std::string Head() const {
     std::string head;
     for (const std::string& line : records::TraceHead(config_.lines[0])) head += line + "\n";

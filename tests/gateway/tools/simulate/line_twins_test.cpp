@@ -1,4 +1,4 @@
-// Tests of the twins of a line whose devices have different options.
+// Tests of the twins of a line with devices of different options.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,6 @@
 namespace baudgate::tools {
 namespace {
 
-/// A DCON module with one analog input.
 config::Device Module(const std::string& address, bool checksum) {
   config::Device device;
   device.name = "module-" + address;

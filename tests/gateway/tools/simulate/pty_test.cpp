@@ -302,7 +302,6 @@ config::SerialSettings Format(int baud, int data, Parity parity, int stop = 1) {
   return serial;
 }
 
-/// Returns every character that has `data` bits.
 Bytes Alphabet(int data) {
   Bytes all(std::size_t{1} << static_cast<unsigned>(data));
   std::iota(all.begin(), all.end(), std::uint8_t{0});

@@ -16,7 +16,6 @@ namespace {
 
 using testing::TestDomain;
 
-/// The test plays the discovery server.
 class FakeDiscoveryServer : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using Phase = LinkState::Phase;
 using Wish = LinkKeeper::Wish;
 
-/// Looks until the keeper wants to start the process. Returns how long that took.
+/// Looks until the keeper asks for a start. Returns how long that took.
 Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   const Instant from = now;
   while (keeper.Look(now) != Wish::start) now = std::max(now, keeper.NextLook());

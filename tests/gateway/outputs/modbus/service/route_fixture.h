@@ -25,7 +25,7 @@ class RouteTest : public ServerTest {
     return route;
   }
 
-  /// Answers like a slave whose holding register N has the value N.
+  /// Answers like a slave with the value N in holding register N.
   static bus::RoutedReply Count(const bus::RoutedRequest& request) {
     const ByteReader pdu(request.pdu);
     const std::size_t start = pdu.U16Be(1).value_or(0);

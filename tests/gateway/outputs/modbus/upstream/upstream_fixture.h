@@ -142,7 +142,7 @@ class UpstreamTest : public testing::Test {
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
-  std::vector<std::uint8_t> late_;  // units whose replies came too late
+  std::vector<std::uint8_t> late_;  // units with replies that came too late
   Duration ahead_{};
   Upstream upstream_{io_, "127.0.0.1", server_.port(),
                      [this](std::uint8_t unit) { late_.push_back(unit); },

@@ -340,7 +340,6 @@ TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
 
 // ---------------- Stored values as a table: which points a name selects.
 
-/// Returns one value for each requested point.
 struct OneValueEach final : history::HistorySource {
   history::HistoryState state() const override {
     history::HistoryState state;
