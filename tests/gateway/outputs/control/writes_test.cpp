@@ -98,7 +98,7 @@ TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
   audit_.reading.acquire();
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
   EXPECT_THAT(reader.ReceiveLine().value_or(""), HasSubstr("does not answer in time"));
-  // After some requests that wait for the disk, further ones are refused at once.
+  // Also requests beyond the limit of waiting reads get this answer.
   for (std::size_t i = 0; i <= RecordReader::kMost; ++i) {
     EXPECT_THAT(Ask(Connect(), R"({"command":"writes"})"), HasSubstr("does not answer in time"));
   }

@@ -123,7 +123,7 @@ class DeviceMemoryTest : public ::testing::Test {
     config_.lines.push_back(line);
   }
 
-  /// Start again only after the previous memory has ended and written.
+  /// Makes a new memory. The previous one must have ended and written its file.
   std::unique_ptr<DeviceMemory> Start() {
     return std::make_unique<DeviceMemory>(
         file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },

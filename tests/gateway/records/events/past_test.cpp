@@ -38,7 +38,7 @@ class Gateway {
  public:
   explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Returns the last place of the source; nothing if the file does not open.
+  /// Returns the last stored place in the meter; nothing if the file does not open.
   std::optional<std::string> Said(Source source) {
     const auto opened = file_.Open();
     if (opened && !opened->ok) return std::nullopt;
