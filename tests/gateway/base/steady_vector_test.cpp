@@ -1,4 +1,3 @@
-// A list that grows while others read it.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/steady_vector.h"
 
