@@ -1,3 +1,4 @@
+// Tests of SteadyVector: its elements never move.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/steady_vector.h"
 

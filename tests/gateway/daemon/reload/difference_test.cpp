@@ -497,7 +497,7 @@ TEST(Placement, NumbersOfDevicesAndLinesFollow) {
   const Config running = with_numbers(Sample(), 3, 1);  // y-b
   Config next = Sample();
   next.lines.erase(next.lines.begin());
-  next.lines[0].port = "/dev/other";  // so y is restarted
+  next.lines[0].port = "/dev/other";  // y is restarted
   const Placement placed = Placed(running, with_numbers(next, 1, 0));
   EXPECT_THAT(Names(placed.config), ElementsAre("", "", "z", "y"));
   EXPECT_EQ(placed.config.history.points[0].device, 7U);

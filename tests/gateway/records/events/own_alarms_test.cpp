@@ -281,7 +281,7 @@ TEST(Troubles, HaveTheSettingOfWhatTheyAreOf) {
       {Trouble::ring_open, "bay-1", "", 5s},
       {Trouble::port_down, "bay-2", "", -1s},
       {Trouble::unit_silent, "bay-1", "unit-20", 9s},
-      {Trouble::unit_silent, "", "unit-20", -1s},  // of an earlier route
+      {Trouble::unit_silent, "", "unit-20", -1s},  // the alarm of an earlier route
       {Trouble::unit_silent, "bay-1", "unit-30", -1s},
       {Trouble::unit_silent, "", "unit-70", 30s},
       {Trouble::server_away, "", "10.0.0.9:502", 30s},
