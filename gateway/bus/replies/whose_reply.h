@@ -92,7 +92,7 @@ class AnswerOrder {
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
   /// Whether one of these is among them.
   bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
-  /// Whether one of the latest requests, owed a reply or not, is such a one.
+  /// True if `is_one` holds for one of the latest requests, answered or not.
   bool Remembers(const MayAnswer& is_one) const;
   /// Nothing is owed: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
@@ -160,8 +160,8 @@ class ReplyOrders {
     if (!known) line_.OnLost();
     if (!own && !known) Of(member).OnLost();
   }
-  /// The reply does not answer `asked`. True if it answers a request to another device, and replies
-  /// name their device: `asked.member` then owes as many replies as before.
+  /// A reply came that does not answer `asked`. True if the reply answers a request to another
+  /// device, and replies name their device: the count for `asked.member` then stays as it is.
   bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
     const auto& everyone = roster_.everyone();
     const bool another = line_.Remembers([&](const SentRequest& sent, std::size_t before) {
