@@ -13,7 +13,7 @@
 // A new counter: 1. the member and, beside it, its row: with a label for the text of `status` and
 // the page, with metric and help for /metrics; 2. the place that counts it, such as
 // gateway/bus/counters/accounts.cpp or gateway/bus/counters/line_account.cpp, and for a new cause
-// an On… method in their headers and its call; 3. docs/status.md, with a metric also
+// an On… method in their headers and its call; 3. docs/status-reference.md, with a metric also
 // docs/metrics.md. Tests demand both.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
