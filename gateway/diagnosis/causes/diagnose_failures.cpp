@@ -167,8 +167,8 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
             " come damaged, and no others: take these points out of the profile, or set the "
             "converter in between to raw"};
   }
-  const bool shifted =
-      evidence.Count(Symptom::one_behind) > 0;  // replies one behind would affect all requests
+  // Replies one behind would affect all requests.
+  const bool shifted = evidence.Count(Symptom::one_behind) > 0;
   const std::string before = "only the request for " + points + " fails: ";
   if (!shifted && !judged.empty()) return Said(before, evidence);
   return {before + "its reply does not fit (" + Shortened(status.last_reason) +

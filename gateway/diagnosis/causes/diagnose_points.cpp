@@ -86,8 +86,8 @@ struct Doubts {
   // Of the reported points, those without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
-  std::size_t jumping =
-      0;  ///< of `unsure`: points with recheck, whose jump may not have been confirmed
+  /// Of `unsure`: points with recheck, whose jump may not have been confirmed.
+  std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
   std::string first;         ///< name of the first reported point

@@ -183,8 +183,8 @@ bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other)
   const auto lasts = [](const bus::FailureRuns::Run& run) { return run.failed >= kFewest; };
   std::size_t all = 0;
   std::size_t together = 0;
-  std::set<const bus::FailureRuns::Run*>
-      others;  // runs of `other`; a long run may coincide with several
+  // Runs of `other`; a long run may coincide with several.
+  std::set<const bus::FailureRuns::Run*> others;
   for (const bus::FailureRuns::Run& run : one.runs()) {
     if (!lasts(run)) continue;
     ++all;

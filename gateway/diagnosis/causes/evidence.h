@@ -74,8 +74,8 @@ bool IsUsualSilence(const bus::FailureRuns& failures, Instant now);
 struct Evidence {
   const config::Line* line = nullptr;
   const bus::LineStatus* status = nullptr;
-  const bus::DeviceRecord* device =
-      nullptr;  ///< null: the evidence is about all absent devices of the line
+  /// Null: the evidence is about all absent devices of the line.
+  const bus::DeviceRecord* device = nullptr;
   Instant now{};
   bool absent = false;    ///< the device does not answer at present
   bool answered = false;  ///< the device has answered since the start
@@ -87,10 +87,10 @@ struct Evidence {
   std::string away{};     ///< neighbours with outages at the same times: "d, e"; empty: none
   std::string losing{};   ///< neighbours that lose requests at the same times; empty: none
   std::optional<Duration> shared_period{};  ///< the period of these losses; nothing: irregular
-  std::string
-      fell{};  ///< neighbours that stopped answering at the same moment: "d, e"; empty: none
-  const Finding* master =
-      nullptr;  ///< the latest finding about another master, seen at least twice; null: none
+  /// Neighbours that stopped answering at the same moment: "d, e"; empty: none.
+  std::string fell{};
+  /// The latest finding about another master, seen at least twice; null: none.
+  const Finding* master = nullptr;
   /// XON and XOFF (bits of kSpecialBytes), if a converter seems to take them out of requests: at
   /// least two requests of the line get no answer, all of these contain one of the bytes, and no
   /// answered request does.

@@ -209,8 +209,8 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
 EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const Open& whose) {
   const std::vector<Arrival>& arrivals = exchange.arrivals();
   const Duration reply = ReplyTime(whose.request, whose.member->times);
-  const bool in_front =
-      !exchange.BesideReply().first.empty();  // before the reply that was accepted
+  // Before the reply that was accepted.
+  const bool in_front = !exchange.BesideReply().first.empty();
   const Duration behind = (in_front ? arrivals.front() : arrivals.back()).after;
   Came came;
   came.after = exchange.sent() + behind - whose.first;

@@ -167,11 +167,11 @@ class EarlierReplies {
   /// Call this if a second reply of the member came. If a try was lost and retried, one of the two
   /// replies was late: returns that finding. Nothing: no try was lost.
   std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
-  /// The finding of this exchange, where what came may be the reply to another request.
-  Finding Attribute(const HeardExchange& exchange, Finding finding);
   /// Returns the corrected finding of this exchange if its bytes may be the reply to another
   /// request.
-  /// A request of this gateway has come back so late that it looks like another master's.
+  Finding Attribute(const HeardExchange& exchange, Finding finding);
+  /// True if a request of this gateway came back so late that it looks like the request of another
+  /// master.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
   /// Returns a changed finding of an earlier exchange, found by the calls above: a reply was late,
@@ -191,8 +191,8 @@ class EarlierReplies {
     bool late = false;      // its reply has come late
     bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
-    std::optional<Finding>
-        in_its_place{};  // a late reply that gives the reason why there is no value
+    // A late reply that gives the reason why there is no value.
+    std::optional<Finding> in_its_place{};
   };
   /// The last exchange of a member, and its last one with a different request.
   struct LastTwo {
