@@ -350,8 +350,7 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
                     std::vector<bool>& seen) {
     Value truth = values.values.at(reading.point);
     if (device.points[reading.point].read == "$2" && device.options.Flag("checksum")) {
-      truth = ToText(truth).replace(
-          4, 2, "40");  // the format byte of the twin contains its checksum mode
+      truth = ToText(truth).replace(4, 2, "40");  // the twin's checksum mode
     }
     seen[reading.point] = true;
     EXPECT_EQ(reading.quality, Quality::good) << device.points[reading.point].name;
