@@ -1,5 +1,5 @@
-// What passes for an answer, and what a twin says: telegrams with little that is fixed, bytes that
-// are a status, telegrams that look alike.
+// Tests which texts are accepted as answers, and the answers of twins: telegrams with few fixed
+// characters, bytes that are a status, telegrams that look alike.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <fstream>
@@ -12,7 +12,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// As Eurotherm's EI-Bisync: a letter pair names the parameter, one byte confirms or refuses.
+/// Like Eurotherm's EI-Bisync: two letters name the parameter, one byte confirms or refuses.
 constexpr char kBisync[] = R"(
 device: controller
 parameters: { g: "1", u: "2" }
@@ -221,7 +221,7 @@ TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
                   .starts_with("\x02PV21.123\x03"));
 }
 
-/// The value is bad, and the answer says what stands there.
+/// The value is bad, and the finding quotes the text in its place.
 TEST(TelegramAnswers, WhyANumberIsNone) {
   const struct {
     std::string format;
@@ -299,7 +299,8 @@ config::LoadedProfile WithCodes(const std::string& format, const std::string& co
                   ", v: 1 }\npoints: [ { name: v, read: a.v, type: float64 } ]\n");
 }
 
-/// "123 " may be "1234", unless the device writes at the left.
+/// "123 " may be a damaged "1234", unless an example shows that the device aligns numbers to the
+/// left.
 TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"1234", "123 ", "v bad: sensor failure"}, {"1234", " 123", "v 123 good"},
@@ -386,7 +387,7 @@ TEST(TelegramTwin, SaysTheCodeOfAValueThatIsNone) {
   }
 }
 
-/// The first profile of the README, word for word.
+/// The first profile of the README.
 std::string ProfileOfTheReadme() {
   std::ifstream file("protocols/telegram/README.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -410,7 +411,7 @@ config::LoadedProfile WithReceive(const std::string& receive, const std::string&
                   " ]\npoints: [ { name: w, read: w.w, type: float32, unit: g } ]\n");
 }
 
-/// Without codes the unit is that of the first example; another one needs a word.
+/// Without codes the unit must be that of the first example; other units need a code.
 TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
   const std::string first = "{ send: 'W\\r', receive: '12.5 g\\r', w: 12.5 }";
   const auto loaded = WithReceive("{w:decimal} {unit:word}", first);
@@ -429,8 +430,8 @@ TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
 struct UnitRow {
   const char* receive;
   const char* came;
-  const char* codes;  ///< of `unit`; empty: the unit of the example
-  const char* point;  ///< behind its type
+  const char* codes;  ///< codes of `unit`; empty: the unit of the example
+  const char* point;  ///< the options of the point after its type
   bool wrong;
 };
 
@@ -449,7 +450,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{w:decimal} {unit:word}", "12.5 MBAR", "", "unit: mbar", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kn", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kN", true},
-    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a number of a unit
+    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a pure number of a unit
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: kg", false},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: t", true},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': bad }", "unit: kg", true},
@@ -460,7 +461,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{unit:word} {w:decimal}", "g 12.5", "", "unit: kg", true},
 };
 
-/// A point that names another unit than that which is good would show 99 g as 99 kg.
+/// A point with another unit than the good code would show 99 g as 99 kg.
 TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
   for (const UnitRow& row : kUnitRows) {
     const std::string codes =
@@ -478,7 +479,7 @@ TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
   }
 }
 
-/// A device overrides units and parameters of its profile.
+/// The device overrides units and parameters of its profile.
 TEST(TelegramUnits, ADeviceThatOverridesTheUnitIsAskedToCorrectIt) {
   const auto faults = [](const char* profile, const char* point, const char* unit,
                          const config::Pairs& parameters) {

@@ -1,4 +1,5 @@
-// Described devices in talk: several telegrams make an exchange, writes, echoes, names, twins.
+// Tests conversations of described devices: exchanges of several telegrams, writes, echoes, names,
+// twins.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -77,7 +78,7 @@ using Texts = std::vector<std::string>;
 const std::string kWake(2, '\0');
 const std::string kLogin = "LOGIN P1 S3CRET  \r";
 
-/// One task, with these answers in turn; broadcasts take none.
+/// Runs one task with these answers in turn; broadcasts use no answer.
 Answer Play(Talk& talk, const Task& task, Texts answers) {
   Answer answer;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -101,7 +102,7 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
   EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
   EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
-  // Logged in is logged in, until something fails.
+  // The login stays valid until an exchange fails.
   Play(talk, Poll(0), {"SEL 3\r", ""});
   EXPECT_EQ(Shown(talk.asked), (Texts{kWake, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
@@ -188,7 +189,7 @@ TEST(TelegramParameters, AreNamedWhereTheyAreMissing) {
   EXPECT_NE(said.find("has a parameter 'usr', which no telegram has"), std::string::npos) << said;
 }
 
-// ---------------------------------------------------------------- numbers that were cut out
+// ---------------------------------------------------------------- numbers at fixed columns
 
 constexpr char kPlaced[] = R"(
 device: indicator
@@ -276,7 +277,7 @@ TEST(TelegramFields, StandWhereTheirPlaceSays) {
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC"), "partial");
 }
 
-// ---------------------------------------------------------------- who it is
+// ---------------------------------------------------------------- identification
 
 constexpr char kNamed[] = R"(
 device: named
@@ -310,7 +311,7 @@ TEST(TelegramIdentity, ADeviceThatDoesNotTellItIsPolledAllTheSame) {
 config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["telegram"] = &TelegramProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
   return catalog;
 }
 
