@@ -1,5 +1,5 @@
-// A line of real devices behind a lagging server under virtual time, and a judge of what the store
-// shows of it (lag_stage.h).
+// LagRig is a line of real devices behind a lagging server in virtual time, and an oracle that
+// judges the store (lag_stage.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@ namespace baudgate::protocols {
 
 class LagRig final : public LagStage {
  public:
-  /// `change` may alter the line before it is built.
+  /// `change` may modify the line before it is built.
   LagRig(const LagCase& which, unsigned seed,
          const std::function<void(config::Line&)>& change = {});
 
@@ -23,7 +23,8 @@ class LagRig final : public LagStage {
   void Open();
   VirtualLine* operator->() { return line_.get(); }
   VirtualLine& line() { return *line_; }
-  /// Runs; what falls due meanwhile (a stranger is switched on) is done in time.
+  /// Runs for this time, including changes that become due, for example a stranger that is switched
+  /// on.
   void RunFor(Duration time);
 
  private:

@@ -8,7 +8,8 @@
 namespace baudgate::protocols {
 namespace {
 
-/// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
+/// The byte that the transport returns for a character with wrong parity
+/// (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 constexpr unsigned kSteps = 10;  // of a growing delay
 constexpr Duration kLongestPause = 500ms;
@@ -64,7 +65,7 @@ std::vector<tools::TimedPiece> LaggingServer::OnRequest(View request, Bytes repl
   return pieces;
 }
 
-/// The reply goes into the queue; `comes`: what leaves it, in this order.
+/// Puts the reply into the queue. `comes`: the replies that leave the queue, in this order.
 void LaggingServer::Enqueue(Reply reply, Instant end_of_request, std::vector<Reply>& comes) {
   if (OneIn(faults.overtake)) {
     ++counts_.late;
@@ -93,7 +94,7 @@ void LaggingServer::Enqueue(Reply reply, Instant end_of_request, std::vector<Rep
   Release(comes);
 }
 
-/// What was put aside comes in front of what it should follow, or behind it.
+/// Releases a reply that was put aside, before or after the next one.
 void LaggingServer::Release(std::vector<Reply>& comes) {
   if (aside_.empty() || comes.empty() || random_() % 2 == 0) return;
   const bool in_front = random_() % 2 == 0;
