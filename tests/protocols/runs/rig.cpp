@@ -255,8 +255,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
     Value raw = line_->twin(device).values.Get(i, {});
     const config::Options& options = this->device(device).options;
     if (points[i].read == "$2" && options.Flag("checksum")) {
-      raw = ToText(raw).replace(
-          4, 2, "40");  // the format byte of a DCON module contains its checksum mode
+      raw = ToText(raw).replace(4, 2, "40");  // contains the checksum mode of the module
     }
     EXPECT_TRUE(Matches(points[i], truth_[device][i], raw))
         << points[i].name << " shows " << ToText(truth_[device][i]) << ", the twin has "
