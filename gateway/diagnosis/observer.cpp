@@ -21,7 +21,7 @@ std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::Point
   return std::make_unique<Observer>(roster, store);
 }
 
-// ---------------------------------------------------------------- the status
+// ---------------------------------------------------------------- status
 
 void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
   const bus::Member& member = *ended.member;
@@ -118,7 +118,7 @@ void Observer::OnUnasked(const bus::Device& device, Outcome outcome, const std::
   });
 }
 
-// ---------------------------------------------------------------- what came
+// ---------------------------------------------------------------- received bytes
 
 bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 

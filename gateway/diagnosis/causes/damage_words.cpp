@@ -17,7 +17,7 @@ using enum Symptom;
 
 /// A converter drops at most this many single bytes of a reply.
 constexpr std::size_t kMissing = 4;
-/// Fewer may be noise.
+/// Fewer lost heads may be noise.
 constexpr std::size_t kFewLosses = 3;
 /// Every buffer has room for this many bytes.
 constexpr std::size_t kNoBuffer = 16;
@@ -161,7 +161,7 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.seen;
 }
 
-/// "11 and 13".
+/// The hex values of special bytes: "11 and 13".
 std::string NamesOf(unsigned specials) {
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {

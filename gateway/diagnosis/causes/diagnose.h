@@ -37,7 +37,7 @@ std::vector<std::string> Failures(const bus::DeviceRecord& record, const Evidenc
 /// Fewer exchanges with stray bytes, of those that are stored, are not reported.
 inline constexpr std::size_t kNotableNoise = 3;
 
-/// True if the same bytes stand around nearly all replies of the device.
+/// True if nearly all replies of the device have the same bytes around them.
 bool IsWrapped(const bus::DeviceRecord& record);
 /// True if two devices seem to have the same address: second replies come, and some of them differ
 /// from the first reply. A repeater only sends copies.
@@ -149,7 +149,7 @@ std::vector<std::string> DiagnoseDevice(const bus::LineStatus& line,
                                         std::span<const bus::DeviceRecord> devices, Now now,
                                         Instant started);
 
-/// "12:04:05 UTC".
+/// The time of day: "12:04:05 UTC".
 std::string ClockText(WallTime time);
 
 }  // namespace baudgate::diagnosis

@@ -1,3 +1,4 @@
+// Sentences about bytes beside good replies, and about devices that send unasked (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

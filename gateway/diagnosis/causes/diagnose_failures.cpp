@@ -1,3 +1,4 @@
+// Sentences about exchanges that failed and requests that a device refuses (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,3 +1,4 @@
+// Sentences about a line and the use of its time (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -104,8 +105,8 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   return said;
 }
 
-/// True if bytes stand around nearly all replies of a device, and more than half of all bytes are
-/// stray.
+/// True if nearly all replies of a device have bytes around them, and more than half of all bytes
+/// are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {

@@ -1,3 +1,4 @@
+// Sentences about the points of a device that answers (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -57,7 +58,7 @@ std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& poin
   return std::pair(over ? "max" : "min", *limit);
 }
 
-/// Describes a reply in which something else stands instead of a number.
+/// Describes a reply that contains something else instead of a number.
 std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
@@ -83,10 +84,10 @@ struct Doubts {
   std::size_t stale = 0;     ///< too old
   std::size_t doubted = 0;   ///< the gateway is not sure of the value
   std::size_t reported = 0;  ///< the device itself reported the quality
-  // Of the reported points, those without a reason:
+  // Reported points without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
-  /// Of `unsure`: points with recheck, whose jump may not have been confirmed.
+  /// The points of `unsure` with recheck: their jump may not have been confirmed.
   std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
@@ -166,7 +167,7 @@ std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now
       record.points.size());
 }
 
-/// "2 over range, 1 open sensor; level, ...".
+/// The reasons and the first point: "2 over range, 1 open sensor; level, ...".
 std::string WhichAre(const Doubts& doubts) {
   std::string text;
   for (const auto& [reason, count] : doubts.reasons) {
@@ -341,7 +342,7 @@ constexpr double kSmall = 1000;
 /// Neighbouring registers have at most this distance.
 constexpr int kNextTo = 4;
 
-/// "holding " and 40.
+/// Table and number of a register: "holding " and 40.
 using Register = std::pair<std::string, int>;
 
 /// A number of four bytes as it was read.

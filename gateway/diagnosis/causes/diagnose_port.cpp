@@ -1,3 +1,4 @@
+// Sentences about a port or connection: closed, lost, or ended by the server (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -50,8 +50,8 @@ double LogWays(double all, double some) {
   return ways;
 }
 
-/// The probability that independent failures stand in this many runs or fewer (runs test of Wald
-/// and Wolfowitz).
+/// The probability that independent failures form this many runs or fewer (runs test of Wald and
+/// Wolfowitz).
 double Chance(const FailureTally& tally) {
   const double all = LogWays(tally.failed + tally.answered, tally.failed);
   double chance = 0;
@@ -278,7 +278,7 @@ bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) 
   return between < kTogether && between > -kTogether;
 }
 
-/// "d, e and 3 more".
+/// Lists the first names: "d, e and 3 more".
 std::string Listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {

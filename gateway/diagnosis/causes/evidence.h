@@ -64,7 +64,7 @@ struct Coincidences {
 Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
 /// The time from one outage to the next, if the devices share regular outages: several devices fail
-/// together, or one after the other. Such an outage may be as short as one request. Nothing: there
+/// together, or one after the other. An outage may be as short as one request. Nothing: there
 /// is no regular, shared outage.
 std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
 /// True if the present silence of the device is at most about twice as long as its longest silence

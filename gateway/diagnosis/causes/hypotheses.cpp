@@ -274,7 +274,8 @@ std::string SayOtherProtocol(const Evidence& evidence) {
 }  // namespace
 
 const std::vector<Hypothesis>& Hypotheses() {
-  // Of hypotheses with equal support the first is shown, so proven causes come before likely ones.
+  // If two hypotheses have equal support, the first is shown. So proven causes come before likely
+  // ones.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
       {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},

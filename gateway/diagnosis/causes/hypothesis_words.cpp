@@ -1,3 +1,4 @@
+// The sentences of the hypotheses, except those about damaged replies (see hypotheses.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -236,7 +237,7 @@ std::string SayOtherReply(const Evidence& evidence) {
          ": another master on the line, or a serial server that answers one request late";
 }
 
-// The sentences about silence: of all devices, of one, or now and then.
+// The sentences about silence: all devices, one device, or now and then.
 
 namespace {
 
@@ -332,7 +333,7 @@ std::string SayLosses(const Evidence& evidence) {
   return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
 }
 
-/// "it is away for about 4 s every 9 s".
+/// Describes outages: "it is away for about 4 s every 9 s".
 std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
   const std::string every =
       absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
@@ -506,7 +507,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// "and timing.gap is 50 ms: set timing: { gap: 150ms } at the device".
+/// "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
   return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));

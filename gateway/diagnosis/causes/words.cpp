@@ -10,7 +10,7 @@ constexpr std::size_t kLongestQuoted = 18;
 constexpr std::size_t kQuoted = 12;
 /// A longer reason is cut at a colon or comma.
 constexpr std::size_t kLongest = 70;
-/// "\x00".
+/// The length of an escape such as "\x00".
 constexpr std::size_t kEscape = 4;
 
 }  // namespace

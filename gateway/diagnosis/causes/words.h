@@ -48,7 +48,7 @@ inline double Share(double part, double whole) { return whole > 0 ? part / whole
 
 inline double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// "0.4 %", "62 %".
+/// The share as text: "0.4 %", "62 %".
 inline std::string Percent(double share) {
   const double percent = 100 * share;
   return percent < 9.95 ? fmt::format("{:.1f} %", percent) : fmt::format("{:.0f} %", percent);
@@ -69,7 +69,7 @@ std::string Shortened(const std::string& reason);
 std::string Brief(const Finding& finding);
 /// The remedy, or a general one if the finding has none.
 std::string RemedyOf(const Finding& finding);
-/// "slave 7 answers …: check the address …".
+/// Cause and remedy: "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
 
 }  // namespace baudgate::diagnosis

@@ -81,7 +81,7 @@ std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Re
 
 }  // namespace
 
-// ---------------------------------------------------------------- what is remembered
+// ---------------------------------------------------------------- storing
 
 void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
   const bus::Member& member = *exchange.member();
@@ -142,7 +142,7 @@ std::optional<EarlierFinding> EarlierReplies::Take() {
   return earlier;
 }
 
-// ---------------------------------------------------------------- what is found
+// ---------------------------------------------------------------- finding
 
 bool EarlierReplies::FindRest(const HeardExchange& exchange) {
   const std::optional<Duration> rest = broken_.FindRest(exchange);

@@ -184,11 +184,11 @@ class EarlierReplies {
     protocols::Request request;
     Instant sent{};
     Instant first{};  // the first of the unanswered tries within the ceiling time
-    Instant tried{};  // the first try of the last seconds
+    Instant tried{};  // the first of the tries within kLongestLag
     Bytes vain;       // bytes that came to the try before
     bool answered = false;
     bool silent = false;    // no byte came
-    bool late = false;      // its reply has come late
+    bool late = false;      // the reply to this request has come late
     bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
     // A late reply that gives the reason why there is no value.

@@ -109,7 +109,7 @@ bool ReplyHabits::IsCopy(const HeardExchange& exchange) const {
   assembler.Begin(exchange.member()->protocol->reply_rule, exchange.request().expect);
   assembler.Feed(exchange.heard());
   int copies = 0;
-  int others = exchange.frame().empty() ? 0 : 1;  // its own reply, of which a copy may come too
+  int others = exchange.frame().empty() ? 0 : 1;  // the reply to this request; a copy may come too
   while (const auto frame = assembler.Next(true)) {
     if (*frame == exchange.frame()) continue;
     ++(taken_.WasForOther(exchange.request().bytes, *frame) ? copies : others);

@@ -43,14 +43,14 @@ struct Capture {
 };
 
 struct DecodedValue {
-  std::string name;  ///< of the point, or if there is none, the name in the protocol
+  std::string name;  ///< name of the point, or without a point the name in the protocol
   Value value{};
   std::string unit{};
   Quality quality{};
   bool is_point = false;
 };
 
-/// "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
+/// The value as text: "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
 std::string ValueText(const DecodedValue& value);
 
 /// The result of decoding. If a trace contains an outcome, that is the outcome, because times

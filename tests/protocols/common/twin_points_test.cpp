@@ -135,7 +135,7 @@ TEST(CivilZone, WhatIsNoZone) {
   }
 }
 
-// ---------------- The cuts that frame rules share.
+// ---------------- Cuts that frame rules have in common.
 
 TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
   struct Case {

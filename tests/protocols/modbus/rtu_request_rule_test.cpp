@@ -250,7 +250,7 @@ TEST(ModbusRtuRequestRule, OtherNoiseCostsTheRequestBehindIt) {
   EXPECT_EQ(listener.frames(), Frames{kRead}) << "the master repeats it";
 }
 
-// ---------------------------------------------------------------- inside something else
+// ---------------------------------------------------------------- requests inside other messages
 
 /// 60 registers that contain the bytes of the write from `at` on.
 Bytes DataAround(std::size_t at, std::uint8_t filler) {

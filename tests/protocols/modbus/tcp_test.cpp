@@ -112,7 +112,7 @@ TEST(ModbusTcpReplyRule, AFloodIsNotKept) {
 
 struct Misframed {
   const char* request;
-  const char* reply;  ///< its header counts too many bytes
+  const char* reply;  ///< the header counts too many bytes
 };
 
 constexpr Misframed kMisframed[] = {

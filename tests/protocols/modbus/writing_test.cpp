@@ -224,7 +224,7 @@ TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
   }
 }
 
-// ---------------------------------------------------------------- on a line
+// ---------------------------------------------------------------- writes on a line
 
 class WritingLine : public testing::Test {
  protected:

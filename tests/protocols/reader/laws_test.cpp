@@ -1,3 +1,4 @@
+// Tests the laws of frame rules for readers.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 #include "protocols/reader/codec.h"

@@ -66,7 +66,7 @@ class BadWire {
 /// flipped.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// The real lines, and a SPA Bus line whose port does not check parity, so that only the weak XOR
+/// The real lines, and an SPA Bus line whose port does not check parity, so that only the weak XOR
 /// detects damage.
 std::vector<Setup> DamagedLines();
 

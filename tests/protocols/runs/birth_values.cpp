@@ -8,7 +8,7 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr double kHalfTolerance = 0.25;  // of a step: formatting may change a value by this much
+constexpr double kHalfTolerance = 0.25;  // formatting may change a value by this part of a step
 
 bool IsFloat(const config::Point& point) {
   return point.type == config::Type::float32 || point.type == config::Type::float64;

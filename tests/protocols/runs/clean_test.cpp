@@ -202,7 +202,7 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
     device.trust_order = true;
     device.options.Set("identify", false);
     device.options.Set("channel_types", false);
-    // So its probe is the same request as the poll.
+    // Without channels the probe is the same request as the poll.
     device.options.Set("channels", std::int64_t{0});
     config::Point point;
     point.name = "input";

@@ -32,7 +32,7 @@ class EventKeeper {
 
   /// False: not stored yet, report again.
   bool Keep(const bus::ReportedEvents& reported, const config::Device& device);
-  /// Returns and clears the records that the file has owed since Begin.
+  /// Returns and clears the records that have been outstanding since Begin.
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
   /// Valid between Begin and End: the feed gets the stored events, and its cursors are stored.

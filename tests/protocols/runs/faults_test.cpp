@@ -449,7 +449,7 @@ TEST_P(APortThatReturns, IsServedAtOnce) {
 }
 
 /// A serial server stores bytes while no client is connected, for as long as a reply may take. Only
-/// the device that owes this reply waits.
+/// the device with the outstanding reply waits.
 TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);

@@ -51,7 +51,7 @@ config::Device StrangerOf(const LagCase& which, const config::Device& device, bo
 /// How a device with another identity is recognised.
 enum class Naming : std::uint8_t {
   none,
-  learned,   ///< its name differs from the name before
+  learned,   ///< the name differs from the name before
   demanded,  ///< the configuration contains its serial number
 };
 Naming NamingOf(const LagCase& which, const config::Device& device);

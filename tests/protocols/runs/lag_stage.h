@@ -78,8 +78,8 @@ class LagStage {
   };
   struct TwinState {
     bool there = false;
-    bool off = false;         ///< it is being replaced
-    bool missed = false;      ///< it was asked while it was off
+    bool off = false;         ///< the twin is being replaced
+    bool missed = false;      ///< the twin was asked while it was off
     bool told_apart = false;  ///< the stranger has another identity
     std::size_t writes = 0;   ///< the number of confirmed writes
     Instant silent_until{};

@@ -26,7 +26,7 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
+constexpr std::size_t kExchanges = 1'000'000;  // sum of all lines
 constexpr int kToldFailures = 3;               // for each line
 constexpr std::size_t kRecoveries = 14;        // for each line: every trouble once
 

@@ -11,7 +11,7 @@ namespace {
 /// The byte that the transport returns for a character with wrong parity
 /// (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
-constexpr unsigned kSteps = 10;  // of a growing delay
+constexpr unsigned kSteps = 10;  // steps of a growing delay
 constexpr Duration kLongestPause = 500ms;
 
 template <typename T>
@@ -129,7 +129,7 @@ LaggingServer::Reply LaggingServer::Spoil(Bytes reply) {
     const auto bits = static_cast<std::uint8_t>(flips[i] & ((1U << data_bits) - 1));
     reply[i] = odd ? kParityError : static_cast<std::uint8_t>(reply[i] ^ bits);
   }
-  if (reply == intact) return {std::move(reply), {}};  // a bit may be flipped twice
+  if (reply == intact) return {std::move(reply), {}};  // a bit was flipped twice
   return {std::move(reply), intact};
 }
 

@@ -35,7 +35,7 @@ struct ServerFaults {
   unsigned copy = 0;       ///< a reply comes twice
   enum class Copy : std::uint8_t {
     at_once,
-    after_a_pause,  ///< of up to half a second
+    after_a_pause,  ///< the pause is up to half a second
     in_place,       ///< at once after the next request; the answer to that request follows
   } copy_comes = Copy::at_once;
   unsigned cut = 0;     ///< the end of a reply is lost

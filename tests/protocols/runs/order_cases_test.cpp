@@ -377,7 +377,7 @@ TEST_P(LateReplies, AreUsed) {
 /// The latest possible begin: the reply must be complete at the ceiling.
 TEST_P(LateReplies, AreUsedUpToTheCeiling) {
   const config::Timing times = GetParam().setup.protocol->timing(GetParam().setup.serial);
-  const Duration whole = *times.ceiling - *times.reply;  // its characters and gaps
+  const Duration whole = *times.ceiling - *times.reply;  // characters and gaps of a reply
   EXPECT_GE(Share(3, kReply + whole / 2), 0.60);
 }
 

@@ -266,8 +266,8 @@ void Rig::CompareWithTwin(std::uint32_t device) {
 bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
-  // A small difference is accepted without a second reading, so damage cannot be told from a
-  // change.
+  // A small difference is accepted without a second reading, so damage looks like
+  // a change.
   if (!IsGood(shown.reported)) return true;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return false;
   return std::abs(ToDouble(shown.value) - ToDouble(truth)) <= std::abs(ToDouble(truth)) * 0.12;

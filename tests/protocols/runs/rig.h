@@ -100,7 +100,7 @@ class Rig {
   std::unique_ptr<VirtualLine> line_;
   std::vector<std::vector<Value>> truth_;
   std::vector<std::vector<std::uint64_t>> seen_;  // sequence number of each point at the last check
-  std::vector<std::uint32_t> exchanges_;          // of each device, at the last check
+  std::vector<std::uint32_t> exchanges_;          // exchanges of each device at the last check
   std::function<bool(std::uint32_t)> excuse_;
   std::size_t wrong_ = 0;
 };

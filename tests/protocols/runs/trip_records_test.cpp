@@ -29,7 +29,7 @@ using events::RecordState;
 
 constexpr std::uint32_t kTripped = 3;
 
-/// V6 and V11…V58.
+/// True for the points of a record: V6 and V11…V58.
 bool IsOfRecord(const config::Point& point) {
   return point.name == "trip_phases" || point.name.starts_with("record");
 }

@@ -293,7 +293,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalWhateverElseTheLineHasToDo) {
   }
   EXPECT_GE(times, 60U);
   for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
-    if (module == kDead) continue;  // it receives nothing
+    if (module == kDead) continue;  // the module receives nothing
     EXPECT_EQ(Tell(module, "0").substr(3, 2), "00") << module << " has tripped";
     EXPECT_TRUE(rig_.FastUsable(module)) << module;
   }

@@ -229,7 +229,7 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// Its reply only shows that the meter is present, because the other checksum also fits some
+/// The reply only shows that the meter is present, because the other checksum also fits some
 /// damaged replies.
 TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});

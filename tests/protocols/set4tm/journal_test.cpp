@@ -1,3 +1,4 @@
+// Tests the journals of a SET-4TM meter: records, and sessions that read them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -312,7 +312,7 @@ TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
   service.Restart();
   service.Run(20h);
   service.ExpectAll();
-  // Another, unknown meter.
+  // An unknown meter.
   service.meter = kMeter + 2;
   service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, service.utc() + 10h);
   service.Pass(12h);
@@ -394,7 +394,7 @@ TEST(LoadSession, AMemoryThatIsNotUnderstoodIsSaid) {
   service.Run(1min);
   EXPECT_NE(service.session().Shown().find("05 A4"), std::string::npos)
       << service.session().Shown();
-  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // neither of the two places
+  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // a wrong place
   service.Run(6min);
   EXPECT_NE(service.session().Shown().find("0598"), std::string::npos) << service.session().Shown();
   EXPECT_TRUE(service.told.empty());

@@ -308,7 +308,7 @@ TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
   EXPECT_GT(written, 0U);
 }
 
-// ---------------------------------------------------------------- what may be written
+// ---------------------------------------------------------------- writable values
 
 /// Chapters 15.1 and 15.2 of the SPA reference. Without decimals: whole numbers.
 struct Allowed {

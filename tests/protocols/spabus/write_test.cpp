@@ -186,7 +186,7 @@ TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
   EXPECT_FALSE(open.request().closes);
 }
 
-// ---------------------------------------------------------------- what became of it
+// ---------------------------------------------------------------- results
 
 /// The replies to each request in turn (empty: silence), and the result of the write.
 struct Course {
@@ -261,7 +261,7 @@ const Course kCourses[] = {
 INSTANTIATE_TEST_SUITE_P(Each, SpaWriteEnd, ::testing::ValuesIn(kCourses),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------------------------------------------------------- left open
+// ---------------------------------------------------------------- a password left open
 
 const Task kPoll = Poll(0);
 

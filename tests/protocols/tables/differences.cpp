@@ -1,3 +1,4 @@
+// Compares a profile with the table of its device (see table.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <optional>

@@ -68,7 +68,7 @@ TEST(TelegramAnswers, AByteInTheWreckOfAnotherTelegramConfirmsAndRefusesNothing)
   }
   EXPECT_EQ(OutcomeOfAnswer(device, read, good), Outcome::ok);
   EXPECT_EQ(OutcomeOfAnswer(device, read, "\x04"), Outcome::unsupported);
-  const std::string ends_so = "\x02PV10\x03\x04";  // its check value is 04
+  const std::string ends_so = "\x02PV10\x03\x04";  // the check value is 04
   for (std::size_t at = 0; at < ends_so.size() - 1; ++at) {
     for (const char damage : {'\0', '\x7F', ' '}) {
       std::string damaged = ends_so;
@@ -273,9 +273,9 @@ TEST(TelegramCodes, AnOverloadIsOneHoweverFarBeyondItLies) {
       {"-9.91000000E+37", "bad: sensor failure, under range"},
       {"-1.0E+38", "bad: sensor failure, under range"},
       {"+9.91000000E+37", "bad"},           // not a number
-      {"+9.91E37", "bad: sensor failure"},  // its exponent lacks the sign
+      {"+9.91E37", "bad: sensor failure"},  // the exponent lacks the sign
       {"+9.89999999E+37", "98999999000000000000000000000000000000 good"},
-      {"+1.25000000", "bad: sensor failure"},  // its exponent is lost
+      {"+1.25000000", "bad: sensor failure"},  // the exponent is lost
   };
   for (const auto& [answer, said] : kRows) {
     const std::string value = Read(device, "READ?\n", answer + std::string("\r\n"));

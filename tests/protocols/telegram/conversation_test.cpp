@@ -209,7 +209,7 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
       {"ST,G-12.50 kg \r", "weight -12.5 good"},
       {"ST,112.500 kg \r", "weight bad: sensor failure"},  // a digit in front
-      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // its sign in front
+      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // a sign in front
       {"ST,(12.500 kg \r", "weight bad: sensor failure"},
       {"ST,G 12.505kg \r", "weight bad: sensor failure"},  // a digit behind
       {"ST,G 12.50-kg \r", "weight bad: sensor failure"},  // a sign behind

@@ -1,3 +1,4 @@
+// Tests the identification of described devices, and findings about unexpected texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/identification.h"
 
