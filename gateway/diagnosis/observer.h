@@ -146,7 +146,6 @@ class Observer : public bus::LineObserver {
   std::vector<EarlierFinding> TakeChanged();
 
  private:
-  /// The last exchange of a member.
   struct Last {
     Symptom symptom = Symptom::clean;
     std::uint8_t asked = 0;  // which of kSpecialBytes the request had, one bit each

@@ -103,7 +103,6 @@ std::vector<std::string> AnswersNothing(const bus::DeviceRecord& record, const E
 // ---------------- diagnose_port.cpp: a port or connection that is closed, lost or ended by the
 // server
 
-/// Returns why the port is not open.
 std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
                       std::span<const bus::DeviceRecord> devices, Now now);
 

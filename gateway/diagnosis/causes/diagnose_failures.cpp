@@ -226,7 +226,6 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     remedy = kHasWorked;
   }
   if (record.status.unasked) {
-    // Most of its messages are good.
     const bool seldom = 2 * count < evidence.looked;
     return fmt::format(
         "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,

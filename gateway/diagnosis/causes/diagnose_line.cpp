@@ -24,7 +24,6 @@ constexpr std::uint64_t kManyStray = 2048;
 /// Driver errors are reported from this number per exchange on.
 constexpr double kNotableErrors = 0.02;
 
-/// Reports errors that the driver of the port has counted.
 Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, bool nobody) {
   Sentences found;
   const std::uint32_t errors = status.parity_errors + status.framing_errors;

@@ -79,9 +79,8 @@ constexpr Duration kLongWait = 20s;
 /// After this many messages a device that sends unasked has sent all of its values.
 constexpr std::size_t kManyMessages = 20;
 
-/// Counts of points that are not good, by reason.
 struct Doubts {
-  std::size_t stale = 0;     ///< too old
+  std::size_t stale = 0;
   std::size_t doubted = 0;   ///< the gateway is not sure of the value
   std::size_t reported = 0;  ///< the device itself reported the quality
   // Reported points without a reason:
@@ -345,7 +344,6 @@ constexpr int kNextTo = 4;
 /// Table and number of a register: "holding " and 40.
 using Register = std::pair<std::string, int>;
 
-/// A number of four bytes as it was read.
 struct Float {
   std::optional<Register> place;
   std::uint32_t bits;

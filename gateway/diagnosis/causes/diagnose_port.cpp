@@ -57,7 +57,6 @@ std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceR
          "(firmware, limits)";
 }
 
-/// Why the port accepts no data for sending.
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
   if (serial.xonxoff) {

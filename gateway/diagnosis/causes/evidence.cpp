@@ -260,7 +260,6 @@ void Add(Evidence& evidence, const bus::DeviceRecord& record) {
   }
 }
 
-/// True if all stored exchanges failed.
 bool IsAllBad(const Evidence& evidence) {
   const bool fails = evidence.absent || evidence.first().status.unasked;
   return fails && evidence.failed == evidence.looked &&
@@ -271,7 +270,6 @@ constexpr std::size_t kNamed = 2;
 /// Devices that stop answering within this time have a common cause.
 constexpr Duration kTogether = 5s;
 
-/// True if both devices have stopped answering at the same moment.
 bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) {
   if (!IsAbsent(one) || !IsAbsent(other) || !one.last_ok || !other.last_ok) return false;
   const Duration between = *one.last_ok - *other.last_ok;
@@ -288,7 +286,7 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// The most frequent symptom of the failures. Nothing: there are too few failures.
+/// Nothing: there are too few failures.
 std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   const bus::Findings::Counts failures = status.findings.Failures();
   const auto most = std::ranges::max_element(failures);
@@ -380,7 +378,6 @@ void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> a
   }
 }
 
-/// True if the device answers nearly always.
 bool IsHealthy(const bus::DeviceStatus& status) {
   if (!Answers(status.state) || status.findings.size() == 0) return false;
   return kMostlyGood * FailedOf(status) <= status.findings.size();

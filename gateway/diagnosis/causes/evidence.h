@@ -153,7 +153,7 @@ config::SerialSettings SerialOf(const bus::DeviceRecord& record);
 /// How many of the latest exchanges had no good reply.
 std::size_t FailedOf(const bus::DeviceStatus& status);
 
-/// True if several devices are in use and none of them answers for the same reason.
+/// True if several devices are in use, none answers, and all seem to fail for the same reason.
 bool AbsentTogether(std::span<const bus::DeviceRecord> all);
 /// True if the device has been asked and does not answer.
 bool IsAbsent(const bus::DeviceStatus& status);

@@ -31,7 +31,6 @@ struct Hypothesis {
   bool whole = false;   ///< also explains why only some requests fail
 };
 
-/// Returns all hypotheses.
 const std::vector<Hypothesis>& Hypotheses();
 
 /// Returns the best hypothesis and, if it leaves many failures unexplained, the second best; empty:

@@ -32,7 +32,6 @@ bool IsNowAndThen(const Evidence& evidence) {
          });
 }
 
-/// True if the replies to one request never fit.
 bool OneNeverFits(const Evidence& evidence) {
   return std::ranges::any_of(evidence.device->status.queries, [](const bus::QueryCount& query) {
     return query.in_vain >= kNeverAnswered && query.symptom == odd;
@@ -312,7 +311,6 @@ std::string Unproven(const Evidence& evidence) {
   return "check its power and wire, then its address (" + address + "), " + Settings(record);
 }
 
-/// Sentences about single requests that get no answer.
 std::string SayLosses(const Evidence& evidence) {
   if (evidence.shared_period) {
     return "every " + FormatAge(*evidence.shared_period) + " requests to it or " + evidence.losing +
@@ -333,7 +331,6 @@ std::string SayLosses(const Evidence& evidence) {
   return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
 }
 
-/// Describes outages: "it is away for about 4 s every 9 s".
 std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
   const std::string every =
       absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");

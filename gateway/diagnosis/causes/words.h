@@ -36,19 +36,16 @@ inline bool HasCommonAddress(const config::Device& device) {
   return !common.empty() && device.address == common;
 }
 
-/// Why more than one device answers to the address.
 inline std::string TwoDevices(const config::Device& device) {
   return HasCommonAddress(device)
              ? "every device answers to address " + device.address + ": give each its own"
              : "two devices have its address (" + device.address + "; unplug one)";
 }
 
-/// 0 if `whole` is 0.
 inline double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
 inline double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// The share as text: "0.4 %", "62 %".
 inline std::string Percent(double share) {
   const double percent = 100 * share;
   return percent < 9.95 ? fmt::format("{:.1f} %", percent) : fmt::format("{:.0f} %", percent);
@@ -69,7 +66,6 @@ std::string Shortened(const std::string& reason);
 std::string Brief(const Finding& finding);
 /// The remedy, or a general one if the finding has none.
 std::string RemedyOf(const Finding& finding);
-/// Cause and remedy: "slave 7 answers …: check the address …".
 std::string WithRemedy(const Finding& finding);
 
 }  // namespace baudgate::diagnosis

@@ -158,8 +158,8 @@ class EarlierReplies {
   /// The rest came in the same exchange, so it is not awaited any more.
   void OnMended() { broken_ = {}; }
 
-  /// True if the rest of a stored reply has come in this exchange. Its finding then becomes
-  /// `split`.
+  /// True if the rest of a stored reply has come in this exchange. The finding of the earlier
+  /// exchange then becomes `split`.
   bool FindRest(const HeardExchange& exchange);
   /// True if the bytes beside the reply of this exchange answer a request that was lost and
   /// retried.

@@ -26,7 +26,6 @@ constexpr std::size_t kQuoted = 30;
 /// This many lines that begin alike in one exchange were sent unasked.
 constexpr std::ptrdiff_t kRepeated = 2;
 constexpr std::size_t kAlike = 2;
-/// Prompts for a user and a password.
 constexpr std::string_view kLogins[] = {"login:", "username:", "password:", "logon:"};
 
 /// Texts of a serial server whose port is in use.
@@ -36,7 +35,6 @@ bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }
 
-/// True for the result codes of a modem.
 bool IsModem(View heard) {
   constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
                                          "RING", "CONNECT", "NO ANSWER",  "NO DIALTONE"};
@@ -82,7 +80,6 @@ bool Has(View heard, std::span<const std::string_view> words) {
       words, [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
-/// Messages of a modem that has no connection.
 constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"};
 
 std::string RemedyFor(View heard) {
@@ -262,7 +259,6 @@ constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
 constexpr std::size_t kAFew = 2;
 
-/// A whole reply in the bytes that came.
 struct Found {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -389,7 +385,6 @@ bool IsEcho(const Hearing& hearing, View heard, bool beside) {
   return false;
 }
 
-/// Classifies the bytes beside a reply that was accepted.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);

@@ -31,7 +31,7 @@ struct Capture {
   bool request_masked = false;
   bool reply_masked = false;
   std::string time{};   ///< only in a trace, as all members below
-  Duration heard_at{};  ///< time of day of its newest bytes
+  Duration heard_at{};  ///< time of day of the newest bytes
   std::string device{};
   std::optional<Outcome> told{};  ///< the outcome that was recorded
   std::string why{};              ///< the reason that was recorded with the outcome
@@ -64,9 +64,8 @@ struct DecodedExchange {
   std::vector<DecodedValue> values;
 };
 
-/// A message that a device has sent unasked.
 struct HeardMessage {
-  std::size_t end = 0;  ///< the index behind its last byte
+  std::size_t end = 0;  ///< index behind the last byte of the message
   DecodedExchange decoded;
 };
 
@@ -144,7 +143,6 @@ std::optional<Outcome> OutcomeOf(std::string_view end);
 /// The text after the colon; empty: there is none.
 std::string_view ReasonOf(std::string_view end);
 
-/// The decoders by the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;
 using ProtocolFinder = std::function<const protocols::Protocol*(const std::string&)>;
 /// Returns decoders for all devices of a running line, or only for the device `only`. A device
@@ -175,7 +173,7 @@ class FrameLines {
     std::string shown;
     Bytes reply;
     std::vector<bool> masked;
-    Duration last{};  ///< time of day of its newest byte
+    Duration last{};  ///< time of day of the newest byte
   };
 
   void Hold(const TraceLine& piece);

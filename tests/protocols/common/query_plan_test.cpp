@@ -519,7 +519,6 @@ struct Probed {
   bool knows_reads = false;
 };
 
-/// The probes of `steps` steps.
 std::string ProbesOf(ProbeChoice& choice, const Probed& device, int steps, std::size_t reads = 3) {
   std::string text;
   for (int i = 0; i < steps; ++i) {

@@ -225,7 +225,6 @@ TEST(TimingRule, TheTimeOfTheLongestReplyMayBeBounded) {
 // ---------------- Telegrams written by hand: the bytes that are sent, and which telegrams only
 // read.
 
-/// Text that can be read as hex is hex.
 Bytes Written(const std::string& text) {
   const auto hex = ParseHex(text);
   return hex ? *hex : ToBytes(text);

@@ -82,7 +82,7 @@ TEST_F(DconSamples, OneBroadcastServesAllModulesOfARound) {
   SetValue(0, 1.5);
   SetValue(1, 2.5);
   const Answer first = PollOf(0);
-  SetValue(1, 9.5);  // after the sample
+  SetValue(1, 9.5);
   const Answer second = PollOf(1);
   EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"#**\r", "$014\r", "$024\r"}));
   ASSERT_EQ(first.readings.size(), 1U) << first.reason;

@@ -17,7 +17,6 @@ struct Vector {
   std::string_view frame;
 };
 
-/// Request examples of protocols/dcon/README.md.
 constexpr Vector kRequests[] = {
     {"#01", "#0184\r"},     {"#4A", "#4A98\r"},
     {"$012", "$012B7\r"},   {"#017", "#017BB\r"},

@@ -104,7 +104,6 @@ TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   const Task probe{.kind = Task::Kind::probe};
   const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   EXPECT_EQ(asked(), "#010");
-  // The reply to a poll is not accepted for a probe, and vice versa.
   const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
   const auto request = talk->Ask(probe, {});
   EXPECT_EQ(talk->OnFrame(probe, *request, all, {}).outcome, Outcome::unexpected);

@@ -343,7 +343,6 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     }
   }
 
-  /// An action has no state to read.
   static bool IsAction(std::string_view write) { return write.ends_with("{clear}"); }
 
   static void Check(const config::Device& device, const FixedValues& values, const Reading& reading,

@@ -50,7 +50,6 @@ inline config::Device EightInputs(const Settable& options = {}) {
   return MakeDevice(std::move(points), all);
 }
 
-/// The request as text, or the error.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   return request ? std::string(AsText(request->bytes)) : "error: " + request.error();

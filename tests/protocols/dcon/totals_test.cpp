@@ -31,7 +31,6 @@ class DconTotals : public ::testing::Test {
     if (answer.readings.size() != 1 || !IsGood(answer.readings[0].quality)) return 999;
     return std::get<std::uint64_t>(answer.readings[0].value);
   }
-  /// Sets the count of the first reading.
   void Begin(const std::string& count) {
     Poll({{"$015", "!011"}, {"#010", ">" + count}, {"#010", ">" + count}});
   }

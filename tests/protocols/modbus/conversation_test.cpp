@@ -58,7 +58,6 @@ TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
     EXPECT_FALSE(got.reason.empty());
   }
   EXPECT_EQ(talk->OnFrame(Poll(0), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
-  // The frame rule drops the reply of another slave, and the right reply is accepted.
   Bytes wire = Wrap(Framing::rtu, 21, Hex("0304 1111 1111"));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0304 09C4 00CA")));
   EXPECT_EQ(talk.Exchange(Poll(0), wire).outcome, Outcome::ok);

@@ -12,7 +12,6 @@ namespace {
 
 Bytes Hex(std::string_view text) { return ParseHex(text).value(); }
 
-/// The bytes of `text` followed by zeros.
 Bytes Padded(std::string_view text, std::size_t zeros) {
   Bytes pdu = Hex(text);
   pdu.resize(pdu.size() + zeros);

@@ -253,7 +253,6 @@ Location LocationOf(const std::string& read, Type type) {
   return place ? *place : Location();
 }
 
-/// "2500", or the quality if there is no value.
 std::string Shown(const Decoded& decoded) {
   const std::string quality = std::to_string(decoded.quality.word());
   if (!HasValue(decoded.value)) return "bad " + quality;

@@ -106,7 +106,6 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
     if (talk->Queries()[i].group == config::Group::fast) fast.push_back(Asked(talk, Poll(i)));
   }
   EXPECT_EQ(fast, (std::vector<std::string>{"03 00 08 00 06", "03 00 C8 00 02", "03 01 F4 00 01"}));
-  // The frames of the installation: faults by name, a set frequency, start and stop.
   const auto index = [&](std::string_view name) {
     const auto found = std::ranges::find(device.points, name, &config::Point::name);
     return static_cast<std::size_t>(found - device.points.begin());

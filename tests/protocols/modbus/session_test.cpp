@@ -64,13 +64,11 @@ class ModbusSession : public ::testing::Test {
   bool Becomes(std::uint32_t device, Duration within) {
     return line_->RunUntil([&] { return AllGood(device); }, within);
   }
-  /// Slave 0 sends the reply to the request before instead of each reply.
   void AnswerOneRequestLate() {
     line_->twin(0).manner.distort = [earlier = Bytes()](Bytes reply) mutable {
       return std::exchange(earlier, std::move(reply));
     };
   }
-  /// The number of requests of a function to a slave.
   std::size_t Count(char slave, char function) {
     return line_->CountSent(std::string{slave, function});
   }

@@ -61,7 +61,6 @@ inline Bytes AskTwin(Twin& twin, View pdu) {
   return adu ? adu->pdu : Bytes();
 }
 
-/// The request PDU of a task in hex, or the error.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   if (!request) return "error: " + request.error();

@@ -71,7 +71,6 @@ class ReaderCommandsTest : public ::testing::Test {
     return texts;
   }
   std::size_t Reads() const { return line_.CountSent("r\r"); }
-  /// Runs until the next `r` is sent.
   void RunToRead() {
     const std::size_t before = Reads();
     ASSERT_TRUE(line_.RunUntil([&] { return Reads() > before; }, 1min));

@@ -32,7 +32,6 @@ class ReaderConversationTest : public ::testing::Test {
     return reader_->OnUnasked(ToBytes(text), {Instant(at), kEpoch + at});
   }
   bool IsNew(const std::string& digits, Duration at) { return Hear(digits, at).batch.has_value(); }
-  /// The last reading of the point.
   static std::string Shown(const Answer& answer, std::size_t point) {
     std::string shown = "nothing";
     for (const Reading& reading : answer.readings) {

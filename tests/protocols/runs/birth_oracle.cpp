@@ -95,7 +95,6 @@ void BirthOracle::Judge(std::uint32_t device, std::size_t i, const bus::DeviceRe
             " older than its stamp, a poll is " + Seconds(poll));
 }
 
-/// Describes the origin of a value that the point has never had.
 std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& origin, double value,
                                std::size_t i, const bus::DeviceRecord& record) const {
   const Instant stamp = *record.points[i].read_at;

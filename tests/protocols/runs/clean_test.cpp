@@ -26,7 +26,6 @@ namespace {
 
 class CleanRun : public ::testing::TestWithParam<Setup> {};
 
-/// The time that all bytes so far took on the wire, in both directions.
 Duration WireTime(Rig& rig) {
   const bus::LineCounters& counters = rig->poller().accounts().line.counters();
   return static_cast<std::int64_t>(counters.bytes_in + counters.bytes_out) *
@@ -216,7 +215,6 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
       wrong_ = wrong_ || (good && line_->ValueOf(0, 0) != Value(kTrue));
     };
   }
-  /// Damages the next reply.
   void Damage() {
     line_->twin(0).manner.instead = [once = true](View) mutable -> std::optional<Bytes> {
       return std::exchange(once, false) ? std::optional(WithSum(kDamaged)) : std::nullopt;

@@ -96,7 +96,6 @@ class RelayStation {
       ASSERT_TRUE(rig_->twin(device).twin->Raise(event, rig_->now()));
       raised_[device].push_back({serial_, rig_->now().wall});
     }
-    // This request does not arrive.
     rig_->twin(device).manner.dead = mishaps_.StrikesWire();
     if (rig_->twin(device).manner.dead) {
       rig_->RunFor(300ms);
@@ -334,7 +333,6 @@ TEST_F(EventOwner, NobodyWhoTellsAName) {
 
 /// The events of one journal in their order: code and second.
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
-/// By the number of the journal.
 using History = std::map<std::uint32_t, Told>;
 
 class Meters {

@@ -48,7 +48,6 @@ config::Line LagLineOf(const LagCase& which);
 /// A device that may replace `device`, with the same address.
 config::Device StrangerOf(const LagCase& which, const config::Device& device, bool other_identity);
 
-/// How a device with another identity is recognised.
 enum class Naming : std::uint8_t {
   none,
   learned,   ///< the name differs from the name before

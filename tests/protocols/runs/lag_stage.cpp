@@ -25,7 +25,6 @@ std::vector<const config::Device*> All(const config::Line& line,
   return all;
 }
 
-/// Two strangers for each device: one alike, one of another identity.
 std::vector<config::Device> StrangersOf(const LagCase& which, const config::Line& line) {
   std::vector<config::Device> strangers;
   for (const config::Device& device : line.devices) {

@@ -30,7 +30,6 @@ class LagStage {
   Duration ceiling() const;
   bool AllGood() const;
 
-  /// From now on the server has these faults.
   void Suffer(Trouble trouble);
   /// Switches the device off. After `off` another device answers at its address, with or without
   /// another identity (name or serial number). If such a stranger answers there already, the first

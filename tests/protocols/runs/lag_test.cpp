@@ -89,7 +89,6 @@ class RandomRun {
   LagRig rig;
 
  private:
-  /// Lives for about this many seconds.
   void Live(std::size_t seconds) {
     for (std::size_t i = 0; i < seconds; ++i) {
       rig.RunFor(std::chrono::milliseconds(500 + random_() % 1000));
@@ -165,7 +164,6 @@ INSTANTIATE_TEST_SUITE_P(Lines, RandomLag, ::testing::ValuesIn(LagCases()), LagC
 
 // ---------------------------------------------------------------- availability
 
-/// The share of good readings while the server has these faults.
 double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration time) {
   LagRig rig(which, 1);
   rig.Open();

@@ -23,7 +23,6 @@ namespace baudgate::protocols {
 inline constexpr std::uint32_t kTroubled = 0;
 inline constexpr std::uint32_t kNeighbour = 1;
 
-/// Counts how the exchanges of one device ended.
 class Tally {
  public:
   Tally() = default;

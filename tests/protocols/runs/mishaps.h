@@ -20,7 +20,6 @@ class Mishaps {
  public:
   Mishaps(unsigned seed, Troubles troubles) : random_(seed), troubles_(troubles) {}
 
-  /// From now on there are no faults.
   void End() { troubles_ = {}; }
 
   std::mt19937& random() { return random_; }

@@ -402,7 +402,6 @@ std::string NameOf(Failure failure) {
   return kNames[static_cast<std::size_t>(failure)];
 }
 
-/// The refusal of `request` by the device at `address`.
 Bytes RefusalOf(const Protocol& protocol, View request, const std::string& address) {
   if (protocol.name == "spabus") {
     const std::string said = "<" + address + "N:6:";

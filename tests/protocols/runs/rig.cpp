@@ -46,7 +46,6 @@ bool IsDerived(const config::Point& point) {
          point.read.starts_with("08 05 u8");
 }
 
-/// True if the store shows the value of the twin.
 bool Matches(const config::Point& point, const Value& shown, const Value& raw) {
   if (point.type == config::Type::string) return ToText(shown) == ToText(raw);
   const double expected = (ToDouble(raw) * point.scale + point.offset).ToDouble();

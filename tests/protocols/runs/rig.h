@@ -51,7 +51,6 @@ HeardReply Hear(const Protocol& protocol, const config::Options& options, View r
 /// True if an echo before `reply` hides it, because bytes of the request are taken for the reply.
 bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);
 
-/// The devices of `setup` with all points of the profile.
 config::Line LineOf(const Setup& setup);
 
 class Rig {

@@ -377,7 +377,6 @@ Bytes SayName(View request, Bytes reply) {
 
 class ConstantValues : public ::testing::TestWithParam<Constant> {
  protected:
-  /// Returns the reply of the devices behind the server.
   static Bytes Say(View request, Bytes reply) {
     switch (GetParam().kind) {
       case Kind::no_loopback:

@@ -29,7 +29,6 @@ Decoded ReadClock(std::string_view data, std::string_view zone,
   return DecodeField(ParseField(read).value(), ParseHex(data).value(), In(zone));
 }
 
-/// The time in UTC: "2002-09-02T12:30:31".
 std::string ShownUtc(const Decoded& decoded) {
   EXPECT_EQ(decoded.quality, Quality::good);
   const auto* seconds = std::get_if<std::uint64_t>(&decoded.value);

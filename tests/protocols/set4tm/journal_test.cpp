@@ -140,7 +140,6 @@ class JournalBench {
     raised[code / 10].emplace_back(code, wall().time_since_epoch() / 1s);
   }
 
-  /// Runs this many tasks of events.
   void Run(int tasks) {
     for (int i = 0; i < tasks; ++i) Task();
   }

@@ -131,7 +131,6 @@ TEST(Latch, IsChecked) {
   EXPECT_FALSE(ParseField("08 14 50 latched@1"));
 }
 
-/// A meter that does not receive broadcasts while it is `deaf`.
 class Deaf : public Twin {
  public:
   Deaf(std::unique_ptr<Twin> twin, const bool& deaf) : twin_(std::move(twin)), deaf_(deaf) {}

@@ -176,7 +176,6 @@ class Station {
   }
 
   MeterTwin& twin(std::size_t i) { return dynamic_cast<MeterTwin&>(*line.twin(i).twin); }
-  /// Fills the ring with records from `begin` on.
   void Fill(Utc begin) {
     for (std::size_t i = 0; i < 2; ++i) {
       *twin(i).load(1) = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, begin);

@@ -62,7 +62,6 @@ class LoadDesk {
   /// The gateway is away while the meter measures.
   void Pass(Duration time) { now_ += time; }
 
-  /// Runs the tasks that become due in this time.
   void Run(Duration time) {
     const Instant end = now_ + time;
     while (true) {
@@ -312,7 +311,6 @@ TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
   service.Restart();
   service.Run(20h);
   service.ExpectAll();
-  // An unknown meter.
   service.meter = kMeter + 2;
   service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, service.utc() + 10h);
   service.Pass(12h);

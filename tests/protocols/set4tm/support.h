@@ -65,7 +65,6 @@ inline Wire Script(std::vector<std::string> bodies) {
 
 inline config::Device OneFloat() { return MakeDevice("200", {MakePoint(kOneFloat)}); }
 
-/// A meter whose channel is open already.
 inline Talk OpenTalk(const config::Device& device) {
   Talk talk(Set4tmProtocol(), device);
   talk.Run(Probe(), Script({"00"}));

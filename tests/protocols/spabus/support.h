@@ -54,7 +54,6 @@ inline Bytes Sealed(const std::string& covered, const std::string& checksum) {
   return ToBytes(covered + checksum + "\r\n");
 }
 
-/// The request as text without its CR, or the error.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   if (!request) return "error: " + request.error();

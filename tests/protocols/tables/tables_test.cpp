@@ -29,7 +29,6 @@ std::string TextOf(const std::string& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The name as in "spabus/spaj140c".
 std::string NameOf(const config::ProfileFile& file) { return file.protocol + "/" + file.name; }
 
 config::Profile LoadShipped(const config::ProfileFile& file) {

@@ -387,7 +387,6 @@ TEST(TelegramTwin, SaysTheCodeOfAValueThatIsNone) {
   }
 }
 
-/// The first profile of the README.
 std::string ProfileOfTheReadme() {
   std::ifstream file("protocols/telegram/README.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

@@ -98,7 +98,6 @@ TEST(TelegramIdentity, AnotherDeviceIsNotWrittenTo) {
 
 using enum Symptom;
 
-/// Examines a text that came instead of an awaited telegram.
 Finding LookAtTelegram(const std::string& profile, const std::string& request,
                        const std::string& heard) {
   const Protocol& protocol = TelegramProtocol();

@@ -33,7 +33,6 @@ struct Used {
   double age = 0;        ///< the average age of the first point
 };
 
-/// Polls as fast as the line allows.
 Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
   config::Device device = ShippedDevice(protocol, profile);
   device.poll = 5ms;
@@ -246,7 +245,6 @@ TEST(TelegramLine, AScaleThatRefusesItsSerialNumberIsWeighedOn) {
 
 const std::string kRequest = "#0184\r";
 
-/// All answers in transcripts of DCON.
 std::set<std::string> RecordedAnswers() {
   std::set<std::string> answers;
   for (const auto& entry : std::filesystem::directory_iterator("tests/transcripts")) {
@@ -291,7 +289,6 @@ class BothPlugins : public ::testing::Test {
     ASSERT_EQ(Points(own), Points(dcon)) << Printable(ToBytes(stream));
   }
 
-  /// The readings: point, value and quality.
   static std::vector<std::tuple<std::size_t, std::string, std::uint16_t>> Points(
       const Answer& answer) {
     std::vector<std::tuple<std::size_t, std::string, std::uint16_t>> points;

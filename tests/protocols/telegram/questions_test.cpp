@@ -8,7 +8,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// A device whose read telegram is always "READ".
 std::string Selecting(const std::string& telegrams, const std::string& val,
                       const std::string& points, const std::string& parameters = "n: 1") {
   return "device: d\nparameters: { " + parameters + " }\ntelegrams:\n" + telegrams + "  val: { " +
