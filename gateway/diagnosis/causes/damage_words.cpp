@@ -22,8 +22,7 @@ constexpr std::size_t kFewLosses = 3;
 /// Every buffer has room for this many bytes.
 constexpr std::size_t kNoBuffer = 16;
 
-/// True if replies lose bytes. A reply that lacks two bytes may look as if it broke off before its
-/// check value.
+/// A reply that lacks two bytes may look as if it broke off before its check value.
 bool LacksBytes(const Evidence& evidence) {
   return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
 }
@@ -32,8 +31,7 @@ bool LacksBytes(const Evidence& evidence) {
 /// that are too long, silent or damaged.
 bool OnlyLong(const Evidence& evidence,
               const bus::ReplyLengths::TooLong& (bus::ReplyLengths::*which)() const) {
-  // A device that no longer answers has answered its short requests in the past, so the lengths
-  // prove nothing.
+  // An absent device answered short requests in the past, so the lengths prove nothing.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
   const bus::Findings& findings = evidence.device->status.findings;
@@ -88,8 +86,7 @@ double HeadLost(const Evidence& evidence) {
   return evidence.Share({head_lost}, {noise, zeros, damaged}, 2);
 }
 
-/// Noise changes characters but removes none; two devices that answer at once cause changed and
-/// missing bytes.
+/// Noise changes characters but removes none; two colliding devices do both.
 double BytesLost(const Evidence& evidence) {
   if (LosesAnywhere(evidence)) {
     return evidence.Share({bytes_lost, bad_check, head_lost, tail_lost, end_lost, other_setting});
@@ -99,8 +96,7 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// If the device has answered, a wrong last byte is damage like any other, unless nothing else is
-/// damaged.
+/// If the device has answered, a wrong last byte counts only if nothing else is damaged.
 double EndLost(const Evidence& evidence) {
   const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
   if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
@@ -179,8 +175,7 @@ bool IsComputedOtherwise(const Evidence& evidence) {
   return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
-/// FF is ignored on a serial port, where a driver gives FF for a character with wrong parity. On a
-/// connection FF is a Telnet byte.
+/// On a serial port a driver gives FF for a character with wrong parity, so FF is ignored there.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);

@@ -14,8 +14,7 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Unconfirmed readings are reported from this number on, and if they are at least one in
-/// kUnconfirmedShare exchanges.
+/// Unconfirmed readings are reported from this number and this share (1/25) of exchanges on.
 constexpr std::uint32_t kUnconfirmed = 4;
 constexpr std::uint32_t kUnconfirmedShare = 25;
 /// More failures in a row than an outage of the port causes.
@@ -84,8 +83,7 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if a neighbour is asked as often as the device, and no neighbour has stray bytes beside its
-/// replies.
+/// True if a neighbour is asked as often and no neighbour has stray bytes beside its replies.
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
   for (const bus::DeviceRecord& one : all) {
@@ -98,8 +96,7 @@ bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::Devi
   return asked;
 }
 
-/// True if replies of a neighbour come in pieces. Their late parts may come beside the replies of
-/// this device.
+/// Late parts of a neighbour's replies may come beside the replies of this device.
 bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
@@ -115,8 +112,7 @@ bool FailsAlways(const bus::DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
-/// Why the device is not judged at present, for example because it has not been asked yet. Nothing:
-/// it is judged.
+/// Why the device is not judged, for example because it was not asked yet. Nothing: it is judged.
 std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
   const bus::DeviceStatus& status = device.status;
@@ -168,8 +164,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// Reports readings that changed when they were read again. Empty: this is rare, or most jumps were
-/// confirmed.
+/// Readings that changed when they were read again. Empty: rare, or most jumps were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};

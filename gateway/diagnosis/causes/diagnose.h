@@ -28,8 +28,7 @@ std::vector<std::string> Said(const std::string& before, const Evidence& evidenc
 /// True if the exchanges of the device fail because its requests come back (echo). The line has a
 /// sentence about the echo then, so the device needs none.
 bool FailsByEchoes(const Evidence& evidence);
-/// Sentences about exchanges that failed and requests that the device refused; the more frequent
-/// kind comes first.
+/// Sentences about failed exchanges and refused requests; the more frequent kind comes first.
 std::vector<std::string> Failures(const bus::DeviceRecord& record, const Evidence& evidence);
 
 // ---------------- diagnose_beside.cpp: bytes beside good replies
@@ -54,8 +53,8 @@ std::string NameOf(const bus::DeviceRecord& record);
 
 /// True if the device refuses points, all of which had a value before.
 bool RefusesWhatItGave(const bus::DeviceRecord& record);
-/// True if the device lacks an option: it refuses up to half of its points, and some of these have
-/// never had a value.
+/// True if the device lacks an option: it refuses up to half of its points, some of which never had
+/// a value.
 bool LacksOptions(const bus::DeviceRecord& record);
 
 /// True if no value is good because of the whole device: another device answers in its place, or
@@ -63,8 +62,7 @@ bool LacksOptions(const bus::DeviceRecord& record);
 bool IsForeign(const bus::DeviceRecord& record);
 
 /// Sentences about values that are not good although the device answers. A value counts as too old
-/// only if the port of `line` has been open for longer than the value's age limit: before that it
-/// may not have been polled yet.
+/// only if the port of `line` has been open for longer than its age limit, so that it was polled.
 std::vector<std::string> DiagnosePoints(const bus::LineStatus& line,
                                         const bus::DeviceRecord& record, Now now);
 
@@ -76,8 +74,7 @@ std::vector<std::string> NoteAbsent(const bus::LineStatus& line, const bus::Devi
 /// Sentences about polled points that have never had a value although the device answers.
 std::vector<std::string> DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant started);
 
-// ---------------- diagnose_points.cpp: impossible numbers, for example because of a wrong byte
-// order
+// ---------------- diagnose_points.cpp: impossible numbers, such as those of a wrong byte order
 
 /// Returns a sentence if the device refuses exactly the first or the last point of a row of at
 /// least `least` addresses: then the addresses of the profile are off by one.
@@ -100,19 +97,16 @@ std::optional<Duration> ComesEvery(const bus::DeviceRecord& record, Instant now)
 /// Reports a device that sends unasked but answers no command.
 std::vector<std::string> AnswersNothing(const bus::DeviceRecord& record, const Evidence& evidence);
 
-// ---------------- diagnose_port.cpp: a port or connection that is closed, lost or ended by the
-// server
+// ---------------- diagnose_port.cpp: a port that is closed, lost, or ended by the server
 
 std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
                       std::span<const bus::DeviceRecord> devices, Now now);
 
-/// Sentences about a port that is open but was lost often, or whose connection the server ended
-/// often.
+/// Sentences about an open port that was lost often, or that the server ended often.
 std::vector<std::string> AboutLosses(const config::Line& line, const bus::LineStatus& status,
                                      std::span<const bus::DeviceRecord> devices, Now now);
 
-/// Reports that the server ends the connection after each answer, if polls are missed or fail
-/// because of this.
+/// Reports that the server ends the connection after each answer, so that polls are missed or fail.
 std::string SayEndsEach(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now);
 
@@ -121,11 +115,9 @@ std::string SayEndsEach(const bus::LineStatus& status, std::span<const bus::Devi
 /// the cause.
 std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use);
 
-// ---------------- diagnose_line.cpp: what used the time of a line in the last minutes, and whether
-// polls are missed because of this
+// ---------------- diagnose_line.cpp: the use of a line's time in the last minutes
 
-/// The share of the device's poll periods that was missed in the last five minutes, 0 to 1; 0 if it
-/// is below 2 %.
+/// The share of poll periods that was missed in the last five minutes, 0 to 1; below 2 % 0.
 double MissedShare(const bus::DeviceRecord& device, Now now, Instant started);
 
 /// Why the line has no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an

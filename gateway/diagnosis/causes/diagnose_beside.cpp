@@ -77,8 +77,7 @@ bool IsWrapped(const bus::DeviceRecord& record) {
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
   const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
   if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
-  // A text may contain a value, for example a field strength, so it may differ from one reply to
-  // the next.
+  // A text may differ from one reply to the next, because it may contain a value.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;
   // 00, FF and pieces of characters come from a bus without bias, not from equipment.

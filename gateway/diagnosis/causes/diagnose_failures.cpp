@@ -16,8 +16,7 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// If failures are rare, they are reported from this many runs of failures on, and from this share
-/// of all exchanges on.
+/// Rare failures are reported from this many runs and from this share of all exchanges on.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
 /// A device that refuses this many requests in a row is not only busy for a moment.
@@ -91,8 +90,7 @@ std::string NotAnswered(const Evidence& evidence) {
                                                : "does not answer the request for ";
 }
 
-/// Reports points that are now polled rarely, because the device never answered requests for them
-/// while it answered others.
+/// Reports points that are now polled rarely, because only requests for them were not answered.
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;

@@ -55,8 +55,7 @@ std::size_t InUse(std::span<const bus::DeviceRecord> devices) {
   }));
 }
 
-/// Reports that no device answers. Empty: no request has failed yet, for example after a loan of
-/// the port.
+/// Reports that no device answers. Empty: no request has failed yet, as after a loan of the port.
 Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
@@ -104,8 +103,7 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   return said;
 }
 
-/// True if nearly all replies of a device have bytes around them, and more than half of all bytes
-/// are stray.
+/// Nearly all replies of a device have bytes around them, and over half of all bytes are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {

@@ -142,8 +142,7 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     } else {
       const auto group = static_cast<std::size_t>(record.device->points[i].group);
       const bus::AgeLimits& limits = record.age_limits[group];
-      // The port has been open for a shorter time than the age limit, so the point may not have
-      // been polled yet.
+      // The port was opened less than an age limit ago, so the point may not have been polled yet.
       const bool waits = limits.ages() && open < limits.uncertain_after;
       if (!waits) ++doubts.stale;
     }
@@ -199,8 +198,7 @@ std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts)
   return {};
 }
 
-/// The remedy if all reported points have the same reason, or if all have a configured limit.
-/// Empty: there are several reasons.
+/// The remedy if all reported points have one reason, or all have a configured limit; else empty.
 std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
@@ -212,8 +210,7 @@ std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) 
   return all ? ": nothing measures: look at what is behind the device" : ": " + std::string(remedy);
 }
 
-/// Cause and remedy of the reported points, beginning with ": ". Empty: the names of the reasons
-/// are enough.
+/// ": " with cause and remedy of the reported points. Empty: the reasons are clear by name.
 std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
   const auto refused = doubts.reasons.find(Reason::not_fitted);
@@ -297,8 +294,7 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const bus::Findings& findings = record.status.findings;
   const Finding& odd = findings.Last(Symptom::odd);
   const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
-  // After a refusal, points that are polled rarely are included: they have been polled by now as
-  // well.
+  // After a refusal, rarely polled points are included: these have been polled by now as well.
   const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
@@ -335,8 +331,7 @@ constexpr double kMostMeasured = 1e20;
 /// Most measurements lie in this range.
 constexpr double kLeastUsual = 1e-4;
 constexpr double kMostUsual = 1e7;
-/// If other numbers are as small as this, an unsigned number so close to its maximum is probably a
-/// negative number.
+/// Beside numbers up to this, an unsigned number this close to its maximum is probably negative.
 constexpr double kSmall = 1000;
 /// Neighbouring registers have at most this distance.
 constexpr int kNextTo = 4;
@@ -408,8 +403,7 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Why an integer cannot be a measurement. Empty: it can. `small`: the device has other, small
-/// numbers.
+/// Why an integer cannot be a measurement; empty: it can. `small`: others are small numbers.
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;
@@ -493,8 +487,7 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   const std::string set = SetOrder(*record.device);
   const bool either = shifted && floats.back().bits != 0 && (!order.empty() || !set.empty());
   if (why.empty() && either) {
-    // Both cures change the same registers, so using only one of them may give numbers that are
-    // wrong but look right.
+    // Both cures change the same registers, so the wrong one gives wrong numbers that look right.
     why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
           ", or correct their addresses by one register: both make usual numbers, so compare with "
           "its display";

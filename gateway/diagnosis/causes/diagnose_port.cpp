@@ -25,8 +25,7 @@ constexpr Duration kRestart = 10s;
 /// A port that was closed for a shorter time is probably about to be reopened.
 constexpr Duration kMoment = 15s;
 
-/// Returns the finding about a service that answers in place of a device; null: no service is
-/// recognised.
+/// The finding about a service that answers in place of a device; null: none is recognised.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -46,8 +45,7 @@ std::string SayOtherService(const config::Line& line, std::span<const bus::Devic
          (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-/// Reports a server that ends the connection inside replies, if a device has never answered because
-/// of this.
+/// Reports a server that ends the connection inside replies, so that a device never answers.
 std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto breaks_off = [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
@@ -79,14 +77,12 @@ std::string Lost(const config::Line& line, const bus::LineStatus& status, std::s
                                           : "loose plug, hub or power; the log has the times");
 }
 
-/// Losses in the last hour. A server that restarts may accept and end several connections, which
-/// count as one loss.
+/// Losses in the last hour. Several connections that end while a server restarts are one loss.
 std::size_t LossesOf(const config::Line& line, const bus::LineStatus& status, Now now) {
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
-/// An update of a server ends one or two connections. A server that disappears twice in two minutes
-/// has a fault.
+/// An update ends one or two connections; disappearing twice in two minutes is a fault.
 bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::size_t lost,
                  Now now) {
   if (!line.is_network()) return lost > 0;
@@ -129,8 +125,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return "no host answered for a while: look at the power of the server and at the network "
            "(cable, switch, radio)";
   }
-  // By chance, the share of ends with a request under way equals the use of the line. Clearly more
-  // such ends mean a fault.
+  // By chance, as many connections end with a request under way as the line is in use.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "with a request under way: the server fails at requests: look at its load, its log and "
@@ -164,8 +159,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
-  // The gateway reopens the port because no device answers, so the sentence names why no device
-  // answers.
+  // The gateway reopens the port because no device answers, so this is the trouble to name.
   const auto absent = [](const bus::DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);

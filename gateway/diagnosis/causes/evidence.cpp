@@ -11,8 +11,7 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Failures are outages if random single losses would be distributed like this with at most this
-/// probability.
+/// If random losses would be distributed like this with at most this probability, they are outages.
 constexpr double kChance = 0.001;
 /// An outage has at least this many failures on average: the request and its retry.
 constexpr double kFewest = 2;
@@ -22,16 +21,14 @@ constexpr double kMostly = 4;
 /// Fewer coincidences may be chance.
 constexpr std::size_t kOften = 2;
 
-/// Two devices fail at the same time if their failures are this close, because devices are polled
-/// one after the other.
+/// Devices are polled one after the other, so failures this close together are simultaneous.
 constexpr Duration kNextTurn = 1s;
 /// Failures this close together belong to one outage.
 constexpr Duration kSameOutage = 3s;
 
 /// Fewer failures at the same time may be chance.
 constexpr std::size_t kFewTogether = 3;
-/// A period needs this many outages, and its longest interval is at most kRegular times its
-/// shortest.
+/// A period needs this many outages; its longest interval is at most kRegular times its shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
 /// This many single failures with at least kRare answers between them are regular, not random.
@@ -238,8 +235,7 @@ namespace {
 
 /// A healthy device failed in at most one of this many exchanges.
 constexpr std::size_t kMostlyGood = 8;
-/// A neighbour fails as often as the device if it has at least one failure for this many of the
-/// device.
+/// A neighbour fails "as often" if it has at least one failure for this many of the device.
 constexpr std::size_t kOftenAlike = 4;
 
 void Add(Evidence& evidence, const bus::DeviceRecord& record) {
@@ -304,8 +300,7 @@ bool ComesDamaged(const bus::DeviceStatus& status) {
   return damage > 1 && 2 * damage > FailedOf(status);
 }
 
-/// Returns the latest finding about another master. Null: the line has fewer than two such
-/// findings.
+/// The latest finding about another master; null: the line has fewer than two of them.
 const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;
@@ -493,8 +488,7 @@ bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now) {
   return status.last_ok && now - *status.last_ok < kLately;
 }
 
-/// At least half of the latest requests must come back, because another master may send a few
-/// identical ones.
+/// Another master may send a few identical requests, so at least half must come back.
 bool Echoes(const bus::LineStatus& status) {
   constexpr std::uint64_t kLooked = 32;
   const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));

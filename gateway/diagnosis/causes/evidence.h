@@ -63,12 +63,10 @@ struct Coincidences {
 };
 Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
-/// The time from one outage to the next, if the devices share regular outages: several devices fail
-/// together, or one after the other. An outage may be as short as one request. Nothing: there
-/// is no regular, shared outage.
+/// The time between regular outages that several devices share, together or one after the other; an
+/// outage may be as short as one request. Nothing: there are none.
 std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
-/// True if the present silence of the device is at most about twice as long as its longest silence
-/// before.
+/// True if the device has been silent for at most twice as long as its longest silence before.
 bool IsUsualSilence(const bus::FailureRuns& failures, Instant now);
 
 struct Evidence {
@@ -91,9 +89,8 @@ struct Evidence {
   std::string fell{};
   /// The latest finding about another master, seen at least twice; null: none.
   const Finding* master = nullptr;
-  /// XON and XOFF (bits of kSpecialBytes), if a converter seems to take them out of requests: at
-  /// least two requests of the line get no answer, all of these contain one of the bytes, and no
-  /// answered request does.
+  /// XON and XOFF (bits of kSpecialBytes) that a converter seems to take out of requests: at least
+  /// two requests get no answer, each contains one of them, and no answered request does.
   std::uint8_t eaten = 0;
   std::size_t looked = 0;  ///< the number of latest exchanges
   std::size_t failed = 0;  ///< exchanges of `looked` without a good reply
@@ -106,13 +103,11 @@ struct Evidence {
   /// The share of the failures that had one of these symptoms.
   double Share(std::initializer_list<Symptom> symptoms) const;
   /// The share of the failures that had one of the symptoms `own` or `others`. The symptoms
-  /// `others` may have the same cause, but are ignored if they are more than `most` times as
-  /// frequent as `own`.
+  /// `others` are ignored if they are more than `most` times as frequent as `own`.
   double Share(std::initializer_list<Symptom> own, std::initializer_list<Symptom> others,
                std::size_t most = 4) const;
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
-  /// The latest text for people that came, alone or beside a reply; its cause is empty if none
-  /// came.
+  /// The latest text for people, alone or beside a reply; without a cause if none came.
   const Finding& Words() const {
     const Finding& alone = Last(Symptom::text);
     return alone.cause.empty() ? Last(Symptom::text_beside) : alone;
@@ -124,8 +119,7 @@ struct Evidence {
   std::vector<const bus::DeviceRecord*> records{};
 };
 
-/// Collects the evidence about one device. `all`: the devices of its line, which must outlive the
-/// evidence.
+/// The evidence about one device. `all`: the devices of its line, which must outlive the evidence.
 Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
                 std::span<const bus::DeviceRecord> all, Now now);
 /// Collects the evidence about all absent devices of the line together.

@@ -34,9 +34,8 @@ double Seen(const Evidence& evidence) {
   return evidence.Share({kSymptom});
 }
 
-/// A single finding may be noise that looks like a request, on a line without checksums. If a
-/// neighbour's exchanges show another master, its requests to this device look like late echoes of
-/// the gateway's requests.
+/// Without checksums, a single finding may be noise that looks like a request. Requests of a master
+/// that a neighbour's exchanges prove look like late echoes here.
 double OtherMaster(const Evidence& evidence) {
   const bool own = evidence.Count({other_master, master_beside}) >= kFacts;
   const bool elsewhere = evidence.master != nullptr && evidence.Count(late_echo) > 0;
@@ -52,8 +51,7 @@ double EatenRequests(const Evidence& evidence) {
   return HasDeadQuery(*evidence.device, kNeverAnswered) ? 1 : 0;
 }
 
-/// If replies are one behind, a retry gets the reply to the first try, which is right. So failing
-/// retries exclude it.
+/// If replies are one behind, a retry gets the right reply; so failing retries exclude this cause.
 bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
@@ -84,8 +82,7 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// If check values prove another setting for a third of the failures, other damaged replies have
-/// the same cause.
+/// Proven by check values for a third of the failures, it also explains other damaged replies.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
@@ -205,8 +202,7 @@ double OtherProtocol(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Requests soon after other traffic get no answer, and all others do. Beside a busy neighbour
-/// there may be no others.
+/// Only requests soon after other traffic get no answer. A busy neighbour may leave no others.
 double TooFast(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
   const bool few = evidence.looked - evidence.failed < kSilences;
@@ -236,8 +232,7 @@ double Odd(const Evidence& evidence) {
   return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 
-/// The device, or a gateway in its place, has given the reason why there is no value; or the server
-/// has closed the connection.
+/// The device or a gateway has given the reason for the missing value, or the server has closed.
 double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return IsDamageAsMisfit(evidence) ? 0 : evidence.Share({odd});
@@ -245,8 +240,7 @@ double InItsPlace(const Evidence& evidence) {
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
-/// Two replies also collide and damage each other. If every device answers to the address, second
-/// replies prove the cause.
+/// Two replies also damage each other. At an address of all devices, second replies are a proof.
 double TwoReplies(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   const bool common = HasCommonAddress(*record.device) &&

@@ -38,8 +38,7 @@ const std::vector<Hypothesis>& Hypotheses();
 /// another one is clearly stronger, so that the status does not change with each call.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 
-/// Returns additional sentences: the second hypothesis, a neighbour that answers well or fails in
-/// the same way.
+/// Additional sentences: the second hypothesis, a neighbour that is well or fails in the same way.
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
@@ -62,8 +61,7 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// True if characters of text replies are lost anywhere, including the first and the last, and no
-/// symptom of noise was seen.
+/// True if text replies lose characters anywhere, also at both ends, without symptoms of noise.
 bool LosesAnywhere(const Evidence& evidence);
 
 double NotTransparent(const Evidence& evidence);
@@ -88,11 +86,10 @@ bool IsBehindServer(const Evidence& evidence);
 std::string OtherReader(const Evidence& evidence);
 /// Finding::cause of head_lost and end_lost: the byte came, but with another value.
 inline constexpr std::string_view kGarbled = "garbled";
-/// True if replies carry no check value and the device answers well at other times. Then replies
-/// that do not fit are damaged.
+/// True if replies without check value are right at other times, so a reply that does not fit is
+/// damaged.
 bool IsDamageAsMisfit(const Evidence& evidence);
-/// True if most wrong check values fit another way of computing them. Some messages are right in
-/// both ways by chance.
+/// True if most wrong check values fit another way of computing them; some are right in both ways.
 bool IsComputedOtherwise(const Evidence& evidence);
 /// The bytes of kSpecialBytes that a converter seems to change, one bit each.
 unsigned Suspects(const Evidence& evidence);

@@ -478,8 +478,7 @@ std::string Settings(const bus::DeviceRecord& record) {
          check + ", " + record.device->protocol + ")";
 }
 
-// The sentences about time: replies that are late or in pieces, requests that come too soon or
-// behind a rest.
+// The sentences about time: replies that are late or in pieces, requests at a bad moment.
 
 namespace {
 

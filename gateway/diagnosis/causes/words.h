@@ -23,8 +23,7 @@ inline constexpr const char* kHearsItself =
     "switch its echo off, or use one with automatic direction";
 inline constexpr const char* kProfileFits = "does the profile fit";
 
-/// Why replies come to requests that this gateway has not sent. `network`: the line is a
-/// connection.
+/// Why replies come to requests that this gateway has not sent. `network`: a TCP connection.
 inline const char* AnotherAsksIt(bool network) {
   return network ? "another client of the server asks it (let the server serve one client only)"
                  : "another master asks it (take it away)";
@@ -59,8 +58,7 @@ inline std::int64_t Milliseconds(Duration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration).count();
 }
 
-/// Returns the text up to its first semicolon. A long text is cut at a colon or comma, a long
-/// quotation after its beginning.
+/// Cuts a reason at its first semicolon, a long one at a colon or comma, a long quotation inside.
 std::string Shortened(const std::string& reason);
 /// The shortened cause, without the remedy.
 std::string Brief(const Finding& finding);

@@ -66,8 +66,7 @@ namespace {
 /// At most this many inserted characters are tried.
 constexpr std::size_t kMostTried = 16;
 constexpr std::initializer_list<std::uint8_t> kFlowControl = {0x11, 0x13};
-/// At most kMostMissing bytes of one value are tried in replies of up to kShort bytes, one byte in
-/// replies of up to kLongest bytes.
+/// Up to kMostMissing equal bytes are tried in replies of up to kShort bytes, one up to kLongest.
 constexpr std::size_t kMostMissing = 3;
 constexpr std::size_t kShort = 24;
 constexpr std::size_t kLongest = 100;
@@ -101,8 +100,7 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
-/// True if the reply is whole without one of these characters. Other bytes with the same value may
-/// belong to the reply.
+/// True if the reply is whole without one of these characters; others may belong to it.
 bool IsWholeWithoutOne(const Hearing& hearing, View heard,
                        std::initializer_list<std::uint8_t> any) {
   std::size_t tried = 0;
@@ -259,9 +257,8 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
                  .remedy = "swap A and B at it, or switch the inversion of its converter off"};
 }
 
-/// For a character with wrong parity the driver gives FF, or sometimes 00, which no text contains.
-/// So marks come between characters that all have the same parity. A line without bias also gives
-/// 00 and FF, but nothing else.
+/// Between marks for wrong parity (FF, or 00, which no text contains) all characters have the same
+/// parity. A line without bias also gives 00 and FF, but nothing else.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
@@ -343,9 +340,8 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
-/// In a text, the value and its check value may differ, because the value may have changed since.
-/// Noise also changes characters but removes none. A text with its line end may lack more than two
-/// characters.
+/// In a text the value and its check value may have changed since. Noise also changes characters
+/// but removes none. A text with its line end may lack more than two characters.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;

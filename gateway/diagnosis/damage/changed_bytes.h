@@ -18,8 +18,7 @@ namespace baudgate::diagnosis {
 std::optional<Finding> OtherBitRate(View heard, bool connection);
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
-/// True if `heard` is like `reply`, a later reply to the same request, with one or two bytes
-/// missing.
+/// True if `heard` is like `reply`, a later reply to the same request, without one or two bytes.
 bool LacksSome(View heard, View reply);
 /// A text with decimal commas. With points instead of commas, or as it is, it is a whole reply.
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);

@@ -176,8 +176,7 @@ bool EarlierReplies::IsLateEcho(const HeardExchange& exchange) const {
   });
 }
 
-/// Finds an earlier request that the bytes answer: one without an answer, or an answered one whose
-/// reply came again.
+/// Finds an earlier request that the bytes answer: unanswered, or answered by the same reply.
 EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange) {
   for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
@@ -243,8 +242,7 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 
-/// True if the bytes after the reply answer the first try of an earlier request, and a retry was
-/// answered meanwhile.
+/// True if the bytes after the reply answer a first try whose retry was answered meanwhile.
 bool EarlierReplies::FindNumberedBeside(const HeardExchange& exchange) {
   const View behind = exchange.BesideReply().second;
   if (behind.empty()) return false;

@@ -135,7 +135,7 @@ class NumberedRequests {
   std::deque<Sent> sent_;
 };
 
-/// An exchange whose finding has changed. `back`: 0 is the last exchange of `member`, 1 the one
+/// An exchange whose finding has changed. `back`: 0 is the member's last exchange, 1 the one
 /// before.
 struct EarlierFinding {
   const bus::Member* member = nullptr;
@@ -158,20 +158,16 @@ class EarlierReplies {
   /// The rest came in the same exchange, so it is not awaited any more.
   void OnMended() { broken_ = {}; }
 
-  /// True if the rest of a stored reply has come in this exchange. The finding of the earlier
-  /// exchange then becomes `split`.
+  /// True if the rest of a stored reply has come; the finding of its exchange becomes `split`.
   bool FindRest(const HeardExchange& exchange);
-  /// True if the bytes beside the reply of this exchange answer a request that was lost and
-  /// retried.
+  /// True if the bytes beside the reply answer a request that was lost and retried.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
   /// Call this if a second reply of the member came. If a try was lost and retried, one of the two
   /// replies was late: returns that finding. Nothing: no try was lost.
   std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
-  /// Returns the corrected finding of this exchange if its bytes may be the reply to another
-  /// request.
+  /// The corrected finding of this exchange if its bytes may be the reply to another request.
   Finding Attribute(const HeardExchange& exchange, Finding finding);
-  /// True if a request of this gateway came back so late that it looks like the request of another
-  /// master.
+  /// True if a request of this gateway came back so late that it looks like another master's.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
   /// Returns a changed finding of an earlier exchange, found by the calls above: a reply was late,

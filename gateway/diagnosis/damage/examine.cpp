@@ -42,8 +42,7 @@ bool IsModem(View heard) {
   return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
 }
 
-/// True for text for people. In a binary protocol a few letters are enough; where replies are text,
-/// many letters are needed.
+/// True for text for people: a few letters in a binary protocol, many where replies are text.
 bool IsWords(const Hearing& hearing, View heard) {
   while (!heard.empty() && IsLineEnd(heard.back())) heard = heard.first(heard.size() - 1);
   const auto printable = std::ranges::count_if(heard, IsPrintable);
@@ -126,8 +125,7 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   });
 }
 
-/// Recognises text that ends with a prompt for a user or a password. Messages of any form may come
-/// before the prompt.
+/// Text that ends with a prompt for a user or a password. Any messages may come before it.
 std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard) {
   const std::string_view text = Trim(AsText(heard));
   const std::string_view line = text.substr(text.find_last_of("\r\n") + 1);
@@ -253,8 +251,7 @@ namespace {
 
 /// A reader's message is shorter than this many bytes without a pause.
 constexpr std::size_t kEndless = 240;
-/// This many bytes of the request do not come back by chance: kWholeEcho if there is no reply,
-/// kPartOfEcho beside a good reply.
+/// This many bytes of the request do not come back by chance without (or beside) a good reply.
 constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
 constexpr std::size_t kAFew = 2;
@@ -324,8 +321,7 @@ std::size_t OnlyLength(const Hearing& hearing) {
   return length;
 }
 
-/// True if the bytes with a correct check value would be a whole reply, or if the check value
-/// cannot be computed.
+/// True if a correct check value would make a whole reply, or none can be computed.
 bool HasForm(const Hearing& hearing, View heard) {
   const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || heard.size() < 2) return true;
@@ -446,8 +442,7 @@ bool IsStanding(const Hearing& hearing) {
   return hearing.expect->reply == protocols::Expectation::Reply::standing;
 }
 
-/// Longer messages come from a device that does not stop sending. A message at another bit rate may
-/// have kEndless bytes.
+/// Longer messages have no end. A message at another bit rate may have kEndless bytes.
 std::size_t LongestHeard(const Hearing& hearing) {
   const std::size_t most = hearing.expect->max_bytes;
   return IsStanding(hearing) ? std::max(kEndless, most) : most;

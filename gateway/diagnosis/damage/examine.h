@@ -33,8 +33,7 @@ struct Arrival {
   Duration after{};  ///< from the computed end of the request; negative: before its end
 };
 
-/// The data of one exchange and the bytes that came after its end. The pointers and views are
-/// borrowed.
+/// One exchange and the bytes that came after its end. Pointers and views are borrowed.
 struct Hearing {
   const protocols::Protocol* protocol = nullptr;
   const protocols::ParsedOptions* options = nullptr;
@@ -59,8 +58,7 @@ std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
 /// Returns a quotation such as "'login: '"; a long text is cut.
 std::string Quote(View text);
-/// Nothing: this is not text for people. `lines`: any whole line of printable characters is
-/// accepted.
+/// Nothing: not text for people. `lines`: any line of printable characters is accepted.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
 
 // Messages of another protocol: binary messages on a line of a text protocol, proven by their check

@@ -276,8 +276,7 @@ TEST_F(WritingLine, BitsAreChangedAndTheOthersStay) {
   EXPECT_THAT(SentWrites(), ElementsAre("06 00 04 02 25"));
 }
 
-/// The slave does not answer the read before the write, so nothing was written and the result is
-/// certain.
+/// The slave does not answer the read before the write, so nothing was written.
 TEST_F(WritingLine, AnUnansweredReadIsNotAWrite) {
   Make(Bits(kByRead));
   line_->twin(0).manner.dead = true;

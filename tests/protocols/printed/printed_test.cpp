@@ -1,5 +1,4 @@
-// Tests that every form of request and reply that the references print is decoded without a
-// profile.
+// Tests that all requests and replies of the references are decoded without a profile.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

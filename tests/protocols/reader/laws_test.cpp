@@ -121,8 +121,7 @@ TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
-/// A message that is too long is trimmed while it comes in pieces, but not if it comes in one
-/// piece.
+/// A message that is too long is trimmed only if it comes in pieces.
 TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};

@@ -82,8 +82,7 @@ std::uint8_t BadWire::Noise() {
   return static_cast<std::uint8_t>(random_() & mask);
 }
 
-/// Flips bits on the wire, including the parity bit. A character with wrong parity then becomes
-/// 0xFF, as the transport returns it.
+/// Flips bits on the wire, also parity bits; wrong parity gives 0xFF, as the transport does.
 Bytes BadWire::Flip(Bytes reply, std::size_t from, std::size_t length, std::size_t count) {
   const config::SerialSettings& serial = rig_.setup().serial;
   const bool parity = serial.parity != config::Parity::none;

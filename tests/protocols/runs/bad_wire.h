@@ -62,12 +62,11 @@ class BadWire {
   std::size_t undetected_ = 0;
 };
 
-/// Damages a reply in a way that every checksum detects: it is lost, cut short, or one bit is
-/// flipped.
+/// Loses or cuts a reply, or flips one bit: every checksum detects this.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// The real lines, and an SPA Bus line whose port does not check parity, so that only the weak XOR
-/// detects damage.
+/// The real lines, and an SPA Bus line without parity check, where only the weak XOR detects
+/// damage.
 std::vector<Setup> DamagedLines();
 
 }  // namespace baudgate::protocols

@@ -18,8 +18,7 @@
 
 namespace baudgate::protocols {
 
-/// The origin of a value: the point of this twin had the value from `from` to `to`, or measured it
-/// in this time.
+/// The point of this twin had or measured the value from `from` to `to`.
 struct Birth {
   std::size_t twin = 0;
   std::size_t point = 0;
@@ -34,8 +33,7 @@ class BirthCode {
   /// `twins`: the devices of all twins of the run with their points. They must outlive this object.
   BirthCode(std::string_view protocol, std::vector<const config::Device*> twins);
 
-  /// True if the point can carry the code: a number with enough digits, not text or a bit, and not
-  /// derived.
+  /// True for a number with enough digits for the code that is not derived.
   static bool CanTell(std::string_view protocol, const config::Point& point);
 
   Value At(std::size_t twin, std::size_t point, std::uint64_t reading) const;

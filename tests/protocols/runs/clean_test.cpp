@@ -1,5 +1,4 @@
-// Tests real protocols on a good line: every point of the reference profiles becomes good soon, and
-// only the wire limits the speed.
+// Tests real protocols on a good line: every point becomes good as soon as the wire allows.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,8 +43,7 @@ TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
   EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
 }
 
-/// No query waits for a second cycle of the slow or once group, and fast queries do not block the
-/// line.
+/// No query waits for a second slow or once cycle, and fast queries do not block the line.
 TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   Rig rig(GetParam(), [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1h;
@@ -57,8 +55,7 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   std::set<std::string> different;
   for (const Sent& sent : rig->sent) different.insert(sent.text);
   const std::size_t probes = 3 * rig.devices();  // for each device except the first
-  // The identity is read first, and once more if a point contains it; the types of the inputs are
-  // read between.
+  // The identity is read first, and once more for its point; input types are read between.
   const std::size_t identity = 4 * rig.devices();
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
@@ -136,8 +133,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
 INSTANTIATE_TEST_SUITE_P(Real, CleanRun, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, CleanRun, ::testing::Values(TcpLine()), SetupName);
 
-// ---------------- Plays every golden transcript of tests/transcripts with the protocol that its
-// name begins with.
+// ---------------- Plays every transcript of tests/transcripts; its name begins with the protocol.
 
 constexpr char kFolder[] = "tests/transcripts";  // tests run in the root of the source tree
 

@@ -24,8 +24,7 @@ class EventKeeper {
   /// `devices`: the names of the devices of the line "line", by their numbers.
   explicit EventKeeper(const std::vector<std::string>& devices);
 
-  /// The program starts. `power_left`: the number of disk writes until the power fails; -1: it does
-  /// not fail.
+  /// The program starts. `power_left`: disk writes until the power fails; -1: never.
   void Begin(int power_left);
   /// The program was killed. If the power failed, all unsynced data of the disk is lost.
   void End(std::mt19937& random);

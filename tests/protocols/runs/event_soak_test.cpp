@@ -147,8 +147,7 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// A journal holds ten records, and two records of one journal and second could not be told
-  /// apart.
+  /// A journal holds ten records; two of one journal and second could not be told apart.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];

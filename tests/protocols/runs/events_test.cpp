@@ -170,8 +170,7 @@ TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
   EXPECT_GT(repeats, 0U) << "nothing came once more";
 }
 
-// ---------------- A relay that always has events, or always sends the same ones, delays its
-// neighbours by at most one round.
+// ---------------- Relays with endless or repeated events delay neighbours by one round at most.
 
 using Said = std::function<std::string(char asked)>;
 

@@ -1,5 +1,4 @@
-// Tests Examine() with bytes that come instead of a reply, for every protocol: the symptom and the
-// texts of the protocol.
+// Tests Examine() with bytes that come instead of a reply: the symptom and the texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examine.h"
 

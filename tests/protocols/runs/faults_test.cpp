@@ -109,8 +109,7 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
     EXPECT_GE(usable[device], kLooks * 3 / 4);
   }
   EXPECT_GT(lost, 20U);
-  // A device that missed two requests in a row is also asked twice in the other checksum mode,
-  // without success.
+  // After two missed requests the other checksum mode is tried twice, without success.
   EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
   EXPECT_GE(retries, lost * 9 / 10);
@@ -137,8 +136,7 @@ TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
       10min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::offline; }, "offline");
   EXPECT_FALSE(rig_.AnyUsable(0));
   rig_->twin(0).manner.babble = {};
-  // Each probe of device 0 costs the neighbour a ceiling time and a drain; probes get 2 % of the
-  // time.
+  // Each probe costs the neighbour a ceiling time and a drain; probes get 2 % of the time.
   Comes(
       5min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::online; }, "online");
   EverythingComesBack();
@@ -217,8 +215,7 @@ TEST_P(LateRun, AnAnswerIsNeverTakenForAnother) {
   }
 }
 
-/// A device that answers some requests late and others in time, in order: an answer waits until the
-/// answer before is sent.
+/// A device that answers some requests late and others in time, in the order of requests.
 class MoodyDevice {
  public:
   MoodyDevice(Rig& rig, std::uint32_t device, Duration late, std::mt19937& random)
@@ -249,8 +246,7 @@ class MoodyDevice {
   Instant said_until_{};
 };
 
-/// One or both devices are moody. The lateness grows from step to step up to the largest that is
-/// handled.
+/// One or both devices are moody. Their lateness grows up to the largest that is handled.
 void RunMoody(const Setup& setup, bool both) {
   const auto steps = static_cast<int>(LongRun(30));
   for (int step = 1; step <= steps; ++step) {
@@ -406,8 +402,7 @@ class Returning {
     rig_->RunFor(20s);
   }
 
-  /// Returns the time from the opening to the first answer. `phase`: time between the last return
-  /// and the loss.
+  /// Returns the time from the opening to the first answer. `phase`: from that answer to the loss.
   Duration LoseAndReturn(Duration phase) {
     rig_->RunFor(phase);
     rig_->Close();

@@ -55,8 +55,7 @@ enum class Naming : std::uint8_t {
 };
 Naming NamingOf(const LagCase& which, const config::Device& device);
 
-/// The reply that replaces the reply of the twin. Nothing: the twin's reply is used; empty:
-/// silence.
+/// The reply instead of the twin's. Nothing: the twin's reply is used; empty: silence.
 std::optional<Bytes> SayIdentification(const LagCase& which, const config::Device& device,
                                        View request, bool other_identity);
 

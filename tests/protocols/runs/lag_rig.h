@@ -1,5 +1,4 @@
-// LagRig is a line of real devices behind a lagging server in virtual time, and an oracle that
-// judges the store (lag_stage.h).
+// LagRig is a line behind a lagging server in virtual time, with an oracle (lag_stage.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,8 +22,7 @@ class LagRig final : public LagStage {
   void Open();
   VirtualLine* operator->() { return line_.get(); }
   VirtualLine& line() { return *line_; }
-  /// Runs for this time, including changes that become due, for example a stranger that is switched
-  /// on.
+  /// Runs for this time, with changes that become due, such as switching a stranger on.
   void RunFor(Duration time);
 
  private:

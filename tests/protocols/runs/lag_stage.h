@@ -35,8 +35,7 @@ class LagStage {
   /// another identity (name or serial number). If such a stranger answers there already, the first
   /// device comes back.
   void Replace(std::uint32_t device, Duration off, bool other_identity);
-  /// True if the device at this address is not the one that the configuration demands, so that it
-  /// is never good.
+  /// True if the device at this address is not the demanded one, so that it is never good.
   bool IsForeign(std::uint32_t device) const;
   /// Writes a new value to the writable point of the device; false: it has none.
   bool Write(std::uint32_t device);

@@ -193,8 +193,7 @@ TEST_P(LagAvailability, MostIsGood) {
   EXPECT_GE(lost, 0.95 * kToday);
   const std::string_view protocol = GetParam().setup.protocol->name;
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
-    // Replies contain their device. If one of two devices stayed offline, the share would be a
-    // half.
+    // Replies contain their device. If one of two stayed offline, the share would be a half.
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
   if (GetParam().proof != Proof::answered) return;  // no share is guaranteed

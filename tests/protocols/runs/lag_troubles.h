@@ -41,8 +41,7 @@ inline bool IsCopied(Trouble trouble) {
   return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
 }
 
-/// True for faults that a line without any proof of order cannot detect (docs/timeouts.md, "The
-/// limit").
+/// True for faults that need a proof of order (docs/timeouts.md, "The limit").
 inline bool IsBeyondProof(Trouble trouble) {
   return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
          trouble == Trouble::mixed;

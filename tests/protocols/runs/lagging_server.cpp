@@ -8,8 +8,7 @@
 namespace baudgate::protocols {
 namespace {
 
-/// The byte that the transport returns for a character with wrong parity
-/// (transports/serial_port.h).
+/// The transport's byte for a character with wrong parity (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 constexpr unsigned kSteps = 10;  // steps of a growing delay
 constexpr Duration kLongestPause = 500ms;

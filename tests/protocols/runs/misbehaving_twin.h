@@ -108,8 +108,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     for (const Outcome outcome : outcomes) sum += own_[outcome];
     EXPECT_EQ(sum, own_.all()) << ::testing::PrintToString(own_);
   }
-  /// `failed`: how many exchanges of the neighbour may have collided with untimely bytes of the
-  /// device.
+  /// `failed`: the most exchanges that may have collided with untimely bytes of the device.
   void TheNeighbourWasServed(std::uint32_t failed = 0) {
     EXPECT_GT(neighbour_[Outcome::ok], 20U);
     EXPECT_LE(neighbour_.failed(), failed) << ::testing::PrintToString(neighbour_);

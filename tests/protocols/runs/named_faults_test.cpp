@@ -30,8 +30,7 @@ struct Stage {
 struct FaultRow {
   const char* name;
   void (*apply)(Stage);
-  /// A regular expression for the sentence of the device or its line, for permanent and rare
-  /// faults.
+  /// A regular expression for the sentence of the device or its line.
   const char* says;
   const char* never = "$^";  ///< no sentence may match this
   bool often_only = false;   ///< the fault makes no sense now and then

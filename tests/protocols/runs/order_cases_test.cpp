@@ -1,5 +1,4 @@
-// Seven cases in which a reply was attributed to the wrong request, with default times: the tests
-// prove that they no longer happen.
+// Seven cases in which a reply was attributed to the wrong request: none may happen again.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -59,8 +58,7 @@ TEST(OrderCases, TwoPointsAreNeverExchanged) {
   });
 }
 
-// ---------------------------------------------------------------- 2: an old value with a new time
-// stamp
+// ---------------------------------------------------------------- 2: an old value, a new time
 
 struct LateByCount {
   LagCase which;
@@ -74,8 +72,7 @@ void PrintTo(const LateByCount& late, std::ostream* out) {
 
 class OneQuery : public ::testing::TestWithParam<LateByCount> {};
 
-/// There is one query, so the reply to an earlier request is whole, valid, and from the right
-/// point.
+/// With one query, the reply to an earlier request is valid and from the right point.
 TEST_P(OneQuery, ShowsNoOldValueUnderAYoungAge) {
   const LateByCount& late = GetParam();
   ForPhases([&](Duration phase) {
@@ -139,8 +136,7 @@ class AnotherDevice : public ::testing::TestWithParam<Exchanged> {
   }
 };
 
-/// `serial_number` is configured. The channel of the new meter is not open, so it answers with
-/// status 05.
+/// `serial_number` is configured. The new meter's channel is not open (status 05).
 TEST_P(AnotherDevice, IsNeverBelievedInSpiteOfTheSerialNumber) {
   Replace(LagCaseOf("Set4tm9600", Queries::many, Proof::answered));
 }
@@ -295,8 +291,7 @@ void PrintTo(const BehindBefore& before, std::ostream* out) {
 
 class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
 
-/// The server stays behind while the program restarts, so its replies answer requests of the
-/// program before.
+/// The server stays behind while the program restarts, so it answers requests of the old one.
 TEST_P(Predecessor, LeavesNoReplyThatIsBelieved) {
   const BehindBefore& before = GetParam();
   LagRig rig(before.which, 1, [](config::Line& line) {

@@ -24,8 +24,7 @@ config::SerialSettings Serial(int baud, int data_bits, config::Parity parity) {
   return serial;
 }
 
-/// The address of a point without the decoder, so that two points of one register get the same
-/// value.
+/// The address of a point without the decoder: two points of one register get the same value.
 std::string PlaceOf(const std::string& read) {
   const auto at = read.rfind('@');
   if (at == std::string::npos || at == 0) return read;
@@ -265,8 +264,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
 bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
-  // A small difference is accepted without a second reading, so damage looks like
-  // a change.
+  // A small difference needs no second reading, so damage looks like a change.
   if (!IsGood(shown.reported)) return true;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return false;
   return std::abs(ToDouble(shown.value) - ToDouble(truth)) <= std::abs(ToDouble(truth)) * 0.12;

@@ -34,8 +34,7 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
   return info.param.name;
 }
 
-/// The tested lines: each protocol with the bit rate and character format of its reference, and two
-/// devices of one kind.
+/// Each protocol with the bit rate and character format of its reference, and two equal devices.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
 /// A connection: its bytes are never damaged, because TCP protects them.

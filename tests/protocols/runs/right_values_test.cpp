@@ -41,8 +41,7 @@ struct Oddity {
   std::function<void(config::Device&)> options = [](config::Device&) {};
   std::function<void(Twin&)> settings = [](Twin&) {};
   std::vector<std::pair<std::string, std::string>> says{};  ///< the values of text points by name
-  /// The factor between the true value of the point and that of the right device; nothing: no true
-  /// value.
+  /// The true value of the point, as a factor of the right device's; nothing: there is none.
   std::function<std::optional<double>(const config::Point& point)> means =
       [](const config::Point&) { return std::nullopt; };
   bool is_named = true;    ///< state or trouble must report the difference
@@ -394,8 +393,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     return reply;
   }
 
-  /// Gives each piece the number of the current request, as a converter does. If nothing comes,
-  /// adds an exception.
+  /// Writes the number of the current request into each piece, or adds an exception if none came.
   void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;

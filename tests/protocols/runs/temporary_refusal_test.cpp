@@ -187,8 +187,7 @@ TEST_F(SilentRefusal, OfOneRegisterIsNotFitted) {
   }
 }
 
-// ---------------- A starting device that refuses much of its profile; its neighbour keeps its
-// polls.
+// ---------------- A device that refuses much while it starts; its neighbour keeps its polls.
 
 constexpr Duration kTime = 90s;
 
@@ -217,8 +216,7 @@ std::optional<Bytes> ShyMeter(View request) {
 
 class RefusingStart : public ::testing::Test {
  protected:
-  /// The first device answers with `instead`. The neighbour has one point, so each poll is one
-  /// reading.
+  /// The first device answers with `instead`; the neighbour has one point, a reading per poll.
   void Start(const std::string& setup, std::optional<Bytes> (*instead)(View request),
              std::optional<std::int64_t> serial_number = {}) {
     rig_ = std::make_unique<Rig>(RealLine(setup), [&](config::Line& line) {

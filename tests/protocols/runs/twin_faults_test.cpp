@@ -50,8 +50,7 @@ TEST_P(MisbehavingTwin, BitErrorsAreCorrupt) {
   EverythingComesBack();
 }
 
-/// A text begins with a start character. If only the length identifies a reply, some requests look
-/// like replies.
+/// If only the length identifies a reply (not a start character), some requests look like replies.
 TEST_P(MisbehavingTwin, AnEchoIsNeverAValue) {
   Misbehave("echo");
   if (echo_hides_ > 0) {
@@ -121,8 +120,7 @@ TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   Misbehave("double");
-  // The second copy of a probe's answer may come after the next request, and an untagged number is
-  // accepted as its answer.
+  // The second copy of a probe's answer may be accepted for the next request, if it has no tag.
   if (untagged_ > 0) {
     OnlyThese({Outcome::ok, Outcome::unexpected});
   } else {
@@ -239,8 +237,7 @@ class HostWatchdog : public ::testing::Test {
           for (config::Device& device : line.devices) device.poll = 300ms;
         }) {}
 
-  /// Sends a watchdog command to the module: "~04310F" sets 1.5 s and on; "~040" reads whether it
-  /// has tripped.
+  /// Sends a watchdog command: "~04310F" sets 1.5 s and on; "~040" reads whether it has tripped.
   std::string Tell(std::uint32_t module, const std::string& command) {
     const std::string address = "0" + std::to_string(module + 1);
     const Bytes request = ToBytes("~" + address + command + "\r");
@@ -315,8 +312,7 @@ TEST_F(NoHostWatchdog, LetsThemTrip) {
 // ---------------- Devices that answer every request with the reply to the request k exchanges
 // before. Each reply is valid; none may become the value of another point.
 
-/// Delays the replies by this many requests: of single devices, or of all devices in one queue, as
-/// a serial server does.
+/// Delays the replies of these devices, in one common queue, by this many requests.
 class Shifted {
  public:
   Shifted(Rig& rig, std::vector<std::uint32_t> devices, std::size_t requests)

@@ -1,5 +1,4 @@
-// Tests SET-4TM addresses, passwords, checksums and lengths with the worked examples of the
-// reference.
+// Tests SET-4TM addresses, passwords, checksums and lengths with examples of the reference.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/codec.h"
 
@@ -239,8 +238,7 @@ std::string IntegerOf(std::string_view read) {
   return integer ? FieldText(*integer) : "";
 }
 
-/// Reference, 9.5 to 9.7: the parameter byte is the same; the four values have three bytes each
-/// instead of four.
+/// Reference, 9.5 to 9.7: the same parameter byte; four values of three bytes instead of four.
 TEST(Set4tmIntegers, StandAtTheSameParameter) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");
@@ -261,8 +259,7 @@ TEST(Set4tmIntegers, WhatIsNoLiveFloatStays) {
   EXPECT_EQ(IntegerOf("05 00 00 energy@0"), "");
 }
 
-// ---------------- Constants of a SET-4TM meter. Without them its counts cannot be converted to
-// energy.
+// ---------------- Constants of a SET-4TM meter, which convert its counts to energy.
 
 using ::testing::ElementsAre;
 

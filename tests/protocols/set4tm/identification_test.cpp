@@ -180,8 +180,7 @@ TEST(Set4tmPace, TheMultiplierStretchesSilenceAndReply) {
   EXPECT_FALSE(talk->LeastTimes(character).reply);
 }
 
-// ---------------- The one-byte checksum KS of old SET-4TM meters: FF xor all bytes. Frames are one
-// byte shorter.
+// ---------------- The one-byte checksum KS of old SET-4TM meters: FF xor all bytes.
 
 config::Options WithKs() {
   config::Options options = DefaultOptions();
@@ -229,8 +228,7 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// The reply only shows that the meter is present, because the other checksum also fits some
-/// damaged replies.
+/// The reply proves only that the meter is there: some damaged replies fit the other checksum too.
 TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));
@@ -296,8 +294,7 @@ TEST(Set4tmKs, AMeterWithTheOtherChecksumIsSilentOrCorrupt) {
   EXPECT_NE(talk.Run(Poll(0), with_crc).outcome, Outcome::ok);
 }
 
-// ---------------- The shipped SET-4TM profiles: every point is read from the twin with its
-// simulated value.
+// ---------------- The shipped SET-4TM profiles: all points are read from the twin.
 
 config::Profile Load(const std::string& name) {
   config::Catalog catalog;

@@ -1,5 +1,4 @@
-// Tests the broadcast latch: when it is sent, how the gateway checks that a meter has received it,
-// and two meters on one line.
+// Tests the broadcast latch: when it is sent, how its receipt is checked, and two meters on a line.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/latch.h"
 

@@ -1,5 +1,4 @@
-// Tests the laws of frame rules for SET-4TM requests, and for replies of every shape and address
-// form.
+// Tests the laws of frame rules for SET-4TM: requests, and replies of every shape and address form.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/bytes.h"
 #include "protocols/set4tm/meter/codec.h"
@@ -76,8 +75,7 @@ std::vector<LawSubject> Subjects() {
   for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot[i] = static_cast<std::uint8_t>(i * 7);
   subjects.push_back(Replies("Snapshot", "05 08 23 A5 00 00 00 10 00 0E 0E FF FF 3C 2C",
                              {protocols::set4tm::MakeFrame(Bytes{5}, snapshot)}));
-  // KS is weak: one of 256 runs of noise ends in a valid KS, so frames after noise need not be
-  // found.
+  // KS is weak: one of 256 runs of noise ends in a valid KS.
   config::Options ks = protocols::set4tm::DefaultOptions();
   ks.Set("checksum", std::string("ks"));
   LawSubject old;

@@ -1,5 +1,5 @@
-// Tests a SET-4TM meter on a whole line in virtual time: trials, learned properties, daily
-// readings, and their cost.
+// Tests a SET-4TM meter on a line in virtual time: trials, learned properties, daily readings,
+// cost.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

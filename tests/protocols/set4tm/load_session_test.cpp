@@ -108,8 +108,7 @@ class LoadDesk {
       }
       next += span;
     }
-    // The slices of an hour are available when its first slice is over; a slice is read at the next
-    // look.
+    // The slices of an hour are there when its first slice is over; each waits for the next look.
     EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
     EXPECT_LE(next, utc());
   }

@@ -219,8 +219,7 @@ TEST(Set4tmSnapshot, SlotsOfGroupReads) {
   EXPECT_FALSE(ParameterAt(Hex("08 1B 00 00"), 4));
 }
 
-// ---------------- Transformer ratios of a SET-4TM meter, from the meter or from the configuration,
-// for floats, integers and energy.
+// ---------------- Transformer ratios of the meter or of the configuration.
 
 using ::testing::ElementsAre;
 

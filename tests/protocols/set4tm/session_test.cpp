@@ -1,5 +1,4 @@
-// Tests the channel of a SET-4TM meter: opened first, opened again, and state that is cleared with
-// it.
+// Tests the channel of a SET-4TM meter: opened first, opened again, and state cleared with it.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -278,8 +277,7 @@ TEST(Set4tmSnapshotTrial, NoTrialWhereItSavesNothingOrTheTypeHasNone) {
   EXPECT_THAT(TakeAsked(second), ElementsAre("08 12")) << "integers from now on";
 }
 
-/// Every float of the reference has a different value. Read by mask, by group and one by one, each
-/// value must be at its place.
+/// Every float has a different value; read by mask, by group or alone, each is at its place.
 TEST(Set4tmSnapshotRead, NoValueComesFromAnotherPlace) {
   config::Device device = MakeDevice("5", {});
   FixedValues values;
@@ -342,8 +340,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
   EXPECT_EQ(poll("9020001", 0, Hex("07")), Outcome::unexpected);
 }
 
-/// C8 03 09 30 C8 and a zero may have two bytes of data or three, because C8 00 is also the CRC of
-/// 03 09 30.
+/// C8 03 09 30 C8 00 has two bytes of data or three: C8 00 is also the CRC of 03 09 30.
 TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
   MeterBus bus;

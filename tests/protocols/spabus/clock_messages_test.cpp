@@ -1,5 +1,4 @@
-// Tests the text of the clock messages T and D, and when they are due. Texts: spa-bus reference, 5
-// and 13.
+// Tests the text of the messages T and D, and when they are due (spa-bus reference, 5 and 13).
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <ctime>
@@ -80,8 +79,7 @@ TEST(SpaClock, IsDueByItsPeriodsAndOnlyWithARightClock) {
   EXPECT_EQ(clock.Due(both, start + 2min), kDate) << "at once, when it is right again";
 }
 
-// ---------------- The offset of a relay's clock: the middle of the possible range, and its
-// uncertainty.
+// ---------------- The offset of a relay's clock and its uncertainty.
 
 constexpr Instant kSent{1h};
 /// 12:00:00 of some day.
@@ -219,8 +217,7 @@ TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
   }
 }
 
-/// The request for the designation waits behind a probe, or is parked, while other requests are
-/// sent.
+/// The request for the designation waits behind a probe, or is parked.
 TEST(SpaDesignation, AFailureOfAnotherTaskIsNoAnswerToIt) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");

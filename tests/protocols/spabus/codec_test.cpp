@@ -1,5 +1,4 @@
-// Tests requests and replies with the worked examples of the SPA Bus reference, and frames that are
-// rejected.
+// Tests requests and replies with examples of the SPA Bus reference, and rejected frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/codec.h"
 
@@ -414,8 +413,7 @@ TEST(SpaValue, PrintsAsARelayDoes) {
   EXPECT_EQ(PrintValue(std::string("a:b"), MakePoint("F", Type::string)), "a-b");
 }
 
-// ---------------- The same item of consecutive channels in one request, and devices that do not
-// support it.
+// ---------------- Ranges of channels in one request, and devices that do not support them.
 
 std::vector<config::Point> ThreeChannels() {
   return {MakePoint("1I1"), MakePoint("2I1"), MakePoint("3I1")};

@@ -1,5 +1,4 @@
-// Tests the requests to a device and the meaning of its replies: values, refusals, replies of other
-// devices, and learned properties.
+// Tests the requests to a device and its replies: values, refusals, foreign and learned ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
@@ -201,8 +200,7 @@ TEST(SpaConversation, ARefusalOfWhatWasAnsweredIsAFailureLikeAnyOther) {
 
 TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
-  // The device lacks I4: requests are halved until I4 is read alone, and it is then refused three
-  // times.
+  // The device lacks I4: requests are halved until I4 is read alone, and is refused three times.
   std::vector<Reading> bad;
   for (int round = 0; round < 10 && bad.empty(); ++round) {
     bool refused = false;

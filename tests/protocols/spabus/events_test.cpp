@@ -122,8 +122,7 @@ TEST_F(SpaTwinEvents, ComeFiveAtATimeAndOverflow) {
   EXPECT_EQ(Heard(">1RC:XX"), "<1D:0:");
 }
 
-// ---------------- The steps of fetching events from a relay, if it refuses or sends garbled
-// replies.
+// ---------------- Fetching events from a relay that refuses or sends garbled replies.
 
 using ::testing::HasSubstr;
 

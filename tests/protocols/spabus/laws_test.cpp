@@ -21,8 +21,7 @@ std::string LongData() {
   return data;
 }
 
-/// The bytes from `<` to the last colon. The spelling of the checksum and the line end have no
-/// meaning.
+/// The bytes from `<` to the last colon; checksum and line end may be spelled differently.
 Bytes ReplyEssence(View frame) {
   const std::string_view text = AsText(frame);
   return ToBytes(text.substr(0, text.rfind(':') + 1));

@@ -116,8 +116,7 @@ TEST(SpaProtocol, DecodersAreAddressesThatParse) {
   }
 }
 
-// ---------------- How points are joined into requests, and how requests are split if a device
-// refuses them.
+// ---------------- Joining points into requests, and splitting refused requests.
 
 std::string Shown(const Block<Row>& block) {
   const Command command = ReadOf(1, block);

@@ -137,8 +137,7 @@ TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
   EXPECT_EQ(values.Get(2, {}), Value(3.0)) << "not looked at";
 }
 
-// ---------------- Writes to a relay on a line in virtual time: the result for the client, whatever
-// is lost on the way.
+// ---------------- Writes to a relay on a line: the client's result, whatever is lost.
 
 config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
   std::vector<config::Point> points;

@@ -345,8 +345,7 @@ TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
   EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
-/// A closing request that waits behind a probe, or is parked, is asked for again without being
-/// sent.
+/// A closing request that waits behind a probe, or is parked, is asked for again.
 TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
   Interrupted relay(1);
   for (int asked = 0; asked < 5; ++asked) {

@@ -56,8 +56,7 @@ struct Table {
 /// `problems`, as sentences with `file` and the line number.
 Table ReadTable(std::string_view text, const std::string& file, std::vector<std::string>& problems);
 
-/// Returns each difference as a sentence that names the profile, the point or option, and the
-/// field.
+/// Returns each difference as a sentence with the profile, the point or option, and the field.
 std::vector<std::string> Differences(const config::Profile& profile, const Table& table);
 
 }  // namespace baudgate::testing

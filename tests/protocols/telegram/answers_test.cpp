@@ -299,8 +299,7 @@ config::LoadedProfile WithCodes(const std::string& format, const std::string& co
                   ", v: 1 }\npoints: [ { name: v, read: a.v, type: float64 } ]\n");
 }
 
-/// "123 " may be a damaged "1234", unless an example shows that the device aligns numbers to the
-/// left.
+/// "123 " may be a damaged "1234", unless an example is aligned to the left.
 TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"1234", "123 ", "v bad: sensor failure"}, {"1234", " 123", "v 123 good"},

@@ -1,5 +1,4 @@
-// Tests conversations of described devices: exchanges of several telegrams, writes, echoes, names,
-// twins.
+// Tests conversations of described devices: several telegrams, writes, echoes, names, twins.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 

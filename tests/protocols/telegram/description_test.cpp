@@ -1,5 +1,4 @@
-// Tests the errors that `check` reports for a description: each error has a place, and every
-// damaged description gives errors.
+// Tests the errors that `check` reports for a description: the place of each, and damaged texts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -78,8 +77,7 @@ TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
   }
 }
 
-/// A device may send answers without check value only if its description allows it. An answer of
-/// fixed bytes has no check value.
+/// An answer without check value needs the permission of the description, or fixed bytes.
 TEST(TelegramDescription, AnAnswerHasNoCheckValueOnlyIfThatIsSaid) {
   const auto said = [](const std::string& checksum, const std::string& receive) {
     return Sentences(LoadText(
@@ -136,8 +134,7 @@ TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
   EXPECT_GE(LoadText(text).problems.size(), 3U);
 }
 
-/// Five hundred damaged texts: no text crashes the program, no invalid text is accepted, and each
-/// error is one line of text.
+/// Damaged texts: none crashes the program or is accepted wrongly; each error is one line.
 TEST(TelegramDescription, EveryMutationGivesSentencesAndNeverACrash) {
   std::vector<std::string> sources = {kGood};
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles/telegram")) {
@@ -241,8 +238,7 @@ TEST(TelegramConfig, ASameDescriptionIsTheSameDevice) {
   EXPECT_FALSE(options(sics) == options("name: a, address: 1, profile: lauda-thermostat"));
 }
 
-// ---------------- Fields: a number is read completely or not at all, and written values read back
-// equal.
+// ---------------- Fields: a number is read completely or not at all, and reads back as written.
 
 Format FormatOf(const std::string& text) {
   const auto format = ParseFormat(text);

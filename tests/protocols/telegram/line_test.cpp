@@ -1,5 +1,4 @@
-// Tests described devices on their lines in virtual time: their cost, writes, and values that get
-// old.
+// Tests described devices on lines in virtual time: cost, writes, and values that get old.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <deque>
@@ -93,8 +92,7 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
   EXPECT_EQ(line.CountSent("T\r\n"), 2U) << "and it is not repeated";
 }
 
-/// The only telegram is a write with an answer, so nothing proves to which request an answer
-/// belongs.
+/// The only telegram is a write, so nothing proves to which request an answer belongs.
 TEST(TelegramLine, ADeviceThatIsOnlyWrittenIsWrittenTo) {
   const config::Device device = Described(R"(
 device: d

@@ -27,8 +27,7 @@ const std::string kBoth =
     "  - { name: one, read: val(n=1).v, type: float32 }\n"
     "  - { name: two, read: val(n=2).v, type: float32 }\n";
 
-/// A device whose channels 1 to 9 return 10, 20, …, times the selected range. For other channels it
-/// returns "NO".
+/// Channels 1 to 9 return 10, 20, …, times the selected range, others "NO".
 struct Selectable {
   int channel = 7;
   int range = 1;

@@ -43,8 +43,7 @@ inline config::Device ShippedDevice(const Protocol& protocol, const std::string&
   return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
 }
 
-/// The answer of a conversation to the first frame of `stream`, the bytes that come after
-/// `request`.
+/// The answer to the first frame of `stream`, the bytes that come after `request`.
 inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, View request,
                        View stream) {
   Assembler assembler;
