@@ -403,7 +403,7 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Why an integer cannot be a measurement; empty: it can. `small`: others are small numbers.
+/// Why an integer cannot be a measurement; empty: it can. `small`: other numbers are small.
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;

@@ -125,7 +125,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return "no host answered for a while: look at the power of the server and at the network "
            "(cable, switch, radio)";
   }
-  // By chance, as many connections end with a request under way as the line is in use.
+  // By chance, the share of ends during a request equals the share of time in use.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "with a request under way: the server fails at requests: look at its load, its log and "

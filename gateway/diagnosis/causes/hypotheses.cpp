@@ -82,7 +82,7 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// Proven by check values for a third of the failures, it also explains other damaged replies.
+/// If check values prove another setting for a third of the failures, it explains all damage.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);

@@ -208,7 +208,7 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
 EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const Open& whose) {
   const std::vector<Arrival>& arrivals = exchange.arrivals();
   const Duration reply = ReplyTime(whose.request, whose.member->times);
-  // Before the reply that was accepted.
+  // The bytes came before the accepted reply.
   const bool in_front = !exchange.BesideReply().first.empty();
   const Duration behind = (in_front ? arrivals.front() : arrivals.back()).after;
   Came came;

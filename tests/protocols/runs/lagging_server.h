@@ -25,8 +25,7 @@ struct ServerFaults {
   unsigned drop = 0;
   unsigned delay = 0;  ///< by up to `longest_delay`; later replies wait in the queue
   Duration longest_delay = 1s;
-  bool growing = false;  ///< each delay is a tenth of `longest_delay` longer; after the longest it
-                         ///< starts again
+  bool growing = false;  ///< delays grow by a tenth of `longest_delay`, then start again
   /// 1…3 replies behind for up to eight replies, then all are released at once or lost.
   unsigned hold = 0;
   std::size_t behind = 0;  ///< each reply releases the reply this many requests before, permanently

@@ -311,7 +311,7 @@ enum class Kind : std::uint8_t {
   one_register,        ///< Modbus RTU, answers every read with one register
   two_registers,       ///< Modbus RTU, answers every read with two registers
   name_is_value,       ///< SPA: its name equals the value of its first point
-  converter,           ///< Modbus TCP to RTU, puts the current number before any reply
+  converter,           ///< Modbus TCP to RTU, puts the current transaction before replies
   converter_of_units,  ///< as converter, with a unit for each of two devices, and the current unit
 };
 
