@@ -1,5 +1,5 @@
-// Builds and takes apart whole DCON frames: delimiter, address, text, checksum, CR. Frames come
-// from the frame rules and go to decode.h; requests go from conversation.h to the line.
+// Builds and parses whole DCON frames: delimiter, address, text, checksum, CR. rules.h cuts frames
+// out of received bytes, decode.h reads parsed replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,50 +15,51 @@ namespace baudgate::protocols::dcon {
 
 inline constexpr std::size_t kMaxFrame = 268;  ///< start 1, address 2, command 5, data 256, CHK, CR
 
-/// Expectation::checksum of this protocol.
+/// Values of Expectation::checksum for DCON.
 enum ChecksumVariant : int {
   kNoChecksum = 0,
   kChecksum = 1,        ///< two hex digits before CR
-  kChecksumEither = 2,  ///< there, or right behind '>' of a counter reply (I-7080)
-  kChecksumFront = 3,   ///< counter replies: right behind '>'; all others before CR
+  kChecksumEither = 2,  ///< before CR, or right after '>' of a counter reply (I-7080)
+  kChecksumFront = 3,   ///< right after '>' in counter replies, before CR in all other replies
 };
 
-/// "74" or "0x4A": 0…255.
+/// Accepts 0…255, in decimal ("74") or hex ("0x4A").
 Result<std::uint8_t> ParseAddress(std::string_view text);
 
-/// A request without address, checksum and CR: `text` is "#" for `#01`, "$6" for `$016`.
+/// A parsed request. Example: `text` is "#" for `#01` and "$6" for `$016`.
 struct Command {
   std::uint8_t address = 0;
-  bool broadcast = false;  ///< "**" stands for the address; nobody answers
-  std::string text;        ///< leading delimiter and all that follows the address
+  bool broadcast = false;  ///< "**" is in place of the address: no module answers
+  std::string text;        ///< delimiter and characters after the address, without checksum
 };
 
-/// `command` begins with its delimiter: ("#3", 1, true) gives `#013B7\r`.
+/// `command` begins with its delimiter: ("#3", 1, true) returns `#013B7\r`.
 Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum);
 
-/// To all modules: "#**" gives `#**77\r`.
+/// Builds a request to all modules: "#**" returns `#**77\r`.
 Bytes BuildBroadcast(std::string_view text, bool checksum);
 
-/// Nothing unless the whole frame is a request with a good address and, where due, checksum.
+/// Returns nothing unless the whole frame is a valid request, if `checksum` with a correct
+/// checksum.
 std::optional<Command> ParseRequest(View frame, bool checksum);
 
-/// One digit at least, and nothing else.
+/// True if `text` contains at least one digit and no other characters.
 bool IsHexText(std::string_view text);
 bool IsDecimalText(std::string_view text);
 
 struct Reply {
   char lead = 0;           ///< '>', '!' or '?'
-  std::string body;        ///< between the lead and the checksum
-  bool ambiguous = false;  ///< both checksum places fit, so the body may be either
+  std::string body;        ///< the characters between the lead and the checksum
+  bool ambiguous = false;  ///< the checksum fits at both ends, so `body` is uncertain
 };
 
 Bytes BuildReply(std::string_view text, bool checksum);
-/// `>[CHK](data)`: the order of I-7080 counter replies.
+/// Builds `>[CHK](data)`, the counter reply of I-7080.
 Bytes BuildCounterReplyFront(std::string_view data);
 
 std::optional<Reply> ParseReply(View frame, int variant);
 
-/// Whether `line`, a frame without its CR, carries the checksum that `variant` demands.
+/// True if `line`, a frame without its CR, contains the checksum that `variant` requires.
 bool ChecksumFits(std::string_view line, int variant);
 
 }  // namespace baudgate::protocols::dcon

@@ -35,7 +35,8 @@ Request Requests::Broadcast(std::string_view text) const {
   return request;
 }
 
-/// A module that does not know the question is silent: the next question comes sooner.
+/// A question is not repeated after a failure: a module that does not support it stays silent, and
+/// the next question is sent sooner this way.
 Request Requests::Question(const Identification::Question& question) const {
   const Settings& settings = question.other_mode ? other_mode_ : settings_;
   Request request =
@@ -98,7 +99,8 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   answer.reason = reply.reason;
   answer.remedy = reply.remedy;
   for (const std::size_t i : places_.ReadBy(exchanged.command.text)) {
-    // Two decoders for one command: that of the first point holds, the other cannot be right.
+    // If the points read one command with two decoders, the decoder of the first point counts; the
+    // points with the other decoder are wrongly configured.
     const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
@@ -117,7 +119,7 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   return answer;
 }
 
-/// What the reply holds and no point reads.
+/// Adds labelled readings for the values in the reply that no point reads.
 void ReplyReader::AddLabels(const Exchanged& exchanged, Answer& answer) const {
   const DecodedReply& reply = exchanged.reply;
   if (reply.outcome != Outcome::ok) return;
@@ -151,7 +153,7 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
   }
   const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
   if (!says_nothing || PlannedForm(command.text)) return answer;
-  // A device that is polled has options that say how its writes are confirmed.
+  // For a polled device the options define how its writes are confirmed.
   const bool output = command.text.front() == '#' || command.text.front() == '@';
   if (output && polled) return answer;
   return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
@@ -159,7 +161,7 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
 
 namespace {
 
-/// So old may be what is known of outputs that others are written with.
+/// Maximum age of output states that a group write repeats for the outputs that it does not change.
 constexpr Duration kFresh = 2s;
 
 }  // namespace
@@ -201,13 +203,13 @@ Answer WriteJob::Take(const Task& task, const Exchanged& exchanged, Answer answe
   return answer;
 }
 
-/// A damaged reply that looks whole must not move an output: what the outputs are counts when the
-/// last two readings agree.
+/// A damaged reply that looks whole must not switch an output, so the states are used only if the
+/// last two readings agree. If they differ, the word is read again.
 Answer WriteJob::TakeOutputs(const Task& task, const Exchanged& exchanged, Answer answer,
                              Instant now) {
   if (answer.outcome != Outcome::ok) return answer;
   const auto* word = std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value);
-  if (word == nullptr) {  // nothing is written
+  if (word == nullptr) {  // no state is known, so nothing is written
     answer.outcome = Outcome::unexpected;
     return answer;
   }
@@ -253,13 +255,12 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
 
 namespace {
 
-/// How often a count is read once more in one poll.
 constexpr int MostCounts(Totals::Again why) {
   if (why == Totals::Again::no) return 0;
   return why == Totals::Again::has_moved ? 1 : 2;
 }
 
-/// All that is asked of a module which is not what its profile says: what it is now.
+/// The only query of a module that does not fit its profile. It repeats `$AA2` and reads no points.
 const Query kIdentificationQuery{config::Group::slow, {}};
 
 }  // namespace
@@ -297,7 +298,7 @@ Outcome DconConversation::Check(View request, View frame) const {
   return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
 }
 
-// ---------------------------------------------------------------- what is asked
+// ---------------------------------------------------------------- requests
 
 Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   questions_.SetAsked(std::nullopt);
@@ -305,7 +306,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // It has answered that before: silence is repeated, and then fails the task as any other.
+    // The module has answered this question before, so after silence the question is repeated.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;
@@ -338,7 +339,7 @@ bool DconConversation::IsHostDue(Instant now) const {
   return period > Duration::zero() && (!group_.told_at || now - *group_.told_at >= period);
 }
 
-/// No module waits for the host because another one is silent.
+/// Sends a due `~**` before a failed request is repeated, so that no host watchdog trips meanwhile.
 std::optional<Request> DconConversation::Instead(const Request& request, Outcome, Instant now) {
   if (!request.expect.repeatable || !IsHostDue(now)) return std::nullopt;
   return requests_.Broadcast(kHostIsThere);
@@ -372,14 +373,14 @@ Then DconConversation::OnSent(const Task&, const Request& request, Instant now) 
   return Then::ask_again;
 }
 
-// ---------------------------------------------------------------- what comes
+// ---------------------------------------------------------------- replies
 
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame,
                                  Instant now) {
   const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
-  // A probe is repeated without being asked for again.
+  // A probe may be repeated without another call of Ask, so its question is set again here.
   if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
     questions_.SetAsked(Identification::Question{kAskName, true});
   }
@@ -395,7 +396,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   return answer;
 }
 
-/// The task goes on, unless the module is another one.
+/// Continues the task after a question, unless the module does not fit its profile.
 Answer DconConversation::TakeQuestion(const Task& task, const Exchanged& exchanged, Instant now) {
   Learn(*questions_.TakeAsked(), exchanged.reply);
   probing_.OnPolled();
@@ -436,7 +437,7 @@ Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, 
   return answer;
 }
 
-/// Readings that may be of an older sample than the one that was asked for do not count.
+/// Drops the readings if they may belong to an older sample than the requested one.
 void DconConversation::TakeSample(const Exchanged& exchanged, Answer& answer) {
   sampling_.OnAsked();
   if (answer.outcome != Outcome::ok) return;
@@ -461,7 +462,7 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
     const auto* word = std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value);
     if (word != nullptr) writes_.OnWord(command, *word);
   }
-  // What was polled may be what else would be asked: type and channel mask.
+  // A point may read the type or the channel mask, so the poll answers that question as well.
   const bool mask = command == kAskMask && form == Form::hex;
   if (settings_.identify && (command == kAskType || mask)) {
     Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
@@ -469,7 +470,7 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now) {
-  std::size_t query = 0;  // the first that sends the command; after the last: none does
+  std::size_t query = 0;  // the first that sends the command; the number of queries if none
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;
@@ -477,7 +478,7 @@ void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Ins
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query, now);
   if (answer.outcome == Outcome::unsupported) {
-    // "Does not have it" takes three: a damaged reply may look like a refusal.
+    // A damaged reply may look like a refusal, so points become "not fitted" only after three.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
     change = plan_.OnRefused(query, now);
   }
@@ -498,7 +499,7 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
   settings_.enabled = identification_.mask().value_or(enabled_);
 }
 
-// ---------------------------------------------------------------- what does not come
+// ---------------------------------------------------------------- failures
 
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                  Instant now) {
@@ -524,7 +525,7 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// Damage is no silence: the same question is due again.
+/// A damaged reply does not count as silence: the same question is asked again in the next task.
 Then DconConversation::OnQuestionFailed(const Task& task, const Identification::Question& question,
                                         Outcome outcome, bool behind_read) {
   const bool silent = outcome == Outcome::no_reply;

@@ -1,7 +1,7 @@
-// What a DCON device is asked and what its answers mean: one request per command, however many
-// points it serves. Which module answers is found out before it is polled (identification.h).
-// Requests, ReplyReader and WriteJob are the single exchanges of one module; Sampling and DconBus
-// handle what goes to all modules of a line.
+// DconConversation plans the requests of one DCON module and turns the replies into readings. One
+// request serves all points that its command reads. The module is identified before it is polled
+// (identification.h). Requests, ReplyReader and WriteJob handle single exchanges; Sampling and
+// DconBus handle broadcasts to all modules of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,21 +26,19 @@
 
 namespace baudgate::protocols::dcon {
 
-// The requests of one module as frames: its own commands, broadcasts, and the questions of its
-// identification, which go out in either checksum mode. ReplyReader reads the replies, and WriteJob
-// writes points.
+// Requests builds the request frames of one module: its commands, broadcasts, and the questions of
+// its identification, which are sent with and without a checksum.
 
 class Requests {
  public:
-  /// `settings` outlive it.
+  /// `settings` must outlive this object.
   Requests(std::uint8_t address, const Settings& settings);
 
   Request Own(std::string_view command) const;
   Request Broadcast(std::string_view text) const;
   Request Question(const Identification::Question& question) const;
-  /// Whether the request is a question in the other checksum mode.
+  /// True if the request is an identification question in the checksum mode that is not configured.
   bool IsInOtherMode(View request) const;
-  /// The settings with which the reply to the request is read.
   const Settings& SettingsFor(View request) const {
     return IsInOtherMode(request) ? other_mode_ : settings_;
   }
@@ -48,14 +46,14 @@ class Requests {
  private:
   const std::uint8_t address_;
   const Settings& settings_;
-  Settings other_mode_;  ///< the same with the checksum the other way
+  Settings other_mode_;  ///< `settings_` with the opposite value of `checksum`
 };
 
-// What replies of one module mean for its points. It remembers nothing.
+// ReplyReader turns the replies of one module into readings of its points. It has no state.
 //
 //   > #01   < >+05.880+01.230     point "#[0]" is 5.88, point "#[1]" is 1.23
 
-/// A request and its reply, decoded.
+/// A request and its decoded reply.
 struct Exchanged {
   Command command;
   DecodedReply reply;
@@ -63,7 +61,7 @@ struct Exchanged {
 
 class ReplyReader {
  public:
-  /// `counts`: totals are kept of counters. All others outlive it.
+  /// `counts`: the device has totals. The references must outlive this object.
   ReplyReader(const Settings& settings, const Requests& requests, const Places& places,
               const Identification& identification, bool counts)
       : settings_(settings),
@@ -72,16 +70,15 @@ class ReplyReader {
         identification_(identification),
         counts_(counts) {}
 
-  /// Empty: the request is none.
+  /// Returns nothing if `request` is not a DCON request.
   std::optional<Exchanged> Read(View request, View frame) const;
-  /// A reading of each point that the command reads.
   Answer ReadingsOf(const Exchanged& exchanged) const;
   /// See Conversation::Interpret. `polled`: the device has points.
   Answer Interpret(View request, View frame, bool polled) const;
 
  private:
-  /// The frame ends with a right checksum, but this request went out without one: it is a late
-  /// reply to an earlier request in the configured mode.
+  /// True if the frame ends with a correct checksum although this request was sent without one. The
+  /// frame is then a late reply to an earlier request in the configured mode.
   bool IsOfOwnMode(View request, View frame) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
   void AddLabels(const Exchanged& exchanged, Answer& answer) const;
@@ -93,36 +90,34 @@ class ReplyReader {
   const bool counts_;
 };
 
-// Writes to the points of one module: the command, and what its reply means. Several outputs of a
-// group go out in one command, which sets the whole group (places.h), so what the other
-// outputs are is read just before:
+// WriteJob builds the commands that write points of one module and judges the replies. Several
+// outputs of a group are written by one command, which sets the whole group (places.h), so the
+// states of the other outputs are read directly before:
 //
 //   on relay_1, off relay_3:   Next  $6       Take  !000900     relays 3 and 0 are on
 //                              Next  #0003    Take  >           done
-//
 class WriteJob {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   WriteJob(const config::Device& device, const Places& places);
 
-  /// How many of these writes, from the first on, go together.
+  /// Returns how many of `writes`, counted from the first, one command can carry.
   std::size_t Together(std::span<const PointValue> writes) const;
 
   struct Step {
     std::string command;
-    bool prepares = false;  ///< it reads what the others are
+    bool prepares = false;  ///< reads the states of the other outputs; nothing is written yet
   };
   Result<Step> Next(const Task& task, Instant now);
-  /// `answer`: the readings of the reply to the command of Next.
+  /// `answer`: the readings of the reply to the command that Next returned.
   Answer Take(const Task& task, const Exchanged& exchanged, Answer answer, Instant now);
-  /// The command of Next was not answered. `prepares`: as in Step.
+  /// Call if the command that Next returned was not answered. `prepares`: as in Step.
   void OnFailure(const Task& task, bool prepares, bool silent);
 
-  /// A poll or a read for a write has brought a digital word.
+  /// Call with each digital word that a poll or a preparing read returned.
   void OnWord(const std::string& command, std::uint64_t word) { words_[command] = word; }
-  /// Something else was asked in between.
+  /// Call if another request is sent between the steps of a write.
   void OnOther() { certain_.reset(); }
-  /// Another module may answer now.
   void OnReconnect();
 
  private:
@@ -136,34 +131,36 @@ class WriteJob {
 
   const config::Device& device_;
   const Places& places_;
-  std::map<std::string, std::uint64_t> words_;  ///< by command, as they were read last
-  std::optional<Certain> certain_;  ///< what outputs are, for the write of several under way
-  bool alone_ = false;              ///< the module does not take several outputs at once
+  std::map<std::string, std::uint64_t> words_;  ///< the digital word last read, by command
+  std::optional<Certain> certain_;  ///< output states for the write under way, read twice
+  bool alone_ = false;              ///< the module does not accept the command for several outputs
 };
 
-// What goes to all modules of a line at once and is answered by none: `~**`, the host is there, and
-// `#**`, take a sample now. When each is due; conversations send them in front of
-// their own requests. Source: dcon reference, 12 and 14.
+// Broadcasts that no module answers: `~**` (the host is alive) and `#**` (take a sample now).
+// DconBus and Sampling decide when each is due. Conversations send them before their requests.
+// Source: dcon reference, 12 and 14.
 //
 //   > #**                        every module samples
 //   > $014   < >011+05.880       1: fetched for the first time, so it is the sample of this #**
 //   > $024   < !12A1500
-//   > #**                        module 01 is asked again
+//   > #**                        sent before module 01 is asked again
 //
-// A module that has not heard the last `#**` still holds the sample before; its digit is 0 when
-// that was fetched. So a sample counts only when the one before it is known to have been fetched.
+// A module that missed the last `#**` still holds the previous sample. Its digit is 0 if that
+// sample was already fetched. So a sample is accepted only if the previous sample was certainly
+// fetched.
 
 inline constexpr const char* kHostIsThere = "~**";
 inline constexpr const char* kTakeSample = "#**";
 inline constexpr const char* kAskSample = "$4";
 
-/// A module hears what comes in its own checksum mode: two groups share a line at most.
+/// State that the modules of a line share. They form two groups, with and without a checksum,
+/// because a module ignores broadcasts in the other checksum mode.
 class DconBus : public Bus {
  public:
   struct Group {
-    std::optional<Instant> told_at;     ///< `~**` was sent
-    std::uint64_t samples = 0;          ///< so many `#**` were
-    std::optional<Instant> sampled_at;  ///< the latest of them
+    std::optional<Instant> told_at;     ///< when `~**` was last sent
+    std::uint64_t samples = 0;          ///< how many `#**` were sent
+    std::optional<Instant> sampled_at;  ///< when the last `#**` was sent
   };
   Group& Of(bool checksum) { return groups_[checksum ? 1 : 0]; }
 
@@ -171,24 +168,23 @@ class DconBus : public Bus {
   std::array<Group, 2> groups_;
 };
 
-/// One module's part in the samples of its line.
+/// Decides for one module when to sample and whether a fetched sample is valid.
 class Sampling {
  public:
-  /// `group` outlives it. `period`: of its polls; an older sample is not fetched.
+  /// `group` must outlive this object. `period`: of the polls; an older sample is not fetched.
   Sampling(DconBus::Group& group, Duration period) : group_(group), period_(period) {}
 
-  /// `#**` is to be sent before `$AA4`: it has been asked for the latest sample, or that is old.
+  /// True if `#**` must be sent before `$AA4`: the latest sample was asked already, or is too old.
   bool WantsNew(Instant now) const;
   void OnSampled(Instant now);
-  /// `$AA4` was answered, or has failed.
+  /// Call after each `$AA4`, answered or failed.
   void OnAsked() { asked_ = group_.samples; }
-  /// It was answered. `first`: what the module says of this fetch. Empty: it is the sample that
-  /// was asked for; else why its value does not count.
+  /// Call after a reply to `$AA4`. `first`: the sample was fetched for the first time. Returns why
+  /// the sample must be rejected, or nothing.
   std::optional<std::string> WhyNot(bool first);
-  /// Another module may answer now.
   void OnReconnect() { fetched_.reset(); }
 
-  /// Samples of others go on between its own polls.
+  /// True if other modules repeatedly take new samples between two polls of this module.
   bool IsOvertaken() const { return overtaken_ >= kOftenOvertaken; }
 
  private:
@@ -197,13 +193,13 @@ class Sampling {
   DconBus::Group& group_;
   Duration period_;
   std::uint64_t asked_ = 0;
-  std::optional<std::uint64_t> fetched_;  ///< the latest when it answered last
-  int overtaken_ = 0;                     ///< in a row
+  std::optional<std::uint64_t> fetched_;  ///< latest sample when the module last answered
+  int overtaken_ = 0;                     ///< overtaken samples in a row
 };
 
 class DconConversation : public Conversation {
  public:
-  /// `device` and `bus` outlive the conversation.
+  /// `device` and `bus` must stay valid for the lifetime of the conversation.
   DconConversation(const config::Device& device, const Settings& settings, DconBus& bus);
 
   std::span<const Query> Queries() const override;
@@ -226,7 +222,7 @@ class DconConversation : public Conversation {
   std::string WhatIsLearned() const override;
 
  private:
-  /// What the task wants to send once it is known which module answers.
+  /// Returns the command of the task itself, which is sent after the identification questions.
   std::string CommandOf(const Task& task) const;
   bool IsHostDue(Instant now) const;
   Request AskProbe();
@@ -236,17 +232,15 @@ class DconConversation : public Conversation {
   Answer TakeWritten(const Task& task, const Exchanged& exchanged, Instant now);
   Answer TakeRead(const Task& task, const Exchanged& exchanged, Instant now);
   void TakeSample(const Exchanged& exchanged, Answer& answer);
-  /// What the reply to a poll or probe says of the plan.
   void LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now);
-  /// The same, of the module and its outputs.
   void LearnModule(const Task& task, const Exchanged& exchanged, const Answer& answer);
   void Learn(const Identification::Question& question, const DecodedReply& reply);
   Then OnQuestionFailed(const Task& task, const Identification::Question& question, Outcome outcome,
                         bool behind_read);
 
   const config::Device& device_;
-  Settings settings_;            ///< `enabled` as the module has said
-  const std::uint32_t enabled_;  ///< as configured
+  Settings settings_;  ///< `enabled` is replaced by the mask that the module reports
+  const std::uint32_t enabled_;
   DconBus::Group& group_;
   const Places places_;
   QueryPlan<Read> plan_;
@@ -258,8 +252,8 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
-  bool withheld_ = false;  ///< a write: the module has not told its mode, and that is said next
-  int counted_again_ = 0;  ///< how often in this poll
+  bool withheld_ = false;  ///< the write cannot be sent: the checksum mode is unknown
+  int counted_again_ = 0;  ///< how often a count was read again in this poll
 };
 
 }  // namespace baudgate::protocols::dcon

@@ -26,13 +26,13 @@ DecodedReply One(Form form, Value value) {
 
 std::string Shown(View frame) { return "'" + Printable(frame) + "'"; }
 
-/// `#AA(data)`, `#AAN(data)`, `#AACn(data)` with a number.
+/// True for `#AA(data)`, `#AAN(data)` and `#AACn(data)` if the data is a number with a point.
 bool IsAnalogOutput(std::string_view command) {
   return command.starts_with('#') && command.find('.') != std::string_view::npos;
 }
 
-/// "?01" or "?": the module understood and says no. Beyond its range an analog output says no as
-/// well, and goes to its limit (dcon reference, 10.1).
+/// Decodes "?01" or "?": the module refuses the request. An analog output also refuses a value
+/// beyond its range, but moves to the limit (dcon reference, 10.1).
 DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read) {
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
@@ -74,14 +74,14 @@ DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Setti
   if (reply.lead == '>' && (reply.body.empty() || (settings.data_address && reply.body == who))) {
     return done;
   }
-  // ADAM-4024 outputs (#AACn): the manual does not tell its reply.
+  // The ADAM-4024 manual does not print the reply to #AACn, so `!AA` is accepted too.
   const bool output = request.text.front() == '#' || request.text.front() == '@';
   const bool lenient = settings.write_ack_address || request.text.starts_with("#C") || !output;
   if (reply.lead == '!' && lenient && reply.body.starts_with(who)) return done;
   return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
 }
 
-/// Without points that tell, the reply's own shape does.
+/// Guesses the form from the reply's shape, for a command that no point reads.
 Form GuessForm(const Command& request, const Reply& reply, const Settings& settings) {
   const Form fallback = DefaultForm(request.text).value_or(Form::text);
   const std::string_view body = reply.body;
@@ -95,7 +95,7 @@ Form GuessForm(const Command& request, const Reply& reply, const Settings& setti
                                                                                : Form::number;
 }
 
-/// `!AA` and the rest, or `>` and the rest; nothing when another module speaks.
+/// Returns the body after the address. Nothing: the address is that of another module.
 std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address, bool addressed) {
   const std::string_view body = reply.body;
   if (!addressed) return body;
@@ -134,10 +134,9 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
   return decoded;
 }
 
-/// How many digits a reply of this form has.
 std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
   if (form == Form::hex) return HexDigits(command);
-  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY
+  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY, $AAX1
   if (form == Form::decimal) return {5, 5};
   if (form == Form::counter) return {8, 8};
   return {4, 4};
@@ -175,7 +174,6 @@ DecodedReply DecodeText(std::string_view command, std::string_view payload) {
   return One(Form::text, std::string(payload));
 }
 
-/// Whether a reply of this form begins with '>' and so, on most modules, has no address.
 bool LeadFits(Form form, char lead) {
   switch (form) {
     case Form::numbers:
@@ -192,13 +190,13 @@ bool LeadFits(Form form, char lead) {
 
 bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   if (reply.lead == '>') return settings.data_address;
-  // One manual prints $AALS both ways; six digits are one form, eight the other.
+  // One manual prints $AALS with and without an address: eight digits or six.
   if (form == Form::status) return reply.body.size() == 8;
   return true;
 }
 
-/// What `#**` has latched: `>AAS(data)` of an analog module, `!S(data)00` of a digital one, which
-/// does not say who it is.
+/// Decodes the reply to `$AA4`: `>AAS(data)` of an analog module, or `!S(data)00` of a digital one,
+/// which contains no address. S is 1 when the sample is fetched for the first time.
 DecodedReply DecodeSample(const Command& request, Form form, const Reply& reply,
                           const Settings& settings, View frame) {
   std::string_view payload = reply.body;
@@ -227,7 +225,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not have the form that " +
                                          request.text + " asks for");
   }
-  // With INIT* grounded a module answers at 00 and tells its stored address here.
+  // With INIT* grounded a module answers at 00, and this reply contains its stored address.
   const bool init = request.text == "$2" && request.address == 0;
   const auto payload = init && reply.body.size() >= 2
                            ? std::optional(std::string_view(reply.body).substr(2))
@@ -247,14 +245,14 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     case Form::numbers:
     case Form::number:
     case Form::words: {
-      // The cold junction comes as a number with a sign in every data format.
+      // The cold junction temperature is a signed number in every data format.
       Settings own = settings;
       const bool signs = payload->starts_with('+') || payload->starts_with('-');
       if (request.text == "$3" && signs) own.format = Format::engineering;
       return DecodeNumbers(*payload, form, channels, own);
     }
     case Form::readback: {
-      // I-7021 and ADAM-4021 write their one output without a sign.
+      // I-7021 and ADAM-4021 send their one output without a sign.
       const bool bare = !payload->empty() && HexDigit(payload->front());
       const std::string sign = bare && settings.format != Format::hex ? "+" : "";
       return DecodeNumbers(sign + std::string(*payload), form, channels, settings);
@@ -343,14 +341,14 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// The last two characters are the checksum that nobody has configured: they belong to no number.
+/// True if the last two characters are a correct checksum, so they may be no digits of a number.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;
   return HexByte(Sum8(frame.first(text.size() - 2))) == text.substr(text.size() - 2);
 }
 
-/// 'n' stands for one hex digit, a '*' at the end for any rest.
+/// In `pattern`, 'n' is any hex digit, and a final '*' any rest.
 bool FitsPrinted(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
   if (open) pattern.remove_suffix(1);
@@ -366,11 +364,11 @@ Reading Labelled(const Command& request, std::string_view what, Value value,
   return {kNoPoint, std::move(value), quality, std::move(label)};
 }
 
-/// What follows `!AA`.
+/// One row: how to read the characters after `!AA` in the reply to `command`.
 struct Behind {
   std::string_view command;
   enum class Kind : std::uint8_t { flag, hex, decimal, number, text } kind;
-  std::size_t digits;  ///< of flag, hex and decimal
+  std::size_t digits;  ///< exact number of digits for flag, hex and decimal
   std::string_view what;
 };
 
@@ -400,7 +398,7 @@ constexpr Behind kBehind[] = {
     {"~RD", Kind::hex, 2, "response delay, ms"},
 };
 
-/// A number of the usual seven characters, or without its sign.
+/// Parses a number of the usual seven characters, with or without its sign.
 std::optional<Reading> NumberOf(const Command& request, std::string_view text,
                                 std::string_view what, const Settings& settings) {
   const bool bare = !text.empty() && HexDigit(text.front());
@@ -430,7 +428,7 @@ std::optional<Reading> ReadBehind(const Behind& row, const Command& request, std
   return Labelled(request, row.what, std::string(text));
 }
 
-/// `!01C0R08` and, on ADAM-4024, `!01C030`: the type code of one channel.
+/// Parses `!01C0R08`, on ADAM-4024 `!01C030`: the type code of one channel.
 std::optional<Reading> ReadChannelType(const Command& request, std::string_view text) {
   if (!FitsPrinted("$8Cn", request.text) || !text.starts_with(request.text.substr(2))) {
     return std::nullopt;
@@ -441,7 +439,7 @@ std::optional<Reading> ReadChannelType(const Command& request, std::string_view 
   return Labelled(request, "type code", std::string(text));
 }
 
-/// `!AA` alone is "done"; more is read by the table, and what the table does not have is text.
+/// Parses `!AA` (done), or `!AA` with data: by kBehind, or as text if no row fits.
 std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
                                     const Settings& settings) {
   const std::string who = HexByte(ReplyAddress(request));
@@ -467,8 +465,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   return answer;
 }
 
-/// What `#**` has latched: `>AAS(data)` of an analog module, `!S(data)00` of a digital one; S is 1
-/// when the sample is fetched for the first time.
+/// Parses the reply to `$AA4` (see DecodeSample) in any number width.
 std::optional<Answer> ReadSample(const Command& request, View frame, const Reply& reply,
                                  const Settings& settings) {
   if (request.text != "$4") return std::nullopt;
@@ -497,7 +494,7 @@ std::optional<Answer> ReadSample(const Command& request, View frame, const Reply
   return answer;
 }
 
-/// The decimal counter of NuDAM, `#AAND`: ten digits after `>` or `!AA`.
+/// Parses the decimal counter of NuDAM, `#AAND`: ten digits after `>` or `!AA`.
 std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) {
   if (!FitsPrinted("#nD", request.text)) return std::nullopt;
   std::string_view text = reply.body;
@@ -508,8 +505,7 @@ std::optional<Answer> ReadTenDigits(const Command& request, const Reply& reply) 
   return answer;
 }
 
-/// The counter of a digital input that does not fill up with zeros: `#AAN` → `!AA` and fewer than
-/// five digits.
+/// Parses the counter of a digital input without leading zeros: `#AAN` → `!AA` and 1 to 4 digits.
 std::optional<Answer> ReadShortCounter(const Command& request, View frame, const Reply& reply) {
   const std::string who = HexByte(request.address);
   if (!FitsPrinted("#n", request.text) || reply.lead != '!' || !reply.body.starts_with(who)) {
@@ -523,8 +519,7 @@ std::optional<Answer> ReadShortCounter(const Command& request, View frame, const
   return answer;
 }
 
-/// OWEN 110-224.1T: fifteen characters of text, the value in the first nine, the frequency in the
-/// last five.
+/// Parses 15 characters of OWEN 110-224.1T: the value in the first 9, the frequency in the last 5.
 std::optional<Answer> ReadFifteenCharacters(const Command& request, const Reply& reply) {
   if (request.text.front() != '#' || reply.lead != '>' || reply.body.size() != 15) {
     return std::nullopt;
@@ -539,7 +534,7 @@ std::optional<Answer> ReadFifteenCharacters(const Command& request, const Reply&
   return answer;
 }
 
-/// ND-6058 tells 40 bits where others tell 16.
+/// Parses the status of ND-6058: 40 bits where other modules send 16.
 std::optional<Answer> ReadLongStatus(const Command& request, const Reply& reply) {
   if (request.text != "$6" || reply.lead != '!' || reply.body.size() != 10 ||
       !IsHexText(reply.body)) {
@@ -569,7 +564,7 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   return answer;
 }
 
-/// Numbers of the usual width and two characters more: these may be a checksum.
+/// True if the last two characters may be a checksum: a correct one, or behind a valid reply.
 bool MayEndWithSum(const Command& request, View frame, const Settings& settings) {
   if (EndsWithItsSum(frame)) return true;
   const std::string_view text = Trim(AsText(frame));
@@ -578,8 +573,8 @@ bool MayEndWithSum(const Command& request, View frame, const Settings& settings)
   return DecodeReply(request, std::nullopt, 0, shorter, settings).outcome == Outcome::ok;
 }
 
-/// Numbers in hex words or of another width, and replies with `>` that carry the address (TRP-C68):
-/// as if the options said so.
+/// Parses numbers in hex words, numbers of another width, and replies with `>` that contain the
+/// address (TRP-C68), as if the options were set for them.
 std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, const Reply& reply,
                                             const Settings& settings) {
   if (reply.lead != '>' || !DefaultForm(request.text)) return std::nullopt;

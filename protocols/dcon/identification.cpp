@@ -29,7 +29,7 @@ constexpr std::array<Spelling, 10> kSpellings = {{{"v", "V"},
                                                   {"celsius", "degC"},
                                                   {"hz", "Hz"}}};
 
-/// What numbers in engineering format count: "V", "mV", "mA", "degC"; empty: not known.
+/// Returns the unit of numbers in engineering format: "V", "mV", "mA", "degC". Empty: unknown.
 std::string_view UnitOfType(std::uint8_t type) {
   switch (type) {
     case 0x00:
@@ -55,9 +55,8 @@ std::string_view UnitOfType(std::uint8_t type) {
   }
 }
 
-/// The unit in the spelling of UnitOfType, or "Hz". Letter case and blanks do not matter, so "volt"
-/// is "V", "MV" is "mV" and "°C" is "degC". A unit of another kind ("bar", "uV") is returned as it
-/// is written.
+/// Returns the unit in the spelling of UnitOfType, or "Hz": "volt" is "V", "MV" is "mV", "°C" is
+/// "degC". Any other unit ("bar", "uV") is returned unchanged.
 std::string_view PlainUnit(std::string_view unit) {
   std::string text = Lower(unit);
   std::erase(text, ' ');
@@ -65,7 +64,7 @@ std::string_view PlainUnit(std::string_view unit) {
   return found == kSpellings.end() ? unit : found->unit;
 }
 
-/// Whether some type measures in it, so that others contradict it: "V", "°C", not "bar".
+/// True if some type measures in `unit` ("V", "°C", not "bar").
 bool IsUnitOfTypes(std::string_view unit) {
   const std::string_view plain = PlainUnit(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
@@ -92,7 +91,7 @@ constexpr std::array<std::string_view, 16> kTypeQuestions = {
     "$8C0", "$8C1", "$8C2", "$8C3", "$8C4", "$8C5", "$8C6", "$8C7",
     "$8C8", "$8C9", "$8CA", "$8CB", "$8CC", "$8CD", "$8CE", "$8CF"};
 
-/// "C2R0D" behind the address.
+/// Parses the type from "C2R0D", the text after the address.
 std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   if (reply.outcome != Outcome::ok || reply.fields.empty()) return std::nullopt;
   const std::string text = ToText(reply.fields.front().value);
@@ -101,7 +100,6 @@ std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   return ParseInteger<std::uint8_t>(std::string_view(text).substr(begin.size()), 16);
 }
 
-/// "$8C2", or its input.
 std::string_view QuestionOfInput(unsigned input) { return kTypeQuestions[input]; }
 
 }  // namespace
@@ -185,7 +183,7 @@ void ChannelTypes::Settle(Input& input, std::optional<std::uint8_t> type) {
   input.asked = true;
   input.silences = 0;
   input.type = type;
-  // One that does not tell the first does not tell the others.
+  // If the module does not report the first type, it reports none: all inputs count as asked.
   const bool knows = type || std::ranges::any_of(inputs_, [](const Input& i) {
                        return i.asked && i.type.has_value();
                      });
@@ -246,7 +244,7 @@ namespace {
 
 constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
-constexpr int kOwnMode = 2;  // questions of the round
+constexpr int kOwnMode = 2;  // questions in the configured checksum mode, the first of the round
 
 constexpr std::string_view kAdvice = ": correct the profile, the address or the module";
 
@@ -272,7 +270,7 @@ DeviceTrouble Complaint(std::string what) {
           "the module is not what its profile says: " + std::move(what).append(kAdvice)};
 }
 
-/// `on`: in the module.
+/// `on`: the checksum is on in the module.
 DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
@@ -301,7 +299,7 @@ Identification::Identification(const config::Device& device, const Settings& set
   }
 }
 
-/// `#AA` and `#AAN` alone: with a checksum that is not due, `#0184` is a read of channel 84 at
+/// Only `#AA` and `#AAN` are harmless: with an unexpected checksum, `#0184` reads channel 84 at
 /// most.
 bool Identification::IsHarmless(std::string_view command) {
   return command.starts_with('#') && command.size() <= 2;
@@ -404,7 +402,8 @@ void Identification::OnPolled() {
   Sum();
 }
 
-/// One that tells nothing of itself is not asked again and again.
+/// Starts a new round only for a module that has reported its type: a module that never reports it
+/// would be asked again after every lost poll.
 void Identification::OnLost() {
   if (type_) OnReconnect();
 }
@@ -416,7 +415,7 @@ void Identification::OnReconnect() {
   channels_.Forget();
 }
 
-/// "080600": type 08, 9600 bit/s, format byte 00.
+/// Judges the reply to `$AA2`. Example: "080600" is type 08, 9600 bit/s, format byte 00.
 DeviceTrouble Identification::Judge(std::string_view configuration) {
   const auto type = ParseInteger<std::uint8_t>(configuration.substr(0, 2), 16);
   const auto format = ParseInteger<std::uint8_t>(configuration.substr(4), 16);
@@ -430,7 +429,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   if (!settings_.types.empty() && !listed) {
     return Complaint("type " + code + ", the profile says " + Alternatives(settings_.types));
   }
-  // With INIT* grounded a module answers at 00 without checksum, whatever is set.
+  // With INIT* grounded a module answers at 00 without checksum, whatever its format byte is.
   const bool init = ParseAddress(device_.address).value() == 0;
   if (!init && ((*format & 0x40U) != 0) != settings_.checksum) {
     return ModuleChecksum(!settings_.checksum);
@@ -459,7 +458,7 @@ bool Identification::IsMute() const {
   return done_ && !answered_ && !sure_ && settings_.checksum && only_others_;
 }
 
-/// The worst of all that the module has said; of remarks all.
+/// Sets trouble_ to the most serious trouble. Without a trouble its text lists all remarks.
 void Identification::Sum() {
   const bool was_wrong = static_cast<bool>(trouble_);
   trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
@@ -470,7 +469,7 @@ void Identification::Sum() {
         "identify: false if its checksum is on";
   }
   if (was_wrong) {
-    // Meanwhile channels may have been set as well.
+    // Channels may have been reconfigured while the trouble lasted.
     asked_mask_ = false;
     channels_.Forget();
   }
@@ -488,7 +487,7 @@ std::optional<double> Identification::FactorOf(std::size_t point) const {
 
 namespace {
 
-/// In one task; beside them come two broadcasts and, of a counter, three reads.
+/// The most questions in one task. Two broadcasts and three reads of a counter may be added.
 constexpr int kMostQuestions = kMostSteps - 5;
 
 }  // namespace
@@ -505,8 +504,8 @@ std::optional<Questions::Question> Questions::Before(std::string_view command) {
 
 bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_value(); }
 
-/// What is due is asked again after the read and not before it: the replies to these questions say
-/// whose they are, and only the first request of a task waits for the proof that its reply needs.
+/// A type question is asked after the read, because its reply contains the module's address. The
+/// reply to the read needs a proof, for which only the first request of a task waits.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();
   if (count_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);
@@ -516,7 +515,7 @@ Then Questions::AfterRead(std::string_view command, Instant now) {
 
 Then Questions::AfterQuestion(std::string_view command) {
   const bool goes_on = !identification_.is_done() || identification_.Allows(command);
-  // A task has few exchanges: the next poll goes on with the questions, at once.
+  // The number of exchanges of a task is limited: the next poll continues with the questions.
   const bool enough = ++count_ >= kMostQuestions && goes_on && identification_.Next(command);
   if (goes_on && !enough) return Then::ask_again;
   count_ = 0;

@@ -1,13 +1,14 @@
-// Which module answers at the address, found out before it is polled: name, type code, data format
-// and checksum mode, asked with the only two commands that no module takes for a write in either
-// mode. Questions go through conversation.h to the line. Source: dcon reference, 4.1 "Hazards".
+// Identification finds out which module answers at the address before it is polled: name, type
+// code, data format and checksum mode. It uses the only two commands that no module takes for a
+// write in either checksum mode. Source: dcon reference, 4.1 "Hazards".
 //
 //   checksum: true   > $01MD2 (silence)  > $012B7 (silence)  > $01M  < !017017
 //                    its checksum is off
 //
-// Polls of such a module would write: `@01` + `A1` is "set outputs to A1" where no checksum is due.
+// A poll of such a module would write: `@01` + `A1` means "set outputs to A1" if the module's
+// checksum is off.
 //
-// ChannelTypes keeps what each input measures, and Questions when something is asked.
+// ChannelTypes stores what each input measures. Questions decides when a question is asked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,56 +28,56 @@
 
 namespace baudgate::protocols::dcon {
 
-// Input ranges of analog modules by their type code, the first byte of what `$AA2` answers.
-// Source: tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35
-// mean something else on output modules, 40 and above are no analog inputs.
+// Input ranges of analog modules by type code, the first byte in the reply to `$AA2`. Source:
+// tables of ICP DAS I-7011/18 and I-7012/17 and Advantech ADAM-4000. The codes 30 to 35 have
+// another meaning on output modules; 40 and above are no analog inputs.
 
-/// What a number of a module of this type is multiplied with to be one in `unit`: 0.001 for mV
-/// where V is wanted. Empty: such a module cannot measure that. A unit that no type has ("bar")
-/// is the user's own, and takes the number as it is.
+/// Returns the factor that converts a number of a module of this type to `unit`. Example: 0.001 if
+/// the module measures mV and `unit` is V. Empty: such a module cannot measure `unit`. A unit that
+/// no type has ("bar") is the user's own; the factor is then 1.
 std::optional<double> FactorOfType(std::uint8_t type, std::string_view unit);
 
-/// Whether it is the type of an analog output. 30, 31 and 33 are thermistors of ADAM-4015, which
-/// takes no samples.
+/// True for the type codes of analog outputs. ADAM-4015 uses 30, 31 and 33 for thermistor inputs,
+/// but the result matters only for modules that take samples (`#**`), and ADAM-4015 takes none.
 bool IsAnalogOutput(std::uint8_t type);
 
-// What each input of a module measures, where each has a type code of its own (`$AA8Ci` →
-// `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). Asked with Identification, judges single points.
+// ChannelTypes stores what each input measures, for modules with a type code for each input
+// (`$AA8Ci` → `!AACiRrr`: ADAM-4015, 4017+, 4018+, 4019+). It judges single points.
 // Source: dcon reference, 5, 7.3 and 19.11.
 //
-//   > $018C2   < !01C2R0D      input 2 measures mA: a point of it in V is not good
+//   > $018C2   < !01C2R0D      input 2 measures mA: a point in V that reads it has a bad quality
 
-/// The input that a command with joined or single numbers reads: 2 of "#[2]" and of "#2". Nothing:
-/// it reads none, or one whose type cannot be asked.
+/// Returns 2 for "#[2]" and "#2". Nothing: the address reads no input whose type can be asked.
 std::optional<unsigned> InputOf(const ReadAddress& read);
 
+/// Returns 2 for "$8C2". Nothing: `command` does not ask for the type of an input.
 std::optional<unsigned> InputOfQuestion(std::string_view command);
 
-/// Whether a module of this type measures what the point says: a current in mA, a frequency in Hz,
-/// pulses for a total. True where that cannot be told.
+/// True if a module of this type can measure what the point reads: a current in mA, a frequency in
+/// Hz, pulses for a total. Also true if that cannot be decided.
 bool Measures(std::uint8_t type, const ReadAddress& read, std::string_view unit,
               const Settings& settings);
 
 class ChannelTypes {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   ChannelTypes(const config::Device& device, const Settings& settings);
 
-  /// The input whose type has to be asked before `command` goes out: all that it reads and whose
-  /// unit can be judged.
+  /// Returns an input whose type must be asked before `command` is sent: one that `command` reads
+  /// for a point whose unit can be judged. Empty: all are asked.
   std::optional<unsigned> Next(std::string_view command) const;
-  /// One that is to be asked again, in turn: all of them within a slow period, evenly spread.
+  /// Returns an input whose type is due again. Each is due once per slow period, evenly spread.
   std::optional<unsigned> NextAnew(std::string_view command, Instant now);
   void OnAnswer(unsigned input, const DecodedReply& reply);
-  /// Silence, or what answers something else. Twice: the module does not tell it.
+  /// Call if no reply or a strange one came. After the second time no types are asked.
   void OnNothing(unsigned input);
-  /// Another module may answer now. What was known holds until all is asked again.
+  /// Call if another module may be connected. Known types stay valid until they are asked again.
   void Forget();
 
-  /// What a number of the point is multiplied with to be one in its unit. Empty: its input
-  /// measures something else.
+  /// Returns the factor from the input's unit to the point's. Empty: another quantity is measured.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// All points that are not good for it, of inputs in `enabled`. Empty: none.
+  /// Describes all points whose unit does not fit their input, for the inputs in the mask
+  /// `enabled`.
   std::string Remark(std::uint32_t enabled) const;
 
  private:
@@ -94,11 +95,11 @@ class ChannelTypes {
   std::optional<std::uint8_t> TypeOf(std::size_t point) const;
 
   const config::Device& device_;
-  std::vector<std::optional<unsigned>> inputs_of_points_;  // by point; empty: not judged
+  std::vector<std::optional<unsigned>> inputs_of_points_;  // index: point; empty: not judged
   std::vector<Input> inputs_;                              // in the order of the points
   Duration period_;
-  std::size_t turn_ = 0;         // of inputs_: the next one to be asked again
-  std::optional<Instant> next_;  // and when; empty: an even share of the period from now on
+  std::size_t turn_ = 0;         // index in inputs_ of the next input to ask again
+  std::optional<Instant> next_;  // when to ask it; empty: not scheduled yet
 };
 
 inline constexpr const char* kAskName = "$M";
@@ -107,56 +108,54 @@ inline constexpr const char* kAskMask = "$6";
 
 class Identification {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   Identification(const config::Device& device, const Settings& settings);
 
   struct Question {
     std::string_view command;
-    bool other_mode = false;  ///< with a checksum where the configuration has none, or without one
+    bool other_mode = false;  ///< send in the checksum mode that is not configured
 
     bool operator==(const Question&) const = default;
   };
 
-  /// What to ask before `command` (without address) may go out; empty: no question is left.
+  /// Returns the question to ask before `command` (without address). Empty: none is left.
   std::optional<Question> Next(std::string_view command);
-  /// What it is time to ask again behind `command`.
+  /// Returns a question that is due again and is asked after `command`. Empty: none is due.
   std::optional<Question> NextAnew(std::string_view command, Instant now);
-  /// No question of the round is left.
   bool is_done() const { return done_; }
-  /// Whether the command may go out now: only after the round of questions, and if nothing wrong
-  /// was found. If the module did not answer them: harmless commands always, others only with
-  /// `checksum: false`, because a module whose checksum is on ignores them. The exception,
-  /// IsTakenCutShort, is for the caller to check.
+  /// True if the command may be sent now: the round of questions is complete without trouble. If
+  /// the module answered none of them, harmless commands are allowed, and others only with
+  /// `checksum: false`, because a module with its checksum on ignores them. The caller must also
+  /// check IsTakenCutShort.
   bool Allows(std::string_view command) const;
-  /// Whether a module whose checksum is on would take the last two characters of this request for
-  /// the checksum, and it is not known that the module's is off. Example: `#01+03.070` ends
-  /// with the right checksum of `#01+03.0`, which sets another value.
+  /// True if the module's checksum might be on and the last two characters of this request are a
+  /// correct checksum of the rest. Example: a module would take `#01+03.070` for `#01+03.0`, which
+  /// sets another value.
   bool IsTakenCutShort(View request) const;
-  /// The module was silent to a whole round, so that writes are not sent. If something harmless is
-  /// read, that shows its mode.
+  /// True if the module did not answer a whole round, so writes are not sent. False if a point is
+  /// read with a harmless command, because its reply shows the checksum mode.
   bool IsMute() const;
-  /// Whether the module would take the command for a read in whichever mode it is.
+  /// True if a module takes the command for a read in either checksum mode.
   static bool IsHarmless(std::string_view command);
 
-  /// `reply` answers the question, whatever it says.
+  /// Call with any reply to the question, also a refusal.
   void OnAnswer(const Question& question, const DecodedReply& reply);
-  /// Nothing came that answers it. `strange`: but something did, which may answer another request;
-  /// so the module speaks in this mode.
+  /// Call if no reply answers the question. `strange`: a frame came, but it may answer another
+  /// request. It proves that the module uses the checksum mode of the question.
   void OnNothing(const Question& question, bool strange);
-  /// A poll was not answered, with all its repetitions: another module may answer the next.
+  /// Call if a poll and all its retries got no reply: another module may answer the next poll.
   void OnLost();
-  /// The module has answered in the configured mode.
+  /// Call if the module has answered in the configured checksum mode.
   void OnPolled();
-  /// Another module may answer now. What is wrong stays wrong until it is known to be right.
+  /// Call if another module may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
-  /// Another count of channels came than should.
+  /// Call if a reply had an unexpected number of channels: the enabled channels are asked again.
   void AskMaskAgain() { asked_mask_ = false; }
 
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// What the number of an input point is multiplied with to be one in its unit. Empty: the
-  /// point's channel measures something else.
+  /// Returns the factor to the point's unit. Empty: its channel measures another quantity.
   std::optional<double> FactorOf(std::size_t point) const;
-  /// The channels that are enabled in the module, bit 0 = channel 0; empty: it has not said.
+  /// Returns the channels that are enabled in the module (bit 0: channel 0). Empty: unknown.
   std::optional<std::uint32_t> mask() const { return mask_; }
 
  private:
@@ -168,11 +167,11 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  bool joined_ = false;      ///< `#` is polled: which channel a number is of follows from its place
-  bool only_others_ = true;  ///< nothing that its points read with is harmless
-  bool sure_ = false;        ///< of the checksum mode
+  bool joined_ = false;      ///< `#` is polled: a number's position defines its channel
+  bool only_others_ = true;  ///< no point is read with a harmless command (IsHarmless)
+  bool sure_ = false;        ///< the module has answered in the configured checksum mode
 
-  // The round of questions: under way, or done since OnReconnect.
+  // State of the round of questions, since its begin.
   bool done_ = false;
   bool answered_ = false;
   int step_ = 0;
@@ -180,45 +179,43 @@ class Identification {
 
   std::optional<std::uint8_t> type_;
   std::optional<std::uint32_t> mask_;
-  DeviceTrouble mode_;  ///< what the checksum mode has shown
-  DeviceTrouble kind_;  ///< what type and format byte have
+  DeviceTrouble mode_;  ///< wrong checksum mode
+  DeviceTrouble kind_;  ///< wrong type or format byte
   DeviceTrouble name_;
   ChannelTypes channels_;
-  DeviceTrouble trouble_;  ///< the worst of these, or what is remarkable
+  DeviceTrouble trouble_;  ///< the most serious of these troubles, or remarks
 };
 
-// When the questions of a module's identification are asked: before the first command of a task,
-// and again behind its read. A task has few exchanges, so the questions of a round may take several
-// tasks.
+// Questions decides when the questions of Identification are asked: before the first command of a
+// task, and again after its read. The number of exchanges of a task is limited, so a round may take
+// several tasks.
 //
-//   Before("#")   $M   then $2   then nothing: "#" may go out
-//   AfterRead     $2   it is time to ask again whether it is still the same module
-//
+//   Before("#")   $M   then $2   then nothing: "#" may be sent
+//   AfterRead     $8C2           the type of input 2 is due again
 class Questions {
  public:
   using Question = Identification::Question;
 
-  /// It outlives this.
+  /// `identification` must outlive this object.
   explicit Questions(Identification& identification) : identification_(identification) {}
 
-  /// The request under way asks this; empty: it is the task's own.
+  /// The question in the request under way. Empty: the request is the task's own.
   const std::optional<Question>& asked() const { return asked_; }
   void SetAsked(std::optional<Question> question) { asked_ = question; }
-  /// The same, and it is answered or has failed.
+  /// Returns asked() and clears it. Call when the request was answered or has failed.
   std::optional<Question> TakeAsked();
 
-  /// What has to be asked before `command`; empty: it may go out.
+  /// Returns the question to ask before `command`. Empty: `command` may be sent.
   std::optional<Question> Before(std::string_view command);
-  /// What is to be asked after the read of the task under way; empty: the task is over.
+  /// The question to ask after the read of the task under way. Empty: none.
   const std::optional<Question>& anew() const { return anew_; }
-  /// The task has failed. True: it was behind its read.
+  /// Call if the task has failed. Returns true if its read had succeeded and anew() was asked.
   bool ForgetAnew();
-  /// The next round of questions begins with a fresh count.
   void ForgetCount() { count_ = 0; }
 
-  /// How a task goes on behind its read.
+  /// Call after the read of a task. Returns how the task continues.
   Then AfterRead(std::string_view command, Instant now);
-  /// How a task that wants to send `command` goes on behind a question.
+  /// Call after a question of a task that will send `command`. Returns how the task continues.
   Then AfterQuestion(std::string_view command);
   void OnReconnect();
 
@@ -226,7 +223,7 @@ class Questions {
   Identification& identification_;
   std::optional<Question> asked_;
   std::optional<Question> anew_;
-  int count_ = 0;  ///< in the task under way
+  int count_ = 0;  ///< questions in the task under way
 };
 
 }  // namespace baudgate::protocols::dcon

@@ -9,20 +9,20 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr const char* kReadAll = "#";
-constexpr std::size_t kProbesOfOwnMode = 3;  // then one of the other
+constexpr std::size_t kProbesOfOwnMode = 3;  // then one probe in the other mode
 
-/// Rough length of a reply, to find the cheapest probe.
+/// Estimates the length of a reply in characters, to find the cheapest probe.
 std::size_t Cost(Form form, std::size_t points) {
   if (form == Form::numbers) return 2 + 7 * points;
   return form == Form::words ? 2 + 4 * points : 10;
 }
 
-/// What is answered as no poll is: the name, or one channel where polls read all of them together.
-/// Empty: there is no such request.
+/// Returns a request that no poll sends: the module's name, or one channel if polls read all
+/// channels together. Empty: no such request exists.
 std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool polls,
                      std::size_t channels) {
   if (settings.identify || !polls) return kAskName;
-  // One channel is a poll of its own where any command but `#` begins with '#'.
+  // If single channels are polled as well, no channel can serve as a probe that no poll sends.
   bool all_together = false;
   for (const auto& read : reads) {
     if (!read || read->command[0] != '#') continue;
@@ -56,8 +56,8 @@ bool Probing::IsInOtherMode() const {
   return settings_.identify && unanswered_ % (kProbesOfOwnMode + 1) == kProbesOfOwnMode;
 }
 
-/// A read in place of its own probe: the cheapest that is known to work; while none is, the first,
-/// because profiles begin with what always works.
+/// Prefers the cheapest read that was answered before. If none was, the first read is used, because
+/// profiles begin with a read that always works.
 std::string Probing::Command(const Identification& identification) const {
   std::vector<std::string> reads;
   std::size_t best = 0;
@@ -95,10 +95,10 @@ bool Probing::OnFailed(bool own, bool silent) {
 
 namespace {
 
-constexpr unsigned kOutputs = 8;  // of a group
-constexpr unsigned kBits = 16;    // of a digital word
+constexpr unsigned kOutputs = 8;  // outputs in a group
+constexpr unsigned kBits = 16;    // bits in a digital word
 
-/// "#13" writes an output of the group "#00", "#A3" of "#0A", "#B3" of "#0B".
+/// Returns "#00" for outputs written with "#13", "#0A" for "#A3", "#0B" for "#B3".
 std::string CommandOfAll(char group) { return group == '1' ? "#00" : std::string("#0") + group; }
 
 }  // namespace
@@ -154,14 +154,14 @@ std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::ui
 
 namespace {
 
-/// A damaged reply may look like a refusal: "does not have it" takes three.
+/// A damaged reply may look like a refusal, so a query counts as unsupported after three refusals.
 constexpr int kRefusals = 3;
 
 }  // namespace
 
 Places::Places(const config::Device& device, const Settings& options) {
   for (const config::Point& point : device.points) {
-    // check_point has told the user of what cannot be parsed.
+    // Addresses that cannot be parsed were reported by check_point before.
     const auto write = ParseWrite(point.write);
     const bool written = point.access != config::Access::read && write;
     writes.push_back(written ? std::optional(*write) : std::nullopt);

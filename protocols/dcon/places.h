@@ -1,6 +1,5 @@
-// Where the values of a module's points stand: their addresses, parsed once, and the requests that
-// read them. Probing chooses the request for a silent module, and OutputGroup sets several outputs
-// at once.
+// Plans how the points of a module are read and written. Places contains their addresses, Probing
+// chooses the request for a silent module, and OutputGroup sets several outputs at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,10 +23,10 @@
 
 namespace baudgate::protocols::dcon {
 
-// Which request a silent DCON module is looked for with: its name, one channel where polls read all
-// together, or the cheapest poll that is known to work. Asked by conversation.h.
+// Probing chooses the request that looks for a silent DCON module: the module's name, one channel
+// if polls read all channels together, or the cheapest poll that is known to work.
 
-/// One read command and the form of its reply: `#01` as joined numbers.
+/// One read command and the form of its reply. Example: `#AA`, joined numbers.
 struct Read {
   std::string command;
   Form form = Form::number;
@@ -38,90 +37,89 @@ class Probing {
  public:
   using Reads = std::vector<std::optional<ReadAddress>>;  ///< by point; empty: it is not read
 
-  /// `plan` has been made; both outlive it. `channels`: values of `#AA`.
+  /// `plan` must be made already. `channels`: number of values in the reply to `#AA`. The
+  /// references must stay valid for the lifetime of this object.
   Probing(const Settings& settings, const Reads& reads, const QueryPlan<Read>& plan,
           std::size_t channels);
 
-  /// The next one is to be sent as `$AAM` in the other checksum mode: every fourth time.
+  /// True if the next probe is `$AAM` in the other checksum mode, as every fourth unanswered one.
   bool IsInOtherMode() const;
   std::string Command(const Identification& identification) const;
-  /// Whether its answer is one that no poll gets.
+  /// True if no poll sends `command`, so its reply cannot be a late reply to a poll.
   bool IsOwn(std::string_view command) const { return command == own_; }
 
-  /// A probe was answered, or a poll.
+  /// Call after each answered probe (OnAnswered) and each answered poll (OnPolled).
   void OnAnswered(std::string_view command);
   void OnPolled();
-  /// A probe failed. True: another one is worth sending at once.
+  /// `own`: see IsOwn. Returns true if another probe is worth sending at once.
   bool OnFailed(bool own, bool silent);
   void OnReconnect() { choice_.OnReconnect(); }
 
  private:
   const Settings& settings_;
   const QueryPlan<Read>& plan_;
-  std::string own_;  ///< empty: there is none
+  std::string own_;  ///< the probe that no poll sends; empty: none exists
   ProbeChoice choice_;
   std::size_t unanswered_ = 0;
 };
 
-// Several digital outputs of one module in one exchange: `#AA00DD` sets all eight of a group. What
-// the others are comes from the module's own digital word, read just before; points say which bit
-// shows which output. Points come from the configuration, commands go to conversation.h. Source:
-// dcon reference, 8.2.
+// An OutputGroup is eight digital outputs of one module, set together by `#AA00DD`. The states of
+// the outputs that do not change come from the module's digital word, read directly before the
+// write. The points define which bit of that word shows which output. Source: dcon reference, 8.2.
 //
 //   relay_1: read "$6[b1]", write "#11{bit}"      output 1 of the low group is bit 1 of $6
-//   on relay_1, off relay_3:   > $016  < !000900      8 | 1: relays 3 and 0 are on
-//                              > #010003              all eight: 0 and 1 on
+//   on relay_1, off relay_3:   > $016  < !000900      before: relays 3 and 0 are on (8 | 1)
+//                              > #010003              after: relays 0 and 1 are on
 struct OutputGroup {
-  std::string command;  ///< "#00": sets all of it
-  std::string read;     ///< "$6": shows it
-  unsigned base = 0;    ///< the bit of its first output there
+  std::string command;  ///< "#00": sets all outputs of the group
+  std::string read;     ///< "$6": reads the digital word that shows the outputs
+  unsigned base = 0;    ///< bit of the group's first output in the digital word
 
   bool operator==(const OutputGroup&) const = default;
 };
 
 struct GroupedOutput {
   OutputGroup group;
-  unsigned number = 0;  ///< in the group, 0…7
+  unsigned number = 0;  ///< number of the output in its group, 0…7
 };
 
-/// Empty: it is written alone.
+/// Returns the group of a point with these addresses. Empty: the output is written alone.
 std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
                                      const std::optional<WriteAddress>& write,
                                      const Settings& settings);
 
-using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;  ///< by point
+using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;  ///< index: point
 
-/// How many of these, from the first on, are different outputs of one group.
+/// Returns how many of `writes`, counted from the first, set different outputs of one group.
 std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> writes);
 
-/// All outputs of the group, as they are in `word` but for those that the task writes.
+/// Returns the states of all outputs of the group: those in `word`, with the changes of the task.
 std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word);
 
-/// As they are.
+/// Returns the states of the group's outputs in `word`, one bit each.
 std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 
-/// Each list is by point; nothing where a point is not read or not written.
+/// The parsed addresses of all points. The vectors `reads`, `writes` and `outputs` are indexed by
+/// point; an entry is empty if the point is not read, not written, or no grouped output.
 struct Places {
   Places(const config::Device& device, const Settings& options);
 
-  /// How many values the reply to `command` has, by options and points; 0: nothing says so.
+  /// Returns how many values the reply must have, by the options or the points. 0: unknown.
   std::size_t ChannelsOf(std::string_view command, const Settings& settings) const;
-  /// The form of the reply to `command`, if a point reads it.
   std::optional<Form> FormOf(std::string_view command) const;
-  /// A point is written with the command, and is no output.
+  /// True if a point writes a setting (not an output) with `command`.
   bool IsSetting(std::string_view command) const;
 
-  /// Indices of the points that the command reads.
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;
   std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;  ///< see ReadBy
   std::vector<std::optional<WriteAddress>> writes;
-  std::vector<WriteAddress> settings;  ///< those of writes that are no outputs
+  std::vector<WriteAddress> settings;  ///< the elements of `writes` that are settings, not outputs
   GroupedOutputs outputs;
 };
 
-/// One request for each command, however many points it serves.
+/// Plans one request for each command. One request may read several points.
 QueryPlan<Read> MakePlan(const config::Device& device, const Places& places);
 
 }  // namespace baudgate::protocols::dcon

@@ -9,13 +9,13 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// A command that is safe to poll; 'n' stands for one hex digit. The forms are those that a decoder
-/// word may choose, the first is the default.
+/// A command that may be polled. 'n' is any hex digit; `forms` are decoder words, the default
+/// first.
 struct ReadRule {
   std::string_view pattern;
   std::string_view forms;
   bool repeatable = true;
-  bool plain = true;  ///< its reply has the first form on every module
+  bool plain = true;  ///< the reply has the default form on every module
 };
 
 constexpr ReadRule kReads[] = {
@@ -34,7 +34,7 @@ constexpr ReadRule kReads[] = {
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
     {"$6n", "commanded", false},                 // resets a counter on counter modules
-    {"$7n", "power_on overflow", false, false},  // clears the overflow flag on some
+    {"$7n", "power_on overflow", false, false},  // clears the overflow flag on some modules
     {"$8", "commanded"},
     {"$8n", "commanded"},
     {"$A", "words gate"},
@@ -54,7 +54,7 @@ constexpr ReadRule kReads[] = {
     {"~4S", "hex", true, false},
 };
 
-/// Commands that look like reads and are not, or that only a person at the module should send.
+/// Commands that look like reads but are not, or that only a person at the module should send.
 struct Forbidden {
   std::string_view prefix;
   std::string_view why;
@@ -116,7 +116,7 @@ Error UnknownCommand(std::string_view text, std::string_view command) {
                    "address and checksum, as in \"#[0]\" or \"$6[b8]\"");
 }
 
-/// "b8-b9" of a reply in hex.
+/// Parses "b8-b9": several bits of a hex reply.
 bool ParseBits(std::string_view text, ReadAddress& address) {
   const auto dash = text.find("-b");
   const auto first = ParseInteger<unsigned>(text.substr(1, dash - 1));
@@ -128,7 +128,7 @@ bool ParseBits(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// "[3]", "[b3]", "[b8-b9]", "[high]", "[low]".
+/// Parses the text between the brackets of "[3]", "[b3]", "[b8-b9]", "[high]" or "[low]".
 bool ParseSelector(std::string_view text, ReadAddress& address) {
   using Select = ReadAddress::Select;
   if (text.starts_with('b') && text.find("-b") != std::string_view::npos) {
@@ -146,7 +146,7 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// What a command may do, and what to write where it is not meant so.
+/// Returns why the command is dangerous without a decoder word, and which word to add.
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {
@@ -174,7 +174,7 @@ bool SelectorFits(const ReadAddress& address) {
     case Form::hex:
       return address.select == Select::whole || address.select == Select::bit ||
              address.select == Select::bits;
-    case Form::text:  // "$2[b2]": of the format byte
+    case Form::text:  // "$2[b2]" reads a bit of the format byte
       return address.select == Select::whole ||
              (address.select == Select::bit && address.command == "$2" && address.index < 8);
     default:
@@ -305,7 +305,7 @@ std::optional<Form> DefaultForm(std::string_view command) {
 }
 
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
-  if (command == "$B") return {1, 2};  // one channel: a flag; several: a mask
+  if (command == "$B") return {1, 2};  // one channel: a flag; several channels: a mask
   if (command == "~0" || command == "$6") return {2, 2};
   if (command == "~2") return {3, 3};
   if (command == "~4") return {4, 4};
@@ -321,13 +321,13 @@ bool IsHexText(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
 }
 
-/// Writes of absolute values: the same request again changes nothing.
+/// True for writes of absolute values: sending the same request again changes nothing.
 bool IsAbsoluteWrite(std::string_view command) {
   const std::string_view tail = command.substr(1);
   if (command.front() == '@')
     return tail.starts_with("DO") || (tail.size() <= 4 && IsHexText(tail));
   if (command.front() != '#') return false;
-  if (tail.size() == 4 && IsHexText(tail)) return true;  // #AABBDD, and hex outputs #AANddd
+  if (tail.size() == 4 && IsHexText(tail)) return true;  // #AABBDD, or hex outputs #AANddd
   const auto number = tail.find_first_of("+-");
   if (number != std::string_view::npos) {
     const std::string_view channel = tail.substr(0, number);
@@ -346,8 +346,9 @@ bool IsRepeatable(std::string_view command) {
 
 namespace {
 
-/// "#0+04.500" sets analog output 0, "#000A" digital ones. It changes neither "$80" of another
-/// output, nor what is kept for a start ("$7N") or for a host that is gone ("~…").
+/// True if the output command may change what `read` shows. "#0+04.500" sets analog output 0,
+/// "#000A" digital outputs. Neither changes another output ("$81") or values for power-up ("$7N")
+/// or the watchdog ("~…").
 bool IsOutputOf(std::string_view read, std::string_view command) {
   if (read.starts_with('~') || read.starts_with("$7")) return false;
   const bool analog = command.size() > 2 && (command[2] == '+' || command[2] == '-');

@@ -1,4 +1,4 @@
-// The `write` part of points.h: templates like "#2{+00.000 0..10}" and the text they give.
+// The `write` part of points.h: parses forms such as "#2{+00.000 0..10}" and formats the commands.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -14,8 +14,7 @@ Error WriteError(std::string_view text, std::string_view what) {
   return Error{"write '" + std::string(text) + "' " + std::string(what)};
 }
 
-/// Outputs: `#` with nothing, a channel or a bit group before the data, `C` and a channel
-/// (ADAM-4024), or `@`.
+/// True for "#", "@", and "#" with a channel, a bit group, or `C` and a channel (ADAM-4024).
 bool IsOutputCommand(std::string_view command) {
   if (command == "@" || command == "#") return true;
   if (!command.starts_with('#') || command.size() > 3) return false;
@@ -23,7 +22,7 @@ bool IsOutputCommand(std::string_view command) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'F'); });
 }
 
-/// What is no output. 'n' stands for one digit. Source: dcon reference, 8.1, 9.1, 10, 14.
+/// A command that writes a setting; 'n' is any digit. Source: dcon reference, 8.1, 9.1, 10, 14.
 struct SettingRule {
   std::string_view pattern;
   std::string_view data;
@@ -32,20 +31,20 @@ struct SettingRule {
 constexpr SettingRule kSettings[] = {
     {"$C", "clear"},   // latches
     {"$Cn", "clear"},  // an input counter
-    {"$6n", "clear"},  // a counter, back to its preset
-    {"~1", "clear"},   // the host watchdog has tripped
-    {"$4", "store"},   // the present analog output as that at power-up
-    {"$4n", "store"},  //
-    {"~5n", "store"},  // the present analog output as the safe one
-    {"$5n", "flag"},   // a counter runs
-    {"$A", "hex1"},    // its gate
+    {"$6n", "clear"},  // resets a counter to its preset
+    {"~1", "clear"},   // clears the tripped host watchdog
+    {"$4", "store"},   // stores the present analog output for power-up
+    {"$4n", "store"},  // the same of channel n
+    {"~5n", "store"},  // stores the present analog output as the safe value
+    {"$5n", "flag"},   // starts or stops a counter
+    {"$A", "hex1"},    // gate of a counter
     {"$3n", "hex8"},   // maximum of a counter
-    {"@Pn", "hex8"},   // its preset
+    {"@Pn", "hex8"},   // preset of a counter
     {"@DO0", "hex1"},  // outputs of a counter module
-    {"~3", "hex3"},    // host watchdog: on, tenths of a second
-    {"~5", "hex4"},    // digital outputs: at power-up, safe
+    {"~3", "hex3"},    // host watchdog: enable flag, then tenths of a second
+    {"~5", "hex4"},    // digital outputs: power-up value, then safe value
     {"$X", "dec4"},    // watchdog of ADAM modules, tenths of a second
-    {"$X0", "dec4"},   // of ADAM-4024
+    {"$X0", "dec4"},   // the same of ADAM-4024
 };
 
 const SettingRule* FindSetting(std::string_view command) {
@@ -82,7 +81,7 @@ Result<WriteAddress> ParseSetting(const SettingRule& rule, WriteAddress write,
   return write;
 }
 
-/// "+00.000": an optional sign, zeros, a point, zeros.
+/// Parses "+00.000": an optional sign, zeros, a point, zeros.
 bool ParsePicture(std::string_view picture, WriteAddress& write) {
   write.kind = WriteAddress::Kind::number;
   write.sign = picture.starts_with('+');
@@ -100,7 +99,7 @@ double LargestOf(const WriteAddress& write) {
          std::pow(10.0, -static_cast<double>(write.decimals));
 }
 
-/// "0..10" behind the picture; without it all that the digits can show.
+/// Parses "0..10", the range after the picture. Empty: all numbers that fit the digits.
 bool ParseRange(std::string_view range, WriteAddress& write) {
   const double largest = LargestOf(write);
   write.high = largest;
@@ -214,7 +213,7 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       return write.command + (hex ? FixedHex(whole, write.digits) : Padded(whole, write.digits));
     }
     case WriteAddress::Kind::number:
-      // Beyond its range a module says no and yet moves the output to the limit.
+      // A module refuses a value beyond its range, but still moves the output to the limit.
       if (number < write.low || number > write.high) {
         return Error{shown + " is outside " + FormatNumber(write.low) + "..." +
                      FormatNumber(write.high)};

@@ -1,3 +1,4 @@
+// The descriptor of the DCON protocol: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/protocol.h"
 
@@ -26,7 +27,7 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*parsed);
 }
 
-/// One text with two meanings, of which only the first would ever be seen.
+/// Refuses a code that is listed with two meanings, because only the first would ever be found.
 Status CheckCodes(const Settings& settings) {
   const std::pair<const char*, const std::vector<std::string>&> lists[] = {
       {"over", settings.over}, {"under", settings.under}, {"open", settings.open}};
@@ -71,7 +72,7 @@ std::string Joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Inputs of which no module of the listed types can give what the point says.
+/// Adds a remark for each input whose unit no module of the listed types can measure.
 void DoubtUnits(const config::Device& device, const Settings& settings,
                 std::vector<ConfigRemark>& doubts) {
   if (settings.types.empty() || settings.channel_types || device.identity.ignore) return;
@@ -121,12 +122,12 @@ bool HasTotals(const config::Device& device) {
 config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point) {
   const auto read = ParseRead(point.read);
   const Settings settings = ReadSettings(device.options);
-  // Words of a full scale are decimals.
+  // With a full scale, hex words are converted to decimals.
   if (!read || settings.full_scale != 0) return {};
   return NumbersOf(*read, settings.hex_unsigned);
 }
 
-/// Broadcasts write nothing.
+/// Broadcasts change no points.
 std::optional<std::vector<std::size_t>> ChangedPoints(View request, const config::Device& device) {
   const auto command = ParseRequest(request, ReadSettings(device.options).checksum);
   const auto address = ParseAddress(device.address);
@@ -145,7 +146,7 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .drain = {.least = 100ms, .characters = 20},
                                 .longest = kMaxFrame};
 
-/// Replies are numbers with signs, hexadecimal digits, names and versions.
+/// Replies contain numbers with signs, hexadecimal digits, names and versions.
 constexpr config::Traits kTraits = {
     .speaks_text = true,
     .is_unchecked = [](const config::Options& options) { return !options.Flag("checksum"); },
@@ -182,7 +183,7 @@ const Protocol& DconProtocol() {
       .raw_numbers = RawNumbersOf,
       .check_device = CheckDevice,
       .doubts = DoubtsOf,
-      .serial = {},  // 9600 8N1, the factory setting of most modules
+      .serial = {},  // default 9600 8N1, the factory setting of most modules
       .timing = kTiming,
       .request_rule = RequestRule,
       .reply_rule = ReplyRule,

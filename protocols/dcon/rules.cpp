@@ -16,9 +16,9 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// Forms of the good reply, and of the refusal that every command may get.
+/// Returns the forms of a good reply, and of the refusal that any command may get.
 std::vector<Shape> Shapes(const Command& command, bool checksum) {
-  const std::size_t extra = checksum ? 4 : 2;  // lead, CR, checksum
+  const std::size_t extra = checksum ? 4 : 2;  // lead, CR, and the checksum if it is on
   const auto form = DefaultForm(command.text);
   std::vector<Shape> shapes = {{'?', extra, extra + 2}};
   if (command.text == kAskSample) {
@@ -32,7 +32,7 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
     return shapes;
   }
   const bool several = command.text.starts_with("#") || command.text.starts_with("^") ||
-                       command.text == "$A";  // the gate of a counter
+                       command.text == "$A";  // `!` and the gate of a counter
   const bool data = *form == Form::numbers || *form == Form::number || *form == Form::words ||
                     *form == Form::bits;
   if (data) shapes.push_back({'>', extra + 4, kMaxFrame});
@@ -61,7 +61,7 @@ Expectation Expect(View request, const Settings& settings) {
   expect.repeatable = IsRepeatable(command->text);
   expect.shapes = Shapes(*command, settings.checksum);
   const auto form = DefaultForm(command->text);
-  // With INIT* grounded a module answers at 00 and tells its stored address in its place.
+  // With INIT* grounded a module answers at 00, and the reply contains its stored address instead.
   const bool init = command->text == "$2" && command->address == 0;
   const bool asked = InputOfQuestion(command->text) || command->text == "$5";
   if (!init && (asked || form == Form::text || form == Form::readback || form == Form::hex)) {
@@ -70,7 +70,8 @@ Expectation Expect(View request, const Settings& settings) {
   return expect;
 }
 
-// Cuts lines from a start character to CR; with checksum only those whose sum is right.
+// Cuts lines from a start character to CR. If the checksum is on, only lines with a correct sum are
+// cut.
 //
 //   > 23 30 31 38 34 0D                      #01 84 CR
 //   < 3E 2B 31 30 30 2E 32 33 2B 33 34 2E 30 35 30 45 32 0D
@@ -78,9 +79,9 @@ Expectation Expect(View request, const Settings& settings) {
 //   > 23 30 31 30 42 34 0D                   #010 B4 CR to a counter module, which answers with the
 //   < 3E 44 34 30 30 30 30 30 30 31 45 0D    > D4 0000001E CR checksum in front (I-7080)
 //
-// A number never holds a start character, so a second one means that the first line was cut off.
-// With checksum the sum decides which start is right: the last one that verifies, because both
-// verify only when the bytes between them happen to sum to zero.
+// A number never contains a start character, so a second one means that the first line was cut off.
+// If the checksum is on, it decides which start is correct. If it fits from two starts, the last
+// one is used: both fit only if the bytes between them happen to sum to zero.
 
 namespace {
 
@@ -125,8 +126,8 @@ Cut RequestRule(View held, const Expectation& expect, bool) {
   return CutLine(held, expect, kRequestStarts);
 }
 
-// < 21 30 32 37 30 31 37 45 42 0D          !02 7017 EB CR while module 01 is asked for its name:
-//                                          passed over
+// Example: module 01 is asked for its name, and a reply of module 02 comes, which is skipped:
+//   < 21 30 32 37 30 31 37 45 42 0D          !02 7017 EB CR
 Cut ReplyRule(View held, const Expectation& expect, bool) {
   const Cut line = CutLine(held, expect, kReplyStarts);
   const bool names_module = line.kind == Cut::Kind::frame && held[0] != '>';
@@ -153,7 +154,7 @@ constexpr ScanMode kModes[] = {{}, {"checksum", "true"}};
 constexpr std::size_t kWithChecksum = 1;
 
 constexpr const char* kScanQuestions[] = {kAskName, kAskType};
-/// Address, type, bit rate and format in hex.
+/// Length of the address, type, bit rate and format in hex digits.
 constexpr std::size_t kConfiguration = 8;
 
 Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
@@ -161,7 +162,8 @@ Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
                       mode == kWithChecksum);
 }
 
-/// A module that was started with INIT* grounded answers at 00, and `$002` with its own address.
+/// Judges a reply to a scan question. A module started with INIT* grounded answers at 00, and its
+/// reply to `$002` contains its stored address.
 Sighting JudgeModule(View request, View frame, std::size_t mode) {
   const bool checksum = mode == kWithChecksum;
   const auto asked = ParseRequest(request, checksum);
@@ -206,7 +208,7 @@ namespace {
 constexpr std::string_view kLeads = "$#%@~^";
 constexpr std::string_view kPlace = "XX";
 
-/// `$01MXX` gives `$01MD2` and CR; so does `$01M` where the module's checksum is on.
+/// Completes `$01MXX`, and `$01M` if the option checksum is on, to `$01MD2` and CR.
 Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (text.size() < 3 || kLeads.find(text[0]) == std::string_view::npos) {
@@ -242,7 +244,7 @@ namespace {
 constexpr std::string_view kAsks = "$#%@~^";
 constexpr std::string_view kAnswers = ">!?";
 
-/// "$01A1".
+/// The length of "$01A1".
 constexpr std::size_t kLongestRead = 5;
 constexpr std::size_t kChecksumDigits = 2;
 
@@ -257,15 +259,15 @@ Recognised OtherChecksum(bool carried) {
               " in the configuration, or the other way round in the module"};
 }
 
-/// A whole reply without a checksum, and not one whose checksum is wrong: a bare acknowledgement,
-/// or numbers of the module's width and nothing behind them.
+/// True for a whole reply without a checksum: an acknowledgement, or numbers of the configured
+/// width and nothing after them. A reply with a wrong checksum does not fit.
 bool IsBare(std::string_view line, std::string_view asked, std::size_t width) {
   if (line[0] != '>') return line.size() == 3 && line.substr(1, 2) == asked.substr(1, 2);
   if (width == 0 || line.size() <= width || (line[1] != '+' && line[1] != '-')) return false;
   return (line.size() - 1) % width == 0;
 }
 
-/// ">03+01.234" where ">+01.234" is awaited.
+/// True for ">03+01.234" where ">+01.234" is expected.
 bool CarriesAddress(std::string_view line, std::string_view asked) {
   return line[0] == '>' && line.size() > 3 && line.substr(1, 2) == asked.substr(1, 2) &&
          (line[3] == '+' || line[3] == '-');
@@ -279,7 +281,8 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   line.remove_prefix(lead);
   if (line.size() < 3 || !IsText(line)) return std::nullopt;
   if (kAsks.find(line[0]) != std::string_view::npos) {
-    // Without a checksum a damaged reply may look like a request: no command to read is long.
+    // Without a checksum a damaged reply may look like a request, so only lines as short as a read
+    // count.
     const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,

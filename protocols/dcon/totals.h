@@ -1,14 +1,15 @@
-// Counts that go on: over roll-overs, over restarts of the module and of this program. A total is
-// the sum of the differences between readings of a counter, and begins with what it showed first.
+// Totals adds up the counts of counters over roll-overs and over restarts of the module and of this
+// program. A total is the sum of the differences between readings; it begins with the first
+// reading.
 //
-//   #010 → >00000005    5              asked twice: an 8-bit sum lets damage through, and a total
-//                                      would keep it for ever
-//   #010 → >FFFFFFF0    4294967280     the same: each step
-//   #010 → >00000010    4294967312     it has rolled over (asked twice, and $AA5 in between)
-//   #010 → >00000005    4294967312     it was cleared: it goes on from there
-//   $015 → !011, #010 → >00000900      the module was restarted: the same
+//   #010 → >00000005    5              read twice: damage that passes the 8-bit checksum would
+//                                      stay in the total for ever
+//   #010 → >FFFFFFF0    4294967280     every step is read twice
+//   #010 → >00000010    4294967312     roll-over (read twice, and $AA5 asked in between)
+//   #010 → >00000005    4294967312     the counter was cleared: the total counts on from here
+//   $015 → !011, #010 → >00000900      the module was restarted: as after a clear
 //
-// What cannot be told is in README.md, "Totals".
+// README.md, "Totals", lists the cases that cannot be distinguished.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,39 +26,38 @@
 
 namespace baudgate::protocols::dcon {
 
-/// "Was there a restart since you were asked last?" Reading it clears the flag.
+/// Asks whether the module was restarted since the last `$AA5`. The request clears the flag.
 inline constexpr const char* kAskRestart = "$5";
 
 class Totals {
  public:
   static constexpr Duration kBetweenNotes = 1min;
 
-  /// Both outlive it. `reads`: by point.
+  /// `reads` is indexed by point. Both references must stay valid for the lifetime of this object.
   Totals(const Settings& settings, const Probing::Reads& reads);
 
   bool empty() const { return counters_.empty(); }
-  /// `$AA5` is to be asked before `command` goes out.
+  /// True if `$AA5` must be asked before `command` is sent.
   bool WantsRestart(std::string_view command) const;
-  /// What it said; empty: the module does not know it.
+  /// Call with the reply to `$AA5`. Empty: the module refuses it, so it is not asked again.
   void OnRestart(std::optional<bool> restarted);
-  /// It did not answer that. Twice: it does not know it.
+  /// Call if `$AA5` was not answered. After the second time it counts as unsupported.
   void OnNothing();
-  /// The module may have been restarted: after silence, and when the port was opened again.
+  /// Call if the module may have been restarted: after silence.
   void OnLost() { is_due_ = true; }
   void OnReconnect();
-  /// The counter of `#N` was cleared, or another command may have done so.
+  /// Call if the counter that `command` ("#0") reads was cleared, or may have been cleared.
   void OnCleared(std::string_view command);
 
-  /// Why the count is to be read once more.
+  /// Why the same count must be read again: it has changed, or it is not confirmed yet.
   enum class Again : std::uint8_t { no, has_moved, unconfirmed };
-  /// Puts totals in place of the counts in `answer`, which is ok. While the count is unconfirmed
-  /// there is none in it.
+  /// Replaces the counts in `answer` (outcome ok) by totals, or removes them while unconfirmed.
   Again Take(std::string_view command, Answer& answer, Instant now);
-  /// Takes them out of an answer that need not be this module's.
+  /// Removes the totals from an answer that may come from another module.
   void Leave(Answer& answer) const;
 
-  /// Conversation::Memory: "#0 4294967280 8589934576; #1 5 5", count and total of each. Changes at
-  /// most once a minute.
+  /// Conversation::Memory: command, count and total of each counter, "#0 4294967280 8589934576; #1
+  /// 5 5". Changes at most once a minute.
   const std::string& memory() const { return memory_; }
   void Recall(std::string_view memory);
 
@@ -69,10 +69,10 @@ class Totals {
   struct Counter {
     std::string command;
     std::uint64_t modulus = 0;
-    std::optional<std::uint64_t> count;  ///< as it was last believed
-    std::optional<Instant> at;           ///< when; empty: before the program began
+    std::optional<std::uint64_t> count;  ///< the last confirmed count
+    std::optional<Instant> at;  ///< time of `count`; empty: before this program was started
     std::uint64_t total = 0;
-    std::optional<Seen> seen;  ///< the latest one, as long as the next has not confirmed it
+    std::optional<Seen> seen;  ///< the latest reading
     bool begins_anew = false;
   };
 
@@ -90,7 +90,7 @@ class Totals {
   const Probing::Reads& reads_;
   std::vector<Counter> counters_;
   bool is_due_ = true;
-  bool context_ = true;  ///< the module answers $AA5
+  bool context_ = true;  ///< the module supports `$AA5`
   int silences_ = 0;
   std::string memory_;
   std::optional<Instant> noted_;

@@ -55,7 +55,7 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
   }
 }
 
-/// One that measures in the unit.
+/// Returns the code of a type that measures in `unit`.
 std::uint8_t TypeFor(std::string_view unit) {
   if (unit == "mV") return 0x0C;
   if (unit == "mA") return 0x0D;
@@ -143,7 +143,8 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
   return text;
 }
 
-/// All points of the command together; `@AA` and `$AA6` show the same digital word.
+/// Returns the values of all points of the command. All digital commands but `$L` show the same
+/// word.
 std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
   std::uint64_t word = 0;
   for (const Known& known : points_.all()) {
@@ -156,8 +157,7 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
   return IsDigital(form) ? DigitalWire(word, settings_) : word;
 }
 
-/// Type and rate as told, and the format byte as the options are: "080600" with a checksum is
-/// "080640".
+/// Returns `told` with the format byte of the options: "080600" with a checksum is "080640".
 std::string DconTwin::Configuration(std::string told) const {
   if (told.size() != 6) return told;
   const unsigned checksum = settings_.checksum ? 0x40 : 0;
@@ -167,7 +167,8 @@ std::string DconTwin::Configuration(std::string told) const {
   return told.replace(4, 2, HexByte(format));
 }
 
-/// "080600", of a point for the whole; points for bits of the format byte set these.
+/// Returns the reply to `$AA2` without its address, such as "080600". A point for the whole text
+/// defines it; points for bits of the format byte set these bits.
 std::string DconTwin::ConfiguredText(Instant now) const {
   std::string text = (settings_.types.empty() ? "40" : settings_.types[0]) + "0600";
   unsigned bits = 0;
@@ -221,8 +222,8 @@ std::optional<std::string> DconTwin::AnswerRead(const std::string& command, Inst
   return std::nullopt;
 }
 
-/// `#AAN` of a module whose profile polls `#AA`. OWEN is silent about a channel that it does not
-/// have; modules that know their name answer with a refusal.
+/// Answers `#AAN` if the profile polls `#AA`. For a channel that does not exist, an OWEN module is
+/// silent and other modules (option identify) send a refusal.
 std::optional<std::string> DconTwin::AnswerChannel(const std::string& command, Instant now) const {
   const Known* joined = Find("#");
   if (joined == nullptr || command.size() != 2 || command.front() != '#') return std::nullopt;
@@ -247,7 +248,7 @@ std::optional<std::string> DconTwin::AnswerIdentity(const std::string& command) 
   return std::nullopt;
 }
 
-/// `$AA8Ci` and `$AA7CiRrr`.
+/// Answers `$AA8Ci` (reads the type of an input) and `$AA7CiRrr` (sets it).
 std::optional<std::string> DconTwin::AnswerChannelType(const std::string& command) {
   const bool sets = command.size() == 7 && command.starts_with("$7C") && command[4] == 'R';
   const auto input = InputOfQuestion(sets ? "$8" + command.substr(2, 2) : command);
@@ -265,7 +266,7 @@ bool DconTwin::Counts() const {
   return points_.Find([](const ReadAddress& read) { return read.total; }) != nullptr;
 }
 
-/// `$60` and `$C0`: the counter of `#0`.
+/// Carries out `$60` and `$C0`: sets the counter of `#0` to zero.
 void DconTwin::Clear(const std::string& command) {
   if (command.size() != 3) return;
   const bool counter = command.starts_with("$6") || command.starts_with("$C");
@@ -292,7 +293,7 @@ std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
   return AnswerGroup(command);
 }
 
-/// `#AA00DD` of a module whose points are single outputs of the group.
+/// Answers `#AA00DD` if the points are single outputs of the group.
 std::optional<std::string> DconTwin::AnswerGroup(const std::string& command) {
   if (command.size() != 5 || !command.starts_with("#0")) return std::nullopt;
   const auto bits = ParseInteger<unsigned>(std::string_view(command).substr(3), 16);
@@ -307,7 +308,7 @@ std::optional<std::string> DconTwin::AnswerGroup(const std::string& command) {
   return reply;
 }
 
-/// `~AA3EVV` sets the host watchdog, `~AA0` tells of it, `~AA1` clears it.
+/// Answers `~AA3EVV` (sets the host watchdog), `~AA0` (its status) and `~AA1` (clears it).
 std::optional<std::string> DconTwin::AnswerWatchdog(const std::string& command, Instant now) {
   const bool writes = points_.FindWritable([](const WriteAddress&) { return true; }) != nullptr;
   if (!writes) return std::nullopt;
@@ -326,7 +327,7 @@ std::optional<std::string> DconTwin::AnswerWatchdog(const std::string& command, 
   return "!" + who_;
 }
 
-/// What `$AA4` will tell.
+/// Stores the sample that `$AA4` will return.
 void DconTwin::TakeSample(Instant now) {
   const Known* known = Find(kAskSample);
   if (known == nullptr) return;

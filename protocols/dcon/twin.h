@@ -1,5 +1,5 @@
-// A DCON module that is not there: answers requests as the real one does, from the points of its
-// profile. Requests come from gateway/tools/simulate/simulator.h, replies go back to it.
+// DconTwin simulates a DCON module for gateway/tools/simulate/simulator.h. It answers requests as a
+// real module does, from the points of its profile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +15,11 @@
 
 namespace baudgate::protocols::dcon {
 
-/// It takes samples (`#**`), and its host watchdog runs once it is set (`~AA3EVV`).
-/// Where each input has a type of its own (option channel_types), `$AA7CiRrr` sets it as at a real
-/// module.
+/// The twin takes samples (`#**`), and its host watchdog starts when it is set (`~AA3EVV`). With
+/// the option channel_types, `$AA7CiRrr` sets the type of an input, as on a real module.
 class DconTwin : public Twin {
  public:
-  /// Both outlive the twin.
+  /// The references must stay valid for the lifetime of the twin.
   DconTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
@@ -50,15 +49,15 @@ class DconTwin : public Twin {
 
   Settings settings_;
   std::uint8_t address_;
-  std::string who_;  ///< the address as it stands in replies
+  std::string who_;  ///< the address in replies, two hex digits
   TwinPoints<ReadAddress, WriteAddress> points_;
-  std::map<unsigned, std::uint8_t> types_;  ///< of inputs
-  bool restarted_ = true;                   ///< since `$AA5` was asked
-  Duration watchdog_{};                     ///< zero: off
+  std::map<unsigned, std::uint8_t> types_;  ///< type codes of the inputs
+  bool restarted_ = true;                   ///< there was a restart since the last `$AA5`
+  Duration watchdog_{};                     ///< period of the host watchdog; zero: off
   Instant host_heard_at_{};
   bool tripped_ = false;
-  std::string sample_;    ///< as `$AA4` tells it; empty: none was taken
-  bool fetched_ = false;  ///< it was told
+  std::string sample_;    ///< data of the next reply to `$AA4`; empty: no sample was taken
+  bool fetched_ = false;  ///< `sample_` was sent before
 };
 
 }  // namespace baudgate::protocols::dcon

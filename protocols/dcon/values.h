@@ -1,5 +1,5 @@
-// The numbers inside a DCON reply: cuts joined fields, knows the codes that stand for sensor
-// trouble, and writes the same for the twin. Text comes from codec.h, fields go to decode.h.
+// Reads and writes the numbers inside DCON replies. It cuts joined fields apart, recognises the
+// codes for sensor faults, and formats values for the twin. decode.h uses the fields.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,10 +15,10 @@
 
 namespace baudgate::protocols::dcon {
 
-/// One channel. Without a good quality there is no value: a code is never a number.
+/// The value of one channel; empty unless the quality is good: a fault code is never a number.
 struct Field : Decoded {
   unsigned channel = 0;
-  std::string note;  ///< what a bad field means: "over range (+99999)"
+  std::string note;  ///< the reason for a bad quality: "over range (+99999)"
 };
 
 inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
@@ -27,21 +27,21 @@ inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
 
 struct Fields {
   Outcome outcome = Outcome::ok;
-  std::string reason;    ///< when not ok: then no field is believed
-  std::string remedy{};  ///< for `baudgate status`
+  std::string reason;    ///< if the outcome is not ok: then `fields` must not be used
+  std::string remedy{};  ///< advice for `baudgate status`
   std::vector<Field> fields;
-  bool more_enabled = false;  ///< values came for channels that the settings call disabled
+  bool more_enabled = false;  ///< the reply contains channels that the settings call disabled
 };
 
-/// Joined numbers as the settings' format says, cut at every sign and checked for width; `hex`
-/// forces hex words, as `$AAA` does. Channels count from 0.
+/// Cuts joined numbers at every sign and checks their width, in the format of the settings. `hex`
+/// forces hex words, as in the reply to `$AAA`. AssignChannels sets the channels.
 Fields CutFields(std::string_view text, const Settings& settings, bool hex);
 
-/// Gives fields their channels and checks their count. `expected`: how many channels the module
-/// has, 0 = any. A reply of another count is not believed at all.
+/// Assigns channels, from 0, and checks their count. `expected`: how many channels the module has;
+/// 0: any. If the count is wrong, the whole reply is rejected.
 void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected);
 
-/// A digital word as points see it, of the 16 bits on the wire; and back.
+/// Converts the 16 bits of a reply to the word that points read; DigitalWire converts it back.
 inline std::uint64_t DigitalWord(std::uint64_t wire, const Settings& settings) {
   if (settings.swap_bytes) wire = (wire & 0xFFU) << 8U | (wire >> 8U & 0xFFU);
   return wire ^ settings.invert;
@@ -51,8 +51,8 @@ inline std::uint64_t DigitalWire(std::uint64_t word, const Settings& settings) {
   return settings.swap_bytes ? (word & 0xFFU) << 8U | word >> 8U : word;
 }
 
-/// A number as a module of these settings writes it; text passes as it is ("+99999"), so that a
-/// simulated value can be a code.
+/// Formats a number as a module with these settings sends it. A text is returned unchanged
+/// ("+99999"), so that a simulated value can be a fault code.
 std::string FormatField(const Value& value, const Settings& settings, bool hex);
 
 }  // namespace baudgate::protocols::dcon

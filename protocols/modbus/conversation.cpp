@@ -34,7 +34,7 @@ void Identification::OnAnswer(const std::optional<Data>& data) {
   step_ = step_ == Step::objects ? Step::server : Step::over;
 }
 
-/// One that its profile lists outweighs the others.
+/// The device fits if the profile lists one of `names`. Otherwise the worst contradiction counts.
 void Identification::Judge(const std::vector<std::string>& names) {
   trouble_ = {};
   DeviceTrouble worst;
@@ -53,18 +53,17 @@ void Identification::OnReconnect() {
 
 namespace {
 
-/// What a loopback carries: a pattern that no address or count looks like.
+/// The data of a loopback: a pattern that is unlikely as an address or count.
 constexpr std::uint16_t kLoopbackData = 0xA55A;
-/// A device that refuses so many reads of which no poll has the length refuses all of them.
+/// After a device has refused this many own probes, it counts as refusing all of them.
 constexpr std::size_t kMostProbes = 3;
 
-/// How long a device that says it is busy is left in peace.
+/// Pause after a device has answered "busy" or "acknowledge" (still working).
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
 
 bool IsLoopback(View request) { return request[0] == kDiagnostics && IsMirrored(request); }
 
-/// What an exception means for the exchange: for reads and writes alike.
 Outcome OutcomeOf(std::uint8_t exception, bool write) {
   switch (exception) {
     case kIllegalFunction:
@@ -77,14 +76,14 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
       return Outcome::busy;
     case kNoPath:
     case kNoTarget:
-      // It is the gateway on the way that lives, not the device.
+      // These exceptions come from a gateway on the way: the device itself did not answer.
       return Outcome::no_reply;
     default:
       return Outcome::refused;
   }
 }
 
-/// The addresses of manuals: 3xxxx are inputs, 4xxxx holding registers, each from 1 on.
+/// True if the address looks like one of a manual: 3xxxx (inputs), 4xxxx (holding), from 1 on.
 bool IsOfManual(View request) {
   constexpr unsigned kFirst = 30001;
   constexpr unsigned kLast = 49999;
@@ -92,7 +91,6 @@ bool IsOfManual(View request) {
   return TableOf(request[0]) && begin && *begin >= kFirst && *begin <= kLast;
 }
 
-/// What a user can do about an exception.
 const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
@@ -163,7 +161,7 @@ Request ModbusConversation::MakeRequest(View pdu) const {
   return request;
 }
 
-// ---------------------------------------------------------------- asking
+// ---------------------------------------------------------------- requests
 
 Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
   if (task.kind == Task::Kind::write) {
@@ -199,7 +197,7 @@ std::vector<Bytes> ModbusConversation::OwnProbes() const {
   return probes;
 }
 
-/// Which of its own probes this is; nothing: it is none.
+/// Returns the index of the request in OwnProbes(). Nothing: it is no own probe.
 std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   const std::vector<Bytes> own = OwnProbes();
   const auto found =
@@ -208,7 +206,7 @@ std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   return static_cast<std::size_t>(found - own.begin());
 }
 
-/// Objects come from the first one of their category on, and go on where the last reply ended.
+/// Reads identification objects from the first one on, or from where the last reply ended.
 Bytes ModbusConversation::PollPdu(std::size_t query) const {
   Block<Space> block = plan_.block(query);
   if (block.key.table == Table::identity) {
@@ -218,7 +216,7 @@ Bytes ModbusConversation::PollPdu(std::size_t query) const {
   return ReadOf(block);
 }
 
-// ---------------------------------------------------------------- answers
+// ---------------------------------------------------------------- replies
 
 ModbusConversation::Exchanged ModbusConversation::Decode(View request, View frame) const {
   Exchanged exchanged = Judge(request, frame);
@@ -269,8 +267,8 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
   return exchanged;
 }
 
-/// The number and the unit in the header of Modbus TCP are the work of the next hop, and its frame
-/// rule has compared them: what the device has said is behind them.
+/// Compares only the PDUs for Modbus TCP: the next hop has filled in the header, and the frame rule
+/// has already compared it.
 Outcome ModbusConversation::Check(View request, View frame) const {
   if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
     return Judge(request, frame).answer.outcome;
@@ -300,8 +298,8 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   return AfterPoll(task.query, std::move(exchanged), now);
 }
 
-/// A read only prepares. "Acknowledge" to a write is a promise: what the device shows after a while
-/// decides.
+/// A read only prepares a write, which follows. The exception "acknowledge" to a write counts as
+/// ok: the device is still working, and a later poll shows the result.
 Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   answer.readings.clear();
@@ -323,7 +321,7 @@ Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
   return answer;
 }
 
-/// Whatever it says, the poll that it stands before goes on.
+/// Continues with the poll, whatever the reply is.
 Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
   identification_.OnAnswer(exchanged.data);
   Answer answer;
@@ -331,8 +329,8 @@ Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
   return answer;
 }
 
-/// To its own probe a device may say that it does not know the function, or has no such registers:
-/// it is there. A refusal may answer any request, so that the next one is asked at once.
+/// A refusal of the device's own probe (unknown function, no such registers) also proves that the
+/// device is there. A refusal could answer any request, so the next own probe is sent at once.
 Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   const bool ok = answer.outcome == Outcome::ok;
@@ -412,11 +410,9 @@ void ModbusConversation::OnReconnect() {
   next_object_.reset();
 }
 
-// What a reply means for the points of a device.
-
 namespace {
 
-/// The quality that an exception gives to the points that were asked for.
+/// Returns the quality of the requested points after an exception. Nothing: unchanged.
 std::optional<Quality> QualityOf(std::uint8_t exception) {
   switch (exception) {
     case kIllegalFunction:
@@ -444,7 +440,7 @@ std::vector<std::size_t> ModbusConversation::PointsIn(const Block<Space>& block)
   return points;
 }
 
-/// Every point that stands wholly in the reply.
+/// Adds a reading for each point that lies completely in the reply.
 void ModbusConversation::AddReadings(Exchanged& exchanged) const {
   if (!exchanged.data) return;
   const Data& data = *exchanged.data;
@@ -452,14 +448,14 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
     const auto& place = places_[point];
     const bool there = place->form == Form::object ? data.texts.contains(place->address)
                                                    : data.block().Covers(BlockOf(*place));
-    // Objects before the first one that was asked for came in earlier replies.
+    // Objects before the first requested one came in earlier replies.
     const bool earlier = place->form == Form::object && place->address < data.address;
     if (there || (data.whole && !earlier))
       exchanged.answer.readings.push_back(ReadingOf(point, data));
   }
 }
 
-/// Without data the device has nothing there: an empty queue, an object that it does not know.
+/// Returns a bad quality if the device has no such data: an empty queue, an unknown object.
 Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const {
   const Location& place = *places_[point];
   const Quality absent = place.table == Table::queue
@@ -477,7 +473,7 @@ Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const
   return {point, std::move(value), quality, {}};
 }
 
-/// What the reply holds and no point asks for.
+/// Adds labelled readings for the values in the reply that no point reads.
 void ModbusConversation::AddLabels(Exchanged& exchanged) const {
   if (exchanged.answer.outcome != Outcome::ok || !exchanged.data) return;
   const Data& data = *exchanged.data;
@@ -507,7 +503,7 @@ void ModbusConversation::AddLabels(Exchanged& exchanged) const {
   }
 }
 
-/// The points that a refused read was for.
+/// Adds a bad reading for each point of a refused read.
 void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   const auto quality = QualityOf(exchanged.exception);
   const auto block = protocols::modbus::BlockOf(exchanged.request);

@@ -1,6 +1,5 @@
-// What a Modbus device is asked and what its answers mean, in every framing. Points come from the
-// configuration, readings go to gateway/bus/poller/poller.h. Identification checks that a device is
-// what its profile says.
+// ModbusConversation plans the requests of one Modbus device and turns its replies into readings,
+// in any framing. Identification checks that the device fits its profile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,27 +20,26 @@
 
 namespace baudgate::protocols::modbus {
 
-// Whether a device is what its profile says, by what it says of itself: vendor and product (43/14),
-// else its server id (17). Asked once a connection, before the first poll, and only where the
-// profile lists names: many slaves are silent to both, and silence costs a reply time. Refused or
-// silent is no contradiction. Asked by ModbusConversation.
+// Identification checks by vendor and product (43/14), else by server id (17), whether a device
+// fits its profile. ModbusConversation asks once per connection, before the first poll, and only if
+// the profile lists names: many slaves answer neither request, and each silence costs a reply time.
+// A refusal or silence is no contradiction.
 //
 //   > 2B 0E 01 00    < 2B 0E 01 01 00 00 03  00 08 "KBR GmbH"  01 10 "multicomp F144-3"  02 …
-//
 class Identification {
  public:
-  /// `identity` outlives it.
+  /// `identity` must outlive this object.
   explicit Identification(const config::Identity& identity) : identity_(identity) {}
 
-  /// The PDU to ask before a poll; empty: none is left.
+  /// Returns the PDU to ask before a poll. Empty: no question is left.
   std::optional<Bytes> Next();
-  /// Whether a request is one of these.
+  /// True if `pdu` is the question that Next returned last.
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
-  /// It was answered with this; empty: with an exception, or not at all.
+  /// Call with the data of the reply; empty if it was an exception or did not come.
   void OnAnswer(const std::optional<Data>& data);
-  /// A poll was answered. A device that is another one is asked again.
+  /// Call after an answered poll. The questions are repeated if the device contradicts its profile.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
-  /// Another device may answer now. What is wrong stays wrong until it is known to be right.
+  /// Call if another device may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
 
   const DeviceTrouble& trouble() const { return trouble_; }
@@ -59,7 +57,7 @@ class Identification {
   DeviceTrouble trouble_;
 };
 
-/// Shared by all devices behind one TCP connection: no two of their requests have the same number.
+/// The transaction counter of the devices behind one TCP connection: all requests differ in number.
 class Transactions : public Bus {
  public:
   std::uint16_t Next() { return ++last_; }
@@ -70,7 +68,7 @@ class Transactions : public Bus {
 
 class ModbusConversation : public Conversation {
  public:
-  /// Both outlive the conversation; `transactions`: of tcp.
+  /// The references must outlive the conversation. `transactions` is for tcp only.
   ModbusConversation(Framing framing, const config::Device& device, const Settings& settings,
                      Transactions* transactions = nullptr);
 
@@ -87,27 +85,27 @@ class ModbusConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// One exchange, its checks done.
+  /// A request and its reply, after all checks.
   struct Exchanged {
     Answer answer;
-    Bytes request;  ///< PDUs
+    Bytes request;  ///< request and reply are PDUs
     Bytes reply;
     std::uint8_t exception = 0;
-    std::optional<Data> data{};  ///< of a good reply to a read
+    std::optional<Data> data{};  ///< set for a good reply to a read
   };
 
-  /// Without what the reply means for the points.
+  /// Checks request and reply, without decoding the values.
   Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
-  /// Where a point that is read begins.
   std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
-  /// Points that begin in the block, in their order; of a table without addresses all of its space.
+  /// Returns the points that begin in the block, or all of its space for a table without addresses.
   std::vector<std::size_t> PointsIn(const Block<Space>& block) const;
   void AddReadings(Exchanged& exchanged) const;
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
-  /// A loopback, or reads that no poll makes: the next one where the device refuses one.
+  /// Returns the probes that no poll sends: a loopback, or up to three reads. The next one is used
+  /// if the device refuses one.
   std::vector<Bytes> OwnProbes() const;
   Bytes PollPdu(std::size_t query) const;
   Reading ReadingOf(std::size_t point, const Data& data) const;
@@ -122,15 +120,15 @@ class ModbusConversation : public Conversation {
   Transactions* const transactions_;
   Settings settings_;
   std::uint8_t slave_;
-  std::vector<std::optional<Location>> places_;  // by point
+  std::vector<std::optional<Location>> places_;  // index: point
   std::vector<std::uint32_t> by_place_;          // points that are read, by space and begin
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;
-  // An identification may come in several replies: what to ask for next.
+  // The next object to ask for, if an identification comes in several replies.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
-  std::size_t own_probe_ = 0;  // which one of its own goes out next
+  std::size_t own_probe_ = 0;  // index in OwnProbes() of the next probe
 };
 
 }  // namespace baudgate::protocols::modbus

@@ -56,7 +56,7 @@ Parts OfSeconds(std::uint32_t seconds) {
           static_cast<unsigned>(time.seconds().count())};
 }
 
-/// Empty: a digit above 9.
+/// Converts two decimal digits. Empty: a digit is above 9.
 std::optional<unsigned> OfBcd(unsigned byte) {
   if ((byte & 0xFU) > 9 || byte >> 4U > 9) return std::nullopt;
   return 10 * (byte >> 4U) + (byte & 0xFU);

@@ -24,9 +24,9 @@ constexpr FunctionRow kFunctions[] = {
 };
 
 constexpr std::uint8_t kFileReference = 6;
-constexpr std::size_t kFileRequest = 9;  // of one record: function, byte count, and seven bytes
+constexpr std::size_t kFileRequest = 9;  // for one record: function, byte count, and seven bytes
 
-/// The data's longest run of characters: "MODEL-7" of 07 FF 4D 4F 44 45 4C 2D 37 00.
+/// Returns the longest run of printable characters: "MODEL-7" of 07 FF 4D 4F 44 45 4C 2D 37 00.
 std::string TextOf(View data) {
   std::string best;
   std::string run;
@@ -55,7 +55,7 @@ void TakeObjects(View reply, Data& data) {
   }
 }
 
-/// Bits or registers, as many as were asked for.
+/// Takes `count` bits or registers. Returns false if `bytes` is too short.
 bool TakeTable(View bytes, std::size_t count, Data& data) {
   const bool bits = IsBits(data.space.table);
   if (bytes.size() < (bits ? PackedSize(count) : 2 * count)) return false;
@@ -66,7 +66,6 @@ bool TakeTable(View bytes, std::size_t count, Data& data) {
   return true;
 }
 
-/// The function that reads the table.
 std::uint8_t ReadFunction(Table table) {
   const auto* const row = std::ranges::find(kFunctions, table, &FunctionRow::table);
   return row->function;
@@ -193,7 +192,7 @@ std::optional<Data> DataOf(View request, View reply) {
 
 namespace {
 
-/// As many bits travel in the bytes of one register.
+/// One register in a request counts as 16 bits: both take two bytes.
 constexpr std::size_t kBitsForRegister = 16;
 
 std::size_t MostOf(Table table) {
@@ -202,11 +201,11 @@ std::size_t MostOf(Table table) {
 }
 
 bool MayJoin(const Block<Space>& block, const Block<Space>& next, const Settings& settings) {
-  if (!IsAddressed(block.key.table)) return true;  // one request reads all of it
+  if (!IsAddressed(block.key.table)) return true;  // one request reads the whole table
   const bool bits = IsBits(block.key.table);
   const std::size_t most = MostOf(block.key.table);
   const std::size_t size = next.end - block.begin;
-  // Overlapping points cannot be parted, unless they become too long.
+  // Overlapping points share a request, unless it becomes too long.
   if (next.begin < block.end) return size <= most;
   const std::size_t scale = bits ? kBitsForRegister : 1;
   return next.begin - block.end <= settings.hole * scale &&
@@ -246,7 +245,7 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
   const auto unit_of = [](Table table) { return std::size_t{IsBits(table) ? 8U : 1U}; };
   std::vector<Block<Space>> polled;
-  std::map<Table, std::set<std::size_t>> counts;  // of units, which make a reply longer
+  std::map<Table, std::set<std::size_t>> counts;  // polled sizes in registers or bytes of bits
   for (std::size_t query = 0; query < plan.queries().size(); ++query) {
     const Block<Space>& block = plan.block(query);
     const Table table = block.key.table;

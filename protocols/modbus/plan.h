@@ -1,6 +1,5 @@
-// Which requests read a device's points: neighbours of one table share one, with the registers
-// between them, as far as the device lets them. Points come from the configuration. ReadFunction
-// and TableOf say which function reads what.
+// Plans the requests that read a device's points. Neighbouring points of one table share a request,
+// which also reads the registers between them, up to the limits of the options.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,53 +18,50 @@
 
 namespace baudgate::protocols::modbus {
 
-// What a slave holds and which function reads it: tables of registers and bits, files, queues,
-// counters of the line, and what it says of itself. Places come from points.h, requests go to
-// planning, replies to values. Source: MODBUS Application Protocol V1.1b3, 6.
+// The areas of a slave and the functions that read them: tables of registers and bits, files,
+// queues, line counters, and the identification. Source: MODBUS Application Protocol V1.1b3, 6.
 
-/// The table that a reading function reads.
 std::optional<Table> TableOf(std::uint8_t function);
 
-/// The PDU that reads the block: 03 00 C8 00 02. Of an identification: from object `block.begin`.
+/// Returns the PDU that reads the block, "03 00 C8 00 02"; for an identification from its begin on.
 Bytes ReadOf(const Block<Space>& block);
-/// What a request reads; empty: it reads none of this.
+/// Returns what a request reads. Empty: no read, or an incomplete one.
 std::optional<Block<Space>> BlockOf(View request);
 inline Block<Space> BlockOf(const Location& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};
 }
-/// "holding 200", "file 4:1", "identification 0": the place in the words of `read`.
+/// Returns the place in the words of `read`: "holding 200", "file 4:1", "identification 0".
 std::string LabelOf(const Space& space, std::size_t address);
 
-/// What a good reply to a read holds.
 struct Data {
   Space space;
   std::size_t address = 0;
-  Registers words;  ///< registers; bits as 0 and 1; of a server id its bytes
-  /// It holds all that there is, however much was asked for: a queue with two entries, a server id.
+  Registers words;  ///< registers; bits as 0 and 1; for a server id its bytes
+  /// The reply contains all there is, even if less than requested: a short queue, a server id.
   bool whole = false;
-  std::map<std::size_t, std::string> texts{};  ///< of an identification by object; of a server id 0
-  std::optional<std::uint8_t> follows{};       ///< of an identification: the object to go on with
+  std::map<std::size_t, std::string> texts{};  ///< identification by object, or server id at 0
+  std::optional<std::uint8_t> follows{};       ///< next object of an incomplete identification
 
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };
 
-/// `reply`: one that fits its request, as CheckReply has said.
+/// `reply` must fit its request (CheckReply).
 std::optional<Data> DataOf(View request, View reply);
 
 using SpacePlan = QueryPlan<Space>;
 
-/// Where each point is read; nothing where it is not.
+/// Returns where each point is read; an entry is empty for a point that is not read.
 std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points);
 
-/// `places`: those of `points`. What a device refuses and has never answered is asked with the slow
-/// group.
+/// `places`: the result of ReadLocations for `points`. A request that the device refuses and has
+/// never answered is sent with the slow group.
 SpacePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Location>> places, const Settings& settings,
                    Often is_often = IsFast);
 
-/// Reads of as many registers, or bytes of bits, as no query of the same table asks for, each from
-/// where a query begins. First those that ask for nothing beyond their query: a device may refuse
-/// the others. Empty: there is no query of a table.
+/// Returns reads whose number of registers (for bits: bytes) no query of the same table has, so
+/// their replies differ from all replies to polls. Each begins where a query begins. Reads inside
+/// their query come first, because a device may refuse the others.
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

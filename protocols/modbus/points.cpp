@@ -69,14 +69,13 @@ std::optional<Table> TableNamed(std::string_view name) {
   return std::nullopt;
 }
 
-/// "(16)" of "string(16)".
+/// Returns "16" for "string(16)".
 std::optional<std::string_view> InParentheses(std::string_view word, std::string_view name) {
   if (!word.starts_with(name) || !word.substr(name.size()).starts_with('(')) return std::nullopt;
   if (!word.ends_with(')')) return std::nullopt;
   return word.substr(name.size() + 1, word.size() - name.size() - 2);
 }
 
-/// The registers of the point's own type.
 void TakeType(const Point& point, Location& place) {
   if (point.type == Type::string) {
     place.form = Form::string;
@@ -91,7 +90,7 @@ void TakeType(const Point& point, Location& place) {
   }
 }
 
-/// True when `word` names a form.
+/// Sets the form that `word` names. Returns false if it names none.
 bool TakeForm(std::string_view word, Location& place) {
   for (const FormRow& row : kForms) {
     if (row.name != word) continue;
@@ -124,7 +123,7 @@ bool TakeForm(std::string_view word, Location& place) {
   return false;
 }
 
-/// "8" or "8[b3]"; of a file "4:8"; of a queue "1246", or "1246[0]".
+/// Parses "8" or "8[b3]"; for a file "4:8"; for a queue "1246" or "1246[0]".
 Status TakeAddress(std::string_view text, std::string_view word, Location& place) {
   const auto open = word.find('[');
   std::string_view number = word.substr(0, open);
@@ -156,7 +155,6 @@ Status TakeAddress(std::string_view text, std::string_view word, Location& place
   return TakeBits(text, word.substr(open), place);
 }
 
-/// "scale(203)".
 Status TakeScale(std::string_view text, std::string_view word, Location& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
   if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
@@ -174,7 +172,7 @@ Status TakeScale(std::string_view text, std::string_view word, Location& place) 
   return {};
 }
 
-/// What follows the address.
+/// Parses the words after the address: form, order and scale.
 Status TakeWords(std::string_view text, std::span<const std::string_view> words, Location& place,
                  bool& formed) {
   for (const std::string_view word : words) {
@@ -214,7 +212,7 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   return {};
 }
 
-/// `usual`: the form where `text` gives none.
+/// `usual`: the location whose form is used if `text` has none.
 Result<Location> ParseLocation(std::string_view text, const Point& point, const Location* usual) {
   std::vector<std::string_view> words;
   for (const std::string_view word : Split(Trim(text), ' ')) {
@@ -258,7 +256,6 @@ Result<Location> ParseLocation(std::string_view text, const Point& point, const 
   return place;
 }
 
-/// Whether the form gives what the point's type takes.
 Status CheckType(std::string_view text, const Point& point, const Location& place) {
   const bool truth = place.form == Form::flag || place.form == Form::bit;
   const bool words = place.form == Form::string || place.form == Form::text ||
@@ -403,9 +400,7 @@ Status CheckPoint(const config::Point& point) {
 
 namespace {
 
-/// Categories of identification: basic and regular objects, and the maker's own.
-
-/// What has two words in place of a table and an address.
+/// A place with a name of two words.
 struct NamedRow {
   std::string_view table;
   std::string_view name;

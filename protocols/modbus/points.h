@@ -1,6 +1,5 @@
-// The `read` and `write` grammar of points: "holding 200 uint16 CDAB". Text comes from the
-// configuration; places go to planning, values and the twin. ParseNamed reads places that have a
-// name.
+// Parses the `read` and `write` texts of points, such as "holding 200 uint16 CDAB", into locations.
+// ParseNamed parses the places that have a name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,16 +22,16 @@ enum class Table : std::uint8_t {
   discretes,
   holding,
   input,
-  status,    ///< eight bits (07): place 0
-  events,    ///< status word and counter (11): places 0 and 1
-  log,       ///< status word, event counter, message counter (12): places 0, 1, 2
-  server,    ///< what the device says of itself (17): its bytes
+  status,    ///< eight bits (07) at address 0
+  events,    ///< status word and counter (11) at addresses 0 and 1
+  log,       ///< status word, event counter, message counter (12) at addresses 0, 1, 2
+  server,    ///< server id (17), its bytes
   file,      ///< records of one file (20)
-  queue,     ///< a queue (24): place 0 its count, 1 the first entry
+  queue,     ///< a queue (24): the count at address 0, the first entry at 1
   identity,  ///< objects of one category (43/14)
 };
 
-/// Where addresses count from 0: a table, and of files and queues each one by itself.
+/// An area in which addresses count from 0: a table, or one file or queue.
 struct Space {
   Table table = Table::holding;
   std::uint16_t which = 0;  ///< number of the file, address of the queue, category of the objects
@@ -40,7 +39,6 @@ struct Space {
   auto operator<=>(const Space&) const = default;
 };
 
-/// What the registers hold.
 enum class Form : std::uint8_t {
   flag,  ///< one coil or discrete input
   bit,   ///< one bit of a register
@@ -64,70 +62,68 @@ enum class Form : std::uint8_t {
   bcd48,
   bcd64,
   date,
-  object,  ///< the text of a server id or of an object
-  string,  ///< two characters a register, the first in the high byte
-  text,    ///< a code, and its meaning by the device's option `texts`
+  object,  ///< the text of a server id or of an identification object
+  string,  ///< two characters per register, the first in the high byte
+  text,    ///< a code, shown as its text in the option `texts`
 };
 
-/// A large gateway has 100,000 of them: the small members stand side by side.
+/// The place of a point. A large gateway has 100,000 places, so small members are grouped.
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
-  DateForm date = DateForm::unix;          ///< of Form::date
-  std::optional<config::WordOrder> order;  ///< the point's own
-  std::uint16_t which = 0;                 ///< of Space
-  std::uint16_t address = 0;               ///< 0-based, as it stands in the PDU
-  unsigned bit = 0;                        ///< of Form::bit and bits, 0 = lowest
-  unsigned width = 1;                      ///< of Form::bits
-  /// The register of the same table that holds n of "times 10 to the n", -10…10.
+  DateForm date = DateForm::unix;          ///< used with Form::date
+  std::optional<config::WordOrder> order;  ///< set if the point has its own order
+  std::uint16_t which = 0;                 ///< see Space
+  std::uint16_t address = 0;               ///< 0-based, as in the PDU
+  unsigned bit = 0;                        ///< lowest bit of Form::bit and bits, 0…15
+  unsigned width = 1;                      ///< number of bits of Form::bits
+  /// Address of the scale register in the same table: its n multiplies the value by 10 to the n
+  /// (-10…10).
   std::optional<std::uint16_t> scale;
-  std::size_t count = 1;   ///< registers or bits
-  std::size_t length = 0;  ///< of Form::string: characters
-  std::string texts{};     ///< of Form::text: the table's name
+  std::size_t count = 1;   ///< number of registers or bits
+  std::size_t length = 0;  ///< number of characters of Form::string
+  std::string texts{};     ///< name of the text table of Form::text
 
   std::size_t end() const { return std::size_t{address} + count; }
   Space space() const { return {table, which}; }
 };
 
-/// What one request has to read for the place: its registers, and that of its scale.
+/// The range that one request must read for the place: its registers and the scale register.
 std::size_t BeginOf(const Location& place);
 std::size_t EndOf(const Location& place);
 
-/// Where the point is read. An error says what is wrong and what would be right.
+/// Returns where the point is read. The error says what is wrong and what would be correct.
 Result<Location> ReadLocation(const config::Point& point);
-/// Where it is written: `write`, else `read`. Its form is that of `read` where it gives none.
+/// Returns where the point is written: by `write`, else `read`. A missing form is that of `read`.
 Result<Location> WriteLocation(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
-/// Whether its places have addresses: coils, discrete inputs, registers and files have.
+/// True if places in the table have addresses: coils, discrete inputs, registers and files.
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
-/// What its registers can hold; of a float whether it is one of 32 bits.
 config::RawNumbers NumbersOf(const Location& place);
 
-/// Whether `read`, `write` and access fit together.
 Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// Places of `read` that have a name where others have a table and an address: "event counter",
-// "identification product"; and bits in brackets: "[b3-b5]". Parts of the grammar of ReadLocation.
+// Places of `read` with a name in place of a table and an address ("event counter", "identification
+// product"), and bits in brackets ("[b3-b5]").
 
-/// Function 43/14: what is read of a device's identification, and where the maker's objects begin.
+/// Function 43/14: categories of identification objects. The maker's objects begin at 0x80.
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
-/// The first objects of an identification.
+/// The first two objects of an identification.
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;
 
-/// "'holding 200[b16]' names no bits ...".
 Error Wrong(std::string_view text, const std::string& why);
 
-/// "[b3]" or "[b3-b5]".
+/// Parses "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
-/// "exception status[b3]", "server id[2]", "identification 0x80". Empty: it is none of these.
+/// Parses "exception status[b3]", "server id[2]", "identification 0x80". Empty: none of these.
 std::optional<Result<Location>> ParseNamed(std::string_view text,
                                            std::span<const std::string_view> words);
 

@@ -1,3 +1,4 @@
+// The descriptors of Modbus RTU, ASCII and TCP: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/protocol.h"
 
@@ -64,8 +65,8 @@ std::optional<Recognised> RecogniseAs(View request, View heard, const ParsedOpti
   return Recognise(kFraming, request, heard);
 }
 
-/// Silence of 3.5 characters, and 1.75 ms above 19200 bit/s (MODBUS over Serial Line
-/// V1.02, 2.5.1.1). The gap covers what adapters and serial servers add.
+/// Frames are separated by silence of 3.5 characters, 1.75 ms above 19200 bit/s (MODBUS over Serial
+/// Line V1.02, 2.5.1.1). The gap inside a frame covers the delays of adapters and serial servers.
 TimingRule Times(std::size_t longest) {
   return {.quiet = {.least = 1750us, .characters = 3.5},
           .reply = {.least = 500ms},
@@ -74,7 +75,7 @@ TimingRule Times(std::size_t longest) {
           .longest = longest};
 }
 
-/// A segment that is lost on the way comes again after 200 ms or more (RFC 6298, 2.4).
+/// A lost TCP segment is sent again after 200 ms or more (RFC 6298, 2.4).
 TimingRule TcpTimes() {
   return {.quiet = {.least = 100us},
           .reply = {.least = 1s},
@@ -121,7 +122,7 @@ constexpr Rules RulesOf(Framing framing) {
 
 constexpr config::Traits TraitsOf(Framing framing) {
   const bool tcp = framing == Framing::tcp;
-  const bool ascii = framing == Framing::ascii;  // two characters a byte
+  const bool ascii = framing == Framing::ascii;  // two characters per byte
   return {.service = tcp ? "Modbus TCP" : "",
           .counterpart = tcp ? "modbus_rtu" : "modbus_tcp",
           .has_blocks = true,

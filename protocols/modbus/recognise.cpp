@@ -9,15 +9,14 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-/// No frame that begins later is looked for.
+/// Frames that begin later are not searched for.
 constexpr std::size_t kFarthest = 300;
 
-/// Slave, function and code.
+/// Size of an exception in bytes: slave, function and code.
 constexpr std::size_t kException = 3;
-/// Bytes of a check value.
 constexpr std::size_t kRtuCheck = 2;
 constexpr std::size_t kAsciiCheck = 1;
-/// A request that reads, or that writes one value, has this many bytes: function, place, count.
+/// Size of the PDU of a request that reads, or writes one value: function, address, count or value.
 constexpr std::size_t kShortRequest = 5;
 constexpr std::uint8_t kLastRead = 4;
 constexpr std::uint8_t kLastOfOneValue = 6;
@@ -26,7 +25,7 @@ constexpr const char* kNoModbus = "the device does not keep to Modbus: update it
 
 struct Seen {
   Adu adu;
-  bool request = false;  ///< in the form of one, and of no reply
+  bool request = false;  ///< has the form of a request and of no reply
 };
 
 bool IsWhole(View held, PduLength length) {
@@ -51,7 +50,7 @@ std::optional<Seen> FirstRtu(View heard) {
   return std::nullopt;
 }
 
-/// A request that reads or writes one value, or the reply to a read, stands at the front.
+/// True if the bytes begin with a request for one value or a read, or with the reply to a read.
 bool IsPlainRtu(View held) {
   if (held.size() < kShortRequest + kRtuOverhead || held[0] == 0 || held[0] > kLastSlave)
     return false;
@@ -104,13 +103,13 @@ std::optional<Recognised> OtherFraming(Framing framing, View heard) {
 
 std::string Slave(std::uint8_t slave) { return "slave " + std::to_string(slave); }
 
-/// What follows the header is a whole PDU by itself.
+/// True if `pdu`, the bytes after the header, is exactly one reply PDU.
 bool IsWholePdu(View pdu) {
   const PduLength length = ReplyLength(pdu);
   return length.kind == PduLength::Kind::exact && length.size == pdu.size();
 }
 
-/// Its transaction, protocol number or length is not what it should be.
+/// Explains a reply whose transaction, protocol number or length is wrong.
 std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   if (heard.size() < kTcpOverhead + 2 || heard.size() > kMaxTcp) return std::nullopt;
   const ByteReader reader(heard);
@@ -139,7 +138,7 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   return std::nullopt;
 }
 
-/// It refuses what was asked, and its check value is wrong or missing.
+/// Explains an exception to the request whose check value is wrong or missing.
 std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::size_t check) {
   const bool bare = heard.size() == kException;
   if (!bare && heard.size() != kException + check) return std::nullopt;
@@ -153,7 +152,7 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
 
 }  // namespace
 
-/// Whole, but for its check value.
+/// Explains a wrong or missing check value, or a wrong function or count with a correct one.
 std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
     return Recognised{Recognised::What::other_setting, cause,

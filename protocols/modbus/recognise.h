@@ -1,5 +1,5 @@
-// What bytes are that came in place of a Modbus reply: another framing, another slave, another
-// master, a header that does not fit.
+// Explains bytes that came in place of a Modbus reply: another framing, slave or master, a wrong
+// header.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,10 +12,10 @@
 
 namespace baudgate::protocols::modbus {
 
-/// `request`: one of this framing.
+/// `request`: a frame of this framing.
 std::optional<Recognised> Recognise(Framing framing, View request, View heard);
 
-/// See ForeignRule: requests that read or write one value, and replies to reads.
+/// See ForeignRule. Recognises requests that read or write one value, and replies to reads.
 std::optional<std::string> ForeignRtu(View heard);
 
 }  // namespace baudgate::protocols::modbus

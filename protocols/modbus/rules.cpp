@@ -93,24 +93,25 @@ const PduCarrier* Carrier(Framing framing) {
 //   > 14 | 10 03 E7 00 78 F0 ... 240 bytes ... | CRC    write 120 registers, 249 bytes
 //   < 14 | 83 02 | D1 35                         exception: illegal data address
 //
-// A listener also hears the replies of other slaves, and passes them over. One may hold a request:
+// A listener also receives replies of other slaves and skips them. A skipped reply may contain a
+// request:
 //
-//   < 4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D data that are a write to slave 1
+//   < 4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D its data is a write to slave 1
 //
-// The silence of 3.5 characters that ends frames on the wire does not survive USB adapters and
-// serial servers, so only functions of unknown length wait for it.
+// The silence of 3.5 characters between frames is lost in USB adapters and serial servers, so the
+// rule waits for silence only after functions of unknown length.
 
 namespace {
 
 using Kind = PduLength::Kind;
 
 constexpr std::size_t kShortest = kRtuOverhead + 1;
-/// A loopback has one or more words of data; nearly all have one.
+/// A loopback may contain several data words, but nearly always has one.
 constexpr PduLength kUsualLoopback = {Kind::exact, 5};
-/// Replies of other slaves to other functions are waited for up to this length only.
+/// The longest reply of another slave, to another function, that the rule waits for.
 constexpr std::size_t kShortReply = 32;
 
-/// Only silence ends it, and then the CRC must be right over all that came.
+/// Cuts a frame that only silence ends: the CRC must be correct over all bytes received.
 Cut BySilence(View held, std::size_t most, bool idle) {
   if (held.size() > most) return cut::TooLong();
   if (!idle) return Cut::NeedMore();
@@ -122,13 +123,13 @@ Cut BySilence(View held, std::size_t most, bool idle) {
 struct Head {
   enum class Kind : std::uint8_t {
     request,
-    reply,       ///< of another slave
-    open,        ///< may become either
+    reply,       ///< a reply of another slave
+    open,        ///< incomplete: may become a request or a reply
     by_silence,  ///< may be a request that only silence ends
     neither,
   };
   Kind kind = Kind::neither;
-  std::size_t size = 0;  ///< of request and reply
+  std::size_t size = 0;  ///< bytes of the request or reply
 };
 
 enum class Fit : std::uint8_t { whole, open, none };
@@ -141,8 +142,8 @@ Fit FitOf(View held, PduLength length) {
   return EndsInCrc16(held.first(size)) ? Fit::whole : Fit::none;
 }
 
-/// What a listener hears. More bytes change nothing but `open` and `by_silence`. A loopback is
-/// taken as soon as it is one of two bytes of data, as nearly all are.
+/// Classifies the bytes that a listener receives. More bytes change only `open` and `by_silence`. A
+/// loopback is accepted as soon as it has two data bytes, its usual length.
 Head LookAt(View held, bool idle) {
   if (held[0] > kLastSlave) return {};
   if (held.size() < 2) return {Head::Kind::open};
@@ -163,8 +164,8 @@ Head LookAt(View held, bool idle) {
   return {open ? Head::Kind::open : Head::Kind::neither};
 }
 
-/// The length of a frame whose function is not known: all of the burst, else the first length with
-/// a good CRC; 0: there is none.
+/// Returns the length of a frame with an unknown function: the whole burst, else the shortest
+/// length with a correct CRC. 0: no length fits.
 std::size_t EndOfUnknown(View burst) {
   if (EndsInCrc16(burst)) return burst.size();
   std::size_t size = kShortest;
@@ -172,7 +173,7 @@ std::size_t EndOfUnknown(View burst) {
   return size < burst.size() ? size : 0;
 }
 
-/// Whether frame follows frame to the end of the burst.
+/// True if the burst consists of frames up to its end.
 bool IsAllFrames(View burst, bool idle) {
   while (!burst.empty()) {
     const Head head = LookAt(burst, idle);
@@ -186,11 +187,11 @@ bool IsAllFrames(View burst, bool idle) {
   return true;
 }
 
-/// Can not begin a frame, or appears before one.
+/// True for a byte that cannot begin a frame, or often appears before one.
 bool IsNoise(std::uint8_t byte) { return cut::IsHarmless(byte) || byte > kLastSlave; }
 
-/// A burst that does not come to its end is dropped up to something in it that is no frame either:
-/// so nothing in its midst is taken for a beginning.
+/// Drops a burst that is longer than a frame, up to a later byte that begins no frame either, so
+/// that no byte in the middle of the burst is taken for the beginning of a frame.
 Cut DropFlood(View burst) {
   const auto no_frame = [&](std::size_t at) {
     return !IsNoise(burst[at]) && LookAt(burst.subspan(at), false).kind == Head::Kind::neither;
@@ -200,9 +201,9 @@ Cut DropFlood(View burst) {
   return cut::TooLong(size > 0 ? size : burst.size());
 }
 
-/// What may be a whole reply, but to another request: of another slave, or one that comes late. It
-/// is waited for if its length is known, or its function is the awaited one; of another slave also
-/// only if it is short.
+/// Handles bytes that may be a reply to another request: from another slave, or late. The rule
+/// waits for the whole reply if its length is known or its function is the expected one. A long
+/// reply of another slave (kShortReply) is waited for only if its function is the expected one.
 Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::string_view why,
                  bool idle) {
   if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
@@ -230,8 +231,8 @@ Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::
   return IsReplyForm(pdu) ? Cut::Frame(size) : cut::Slide(held, why);
 }
 
-/// Some devices confirm functions 15 and 16 with the whole request. It may as well be the request,
-/// as the bus echoes it, and then the reply follows it: only silence tells.
+/// Some devices confirm functions 15 and 16 with the whole request. The bytes may also be an echo
+/// of the request, which the reply follows, so only silence decides.
 Cut WholeWrite(View held, bool idle) {
   const PduLength length = RequestLength(held.subspan(1));
   const std::size_t size = length.size + kRtuOverhead;
@@ -242,14 +243,15 @@ Cut WholeWrite(View held, bool idle) {
 
 }  // namespace
 
-// A byte count is believed only when it agrees with the quantity before it. The reply to a write of
-// one register equals its request, and one that holds 17 to 24 bits is as long as a request and has
-// its CRC: a listener takes them for requests to a slave that it is not.
+// A byte count is used only if it agrees with the quantity before it. The reply to a write of one
+// register equals its request, and a reply with 17 to 24 bits is as long as a request with the same
+// CRC. A listener takes these replies for requests to another slave.
 //
-// A frame begins after silence or behind another good frame, and nowhere else: to look for one
-// within damage would be to execute the data of others. So what is neither a request nor a reply is
-// kept until the line falls silent, for its rest may still be coming, and then dropped with all
-// that came after it. A request among that is lost, and its master asks again.
+// A frame begins only after silence or directly after another good frame. A search inside damaged
+// bytes could find a request in the data of other frames and execute it. So bytes that are neither
+// request nor reply are kept until the line is silent, because the rest may still come, and then
+// dropped with all bytes after them. A request among these bytes is lost, and its master repeats
+// it.
 Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const Head head = LookAt(held, idle);
   if (head.kind == Head::Kind::request) return Cut::Frame(head.size);
@@ -259,7 +261,7 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const bool over = idle || held.size() > kMaxRtu;
   if (!over && head.kind != Head::Kind::neither) return Cut::NeedMore();
   if (head.kind == Head::Kind::by_silence) {
-    // One length in thousands has a good CRC by chance: the rest of the burst has to bear it out.
+    // A CRC fits at one length in thousands by chance, so the rest must consist of frames.
     const View burst = held.first(std::min(held.size(), kMaxRtu));
     const std::size_t size = EndOfUnknown(burst);
     if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
@@ -271,9 +273,9 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   return open ? cut::Wait(idle, held.size()) : cut::BadChecksum(held.size());
 }
 
-// The request says who answers, with which function, and how long the answer is: a good one or an
-// exception. After damage the rule slides by one. A whole reply of another slave is passed over
-// whole; one of this slave to another request is a frame, for the conversation to tell.
+// The request defines the slave, the function and the length of the reply, or an exception. After
+// damaged bytes the rule moves on by one byte. A whole reply of another slave is skipped. A reply
+// of this slave to another request is cut as a frame, and the conversation judges it.
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
@@ -299,19 +301,19 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   return IsMultipleWrite(held[1]) ? WholeWrite(held, idle) : cut::BadChecksum();
 }
 
-// Cuts lines from ':' to CR LF whose LRC is right.
+// Cuts lines from ':' to CR LF with a correct LRC.
 //
 //   > 3A 31 34 30 33 30 31 46 34 30 30 30 31 46 33 0D 0A   :140301F40001F3 CR LF
 //                                                          read holding 500 of slave 20
 //   < 3A 31 34 30 33 30 32 30 30 33 31 42 36 0D 0A         :1403020031B6 CR LF       0031
 //   < 3A 31 34 38 33 30 32 36 37 0D 0A                     :14830267 CR LF           exception 02
 //
-// Hex digits may be of either case. The line feed may be missing: the next character or silence
-// shows it. A second ':' means that the first line was cut off.
+// Hex digits may be in either case. The line feed may be missing: the rule detects that by the next
+// character or by silence. A second ':' means that the first line was cut off.
 
 namespace {
 
-/// A whole line with a good LRC, from ':' to CR or LF.
+/// Cuts a line with a correct LRC, from ':' to CR or LF.
 Cut CutLine(View held, const Expectation& expect, bool idle) {
   if (held.front() != ':') return cut::SkipNoise(held, ":", "\r\n");
   const auto stop = std::find_if_not(held.begin() + 1, held.end(), [](std::uint8_t byte) {
@@ -363,23 +365,22 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
 //
 //   > 00 01 00 00 00 06 14 | 03 01 F4 00 01     transaction 1, unit 20: read holding 500
 //   < 00 01 00 00 00 05 14 | 03 02 00 31        its value: 0031
-//   < 00 01 00 00 00 03 14 | 83 02              exception in its place: illegal data address
+//   < 00 01 00 00 00 03 14 | 83 02              or an exception: illegal data address
 //
-// Where function and request fix the size of a reply and its header counts too many, the header is
-// wrong, and the next message follows the size:
+// If function and request define the size of a reply and its header counts more bytes, the header
+// is wrong, and the next message begins after the defined size:
 //
-//   < 00 01 00 00 00 04 14 | 83 02              an exception has two bytes, whoever says three
+//   < 00 01 00 00 00 04 14 | 83 02              an exception has two bytes, not three
 //
-// A reply of another transaction is a late one, and passed over whole. TCP loses and changes
-// nothing, and no check value shows where a message begins: behind bytes that are no header nothing
-// is believed before the connection has fallen silent.
+// A reply of another transaction is late and skipped. TCP loses and changes no bytes, and no check
+// value shows where a message begins. So after bytes that are no header, all bytes are dropped
+// until the connection is silent.
 
 namespace {
 
 constexpr std::size_t kHeader = kTcpOverhead - kTcpCounted;
 constexpr std::size_t kTcpException = kTcpOverhead + 2;
 
-/// A message of `size` bytes, as the header says or as is known better.
 Cut CutMessage(View held, std::size_t size, bool idle) {
   return held.size() < size ? cut::Wait(idle, held.size()) : Cut::Frame(size);
 }
@@ -391,9 +392,9 @@ Cut NoHeader(View held, const Expectation& expect, bool idle) {
                       "not the header of a Modbus TCP message");
 }
 
-/// Some servers count too many bytes: 4 where an exception of two and the unit follow. Where
-/// function and request fix the size, it is that, unless the reply itself bears its header out.
-/// `told`: by the header.
+/// Returns the size of the reply at the front. Some servers count too many bytes in the header: 4
+/// for the unit and an exception of two bytes. If function and request define the size, it is used
+/// unless the byte count in the reply contradicts it. `told`: the size by the header.
 std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, bool idle) {
   if (held.size() <= kTcpOverhead) return told;
   const std::uint8_t function = held[kTcpOverhead];
@@ -406,7 +407,8 @@ std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, 
     const auto count = ByteReader(held).U8(kTcpOverhead + 1);
     return count && kTcpOverhead + 2 + *count == size ? size : told;
   }
-  // The header may be right, and the reply odd: a write that is confirmed with the whole request.
+  // The header may be correct and the reply unusual (a write confirmed with the whole request), so
+  // the defined size is used only after silence.
   return idle ? size : told;
 }
 
@@ -454,7 +456,7 @@ constexpr config::SerialSettings kAsciiSerials[] = {Format(9600, 7, kEven), Form
 constexpr ScanMode kModes[] = {{}};
 
 enum Question : std::size_t { kServer, kObjects, kLoopback, kHolding, kInput, kCount };
-/// No device counts these bytes among its own.
+/// Loopback data: an unusual pattern that no other reply is likely to contain.
 constexpr std::uint16_t kScanLoopback = 0xA537;
 
 Bytes PduOf(std::size_t question) {
@@ -481,7 +483,7 @@ void Tell(Sighting& sighting, const std::string& name) {
   if (!config::SpokenName(name).empty()) sighting.names.push_back(name);
 }
 
-/// What a good reply says beyond that somebody is there.
+/// Takes names and an example point from a good reply.
 void TakeReply(View pdu, const Data& data, Sighting& sighting) {
   switch (pdu[0]) {
     case modbus::kServerId:
@@ -529,8 +531,8 @@ ScanRule RuleOf(std::span<const config::SerialSettings> serials) {
           .last_address = kLastSlave,
           .modes = kModes,
           .questions = kCount,
-          // 03 00 is a write to a meter, whose frames have the same check value: nobody is asked
-          // that has not answered as a Modbus slave.
+          // A read of holding registers is sent only to addresses that have answered as a Modbus
+          // slave: SET-4TM meters use the same CRC, and take 03 00 for a write.
           .finds = 1U << kServer | 1U << kObjects | 1U << kLoopback | 1U << kInput,
           .quick_finds = 1U << kServer | 1U << kInput,
           .never_at = kFraming == Framing::rtu ? "set4tm" : "",
@@ -552,7 +554,7 @@ namespace {
 
 constexpr std::string_view kLrcPlace = "XX";
 
-/// `01 03 00 00 00 01` gives the whole frame.
+/// Completes typed bytes: `01 03 00 00 00 01` gets its CRC, unless it has one.
 Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   if (written.size() < 2 || written.size() > kMaxRtu) {
     return Error{"a Modbus telegram is slave, function and data in hex, as in '01 03 00 00 00 01'"};
@@ -563,7 +565,7 @@ Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   return frame;
 }
 
-/// `:010300000001` and `:010300000001XX` give the whole frame.
+/// Completes typed text: `:010300000001` and `:010300000001XX` become the whole frame.
 Result<Bytes> CompleteAscii(View written, const ParsedOptions&) {
   std::string_view text = Trim(AsText(written));
   const Error wrong{"a Modbus ASCII telegram is ':' and hex, as in ':010300000001XX'"};

@@ -1,7 +1,6 @@
-// What may answer a Modbus request, and how transparent routes carry PDUs over a serial line: both
-// follow from the request's bytes alone, in every framing. RtuReplyRule, AsciiReplyRule,
-// TcpReplyRule and their request rules say where messages begin and end; ScanOf and TelegramOf
-// serve a scan and telegrams by hand.
+// Rules of Modbus frames, in every framing. Expect returns which replies may answer a request; the
+// request and reply rules find where messages begin and end; Carrier serves transparent routes over
+// a serial line, ScanOf a scan, and TelegramOf telegrams typed by hand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,45 +13,43 @@
 
 namespace baudgate::protocols::modbus {
 
-/// Expectation::address holds the slave's number, whatever its form on the wire.
+/// Expectation::address contains the slave number as one byte, in every framing.
 Expectation Expect(Framing framing, View request);
 
-/// Shape::tag: the function code of the reply, and of tcp its transaction.
+/// Shape::tag: the function code of the reply; for tcp with its transaction.
 constexpr int TagOf(std::uint16_t transaction, int function) {
   return transaction * 256 + function;
 }
 constexpr std::uint16_t TransactionOf(int tag) { return static_cast<std::uint16_t>(tag / 256); }
 
-/// Null: routes to TCP servers do without a line (docs/modbus.md).
+/// Returns null for tcp: routes to TCP servers need no line (docs/modbus.md).
 const PduCarrier* Carrier(Framing framing);
 
-// Where Modbus RTU messages begin and end in the bytes that protocols/assembler.h holds.
+// The rules that cut Modbus RTU messages out of the received bytes (protocols/assembler.h).
 
 Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle);
 
-// Where Modbus ASCII messages begin and end in the bytes that protocols/assembler.h holds.
+// The rules that cut Modbus ASCII messages.
 
-/// Requests and, on a bus with several devices, their replies: they look alike.
+/// Cuts requests and, on a bus with several devices, also replies, which have the same form.
 Cut AsciiRequestRule(View held, const Expectation& expect, bool idle);
 Cut AsciiReplyRule(View held, const Expectation& expect, bool idle);
 
-// Where Modbus TCP messages begin and end in the bytes that protocols/assembler.h holds.
+// The rules that cut Modbus TCP messages.
 
 Cut TcpRequestRule(View held, const Expectation& expect, bool idle);
 Cut TcpReplyRule(View held, const Expectation& expect, bool idle);
 
-// What a scan asks on a bus that may be one of Modbus slaves: server id (17), identification
-// (43/14), loopback (8), then one read of one register. Nothing else. Goes to gateway/tools/scan
-// through the descriptors.
+// The requests of a scan: only server id (17), identification (43/14), loopback (8), and then a
+// read of one register. gateway/tools/scan uses this rule.
 
-/// Null: not looked for, as units behind TCP.
+/// Returns null for tcp: units behind TCP are not searched for.
 const ScanRule* ScanOf(Framing framing);
 
-// What a person may send by hand: the check value behind text and bytes that have none, and which
-// telegrams are reads for certain.
+// The rule for telegrams typed by hand: adds a missing check value, and decides which are reads.
 
-/// Null: nothing, as over TCP, where a header counts the requests.
+/// Returns null for tcp: a frame needs a transaction number, so none is typed by hand.
 const TelegramRule* TelegramOf(Framing framing);
 
 }  // namespace baudgate::protocols::modbus

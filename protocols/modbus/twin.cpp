@@ -31,8 +31,8 @@ bool SameLocation(const Location& a, const Location& b) {
   return a.space() == b.space() && a.address == b.address && a.count == b.count;
 }
 
-/// What is drawn later lies over what was drawn before: a whole number over its own bits, and both
-/// over the meaning of a code; a number with its scale register over all, so that the two agree.
+/// Returns the drawing order: later layers overwrite earlier ones. 0: texts of codes; 1: bits; 2:
+/// whole numbers; 3: numbers with a scale register, so that number and scale agree.
 int Layer(const Location& place) {
   if (place.scale) return 3;
   if (place.form == Form::text) return 0;
@@ -40,7 +40,7 @@ int Layer(const Location& place) {
 }
 constexpr int kLayers = 4;
 
-/// What a simulated device has in every scale register: tenths.
+/// The exponent in every scale register of a simulated device: tenths.
 constexpr int kScale = -1;
 
 }  // namespace
@@ -106,7 +106,7 @@ Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {
   }
 }
 
-// ---------------------------------------------------------------- reading
+// ---------------------------------------------------------------- reads
 
 Bytes ModbusTwin::Read(View pdu, Instant now) const {
   const Table table = *TableOf(pdu[0]);
@@ -137,7 +137,7 @@ ModbusTwin::Image ModbusTwin::ImageOf(const Space& space, std::size_t address, s
       if (point.read && Layer(*point.read) == layer) Draw(point, image, now);
     }
   }
-  // A register that can only be written is there, and reads 0.
+  // A write-only register exists, too: it reads 0.
   for (const auto& point : points_.all()) {
     for (std::size_t i = 0; point.write && i < count; ++i) {
       if (IsIn(*point.write, space, address + i)) image.there[i] = true;
@@ -177,7 +177,7 @@ void ModbusTwin::Draw(const TwinPoints<Location>::One& point, Image& image, Inst
   if (place.scale) put(*place.scale, static_cast<std::uint16_t>(kScale));
 }
 
-// ---------------------------------------------------------------- writing
+// ---------------------------------------------------------------- writes
 
 Bytes ModbusTwin::Write(View pdu, Instant now) {
   const std::uint8_t function = pdu[0];
@@ -215,7 +215,8 @@ std::uint8_t ModbusTwin::Store(Table table, std::size_t address, const Registers
   }
   const std::vector<bool> there = ImageOf(space, address, words.size(), now).there;
   if (!Allows(settings_.missing_zero ? there : writable)) return kIllegalAddress;
-  // Taken from one image, so that no point sees half of what another has made of the write.
+  // All changes are computed before the first is stored, so that no point is decoded from a
+  // register that another point has already changed.
   std::vector<std::pair<const TwinPoints<Location>::One*, Value>> changes;
   for (const auto& point : points_.all()) {
     const auto is_here = [&](const Location& place) { return SameLocation(place, *point.read); };
@@ -262,8 +263,7 @@ Bytes ModbusTwin::ReadWrite(View pdu, Instant now) {
   return reply;
 }
 
-// What a simulated slave answers to functions that read neither registers nor bits: counters of the
-// line, files, queues, and what it says of itself.
+// Replies of functions without registers or bits: counters, files, queues, identification.
 
 namespace {
 
@@ -297,7 +297,7 @@ Bytes ModbusTwin::ReadOne(View pdu, Instant now) const {
     case Table::server: {
       Bytes says;
       for (const std::uint16_t word : image.words) says.push_back(byte(word));
-      says.push_back(0xFF);  // it runs
+      says.push_back(0xFF);  // run indicator: on
       Append(says, std::string_view(SaysOf(Table::server, 0, now)));
       reply.push_back(byte(says.size()));
       Append(reply, says);
@@ -331,13 +331,13 @@ std::size_t ModbusTwin::CountOf(const Space& space) const {
   for (const auto& point : points_.all()) {
     if (point.read && point.read->space() == space) count = std::max(count, point.read->end());
   }
-  // Words that are always sent, with a point or without.
+  // A reply to 12 always contains three words, with or without points.
   if (count > 0 && space.table == Table::log) count = 3;
   return count;
 }
 
-/// What the device says in an object or a server id: the point's value, else what the device is;
-/// empty: it has no such object.
+/// Returns the text of an object or of the server id: the point's value, else a default from the
+/// device's configuration. Empty: the device has no such object.
 std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) const {
   const auto* const point = points_.Find([&](const Location& place) {
     return place.table == table && place.form == Form::object && place.address == object;
@@ -353,14 +353,13 @@ std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) con
   return object == 2 ? "1.0" : "";
 }
 
-/// All objects of a category as a stream, in several replies where one does not hold them, or one
-/// by its number.
+/// Returns the objects of a category, as many as fit into a reply, or one object.
 Bytes ModbusTwin::Identify(View pdu, Instant now) const {
   if (pdu.size() != 4 || pdu[1] != kIdentification) {
     return Exception(pdu[0], kIllegalFunction);
   }
   constexpr std::uint8_t kOne = 4;
-  constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};  // of basic, regular, extended
+  constexpr std::size_t kEnds[] = {0x03, 0x80, 0x100};  // of basic, regular, extended objects
   if (pdu[2] < 1 || pdu[2] > kOne) return Exception(pdu[0], kIllegalValue);
   const bool one = pdu[2] == kOne;
   std::size_t id = pdu[3];

@@ -1,5 +1,5 @@
-// A Modbus slave that is not there: answers requests from the points of its device. Requests come
-// from gateway/tools/simulate/simulator.h, replies go back to it.
+// ModbusTwin simulates a Modbus slave for gateway/tools/simulate/simulator.h, from a device's
+// points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,19 +16,19 @@ namespace baudgate::protocols::modbus {
 
 class ModbusTwin : public Twin {
  public:
-  /// Both outlive the twin.
+  /// The references must stay valid for the lifetime of the twin.
   ModbusTwin(Framing framing, const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view address) override;
 
  private:
-  /// Registers or bits (0 and 1) of one table, as they stand now.
+  /// The present contents of a range of one table: registers, or bits as 0 and 1.
   struct Image {
     Space space;
     std::size_t address = 0;
     Registers words;
-    std::vector<bool> there;  ///< some point has it
+    std::vector<bool> there;  ///< true if a point covers the word
 
     std::size_t end() const { return address + words.size(); }
   };
@@ -38,16 +38,16 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  Bytes ReadOne(View pdu, Instant now) const;  ///< functions that one request reads all of
+  Bytes ReadOne(View pdu, Instant now) const;  ///< functions without a range in the request
   Bytes Identify(View pdu, Instant now) const;
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
   Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
   void Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const;
-  /// Whether the range may be read, or written.
+  /// True if a range with these words may be read or written.
   bool Allows(const std::vector<bool>& there) const;
-  std::size_t CountOf(const Space& space) const;  ///< up to the last place that a point has
-  /// 0, or the exception.
+  std::size_t CountOf(const Space& space) const;  ///< number of words up to the last point
+  /// Writes `words` to the points. Returns 0, or the exception code.
   std::uint8_t Store(Table table, std::size_t address, const Registers& words, Instant now);
 
   Framing framing_;

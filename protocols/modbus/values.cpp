@@ -14,14 +14,14 @@ namespace {
 
 using config::WordOrder;
 
-/// n of a scale register: times 10 to the n.
+/// Largest exponent in a scale register, positive or negative.
 constexpr int kMostExponent = 10;
 
 constexpr std::uint16_t Swapped(std::uint16_t word) {
   return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
 }
 
-/// The device's order concerns numbers of several registers; a point's own every register.
+/// The device's order applies to numbers in several registers, a point's own to every register.
 WordOrder OrderOf(const Location& place, const Settings& settings) {
   if (place.order) return *place.order;
   const bool apart = place.form == Form::date && place.date != DateForm::unix;
@@ -29,14 +29,14 @@ WordOrder OrderOf(const Location& place, const Settings& settings) {
   return single ? WordOrder::abcd : settings.order;
 }
 
-/// 24 bits are the lower ones of 32, 48 are all of three registers.
+/// Sign-extends the lower `width` bits of `bits`: 24 in two registers, 48 in three.
 std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
   const std::uint64_t sign = std::uint64_t{1} << (width - 1);
   const std::uint64_t low = bits & ((sign << 1U) - 1);
   return static_cast<std::int64_t>(low ^ sign) - static_cast<std::int64_t>(sign);
 }
 
-/// Word `i` in the order first register first, high byte first.
+/// Returns word `i` of the registers brought into the order ABCD.
 std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, std::size_t i) {
   const bool in_pairs = order == WordOrder::cdabghef && registers.size() == 4;
   const bool forward = order == WordOrder::abcd || order == WordOrder::badc;
@@ -45,7 +45,7 @@ std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, 
   return swaps ? Swapped(registers[from]) : registers[from];
 }
 
-/// Between the device's order and the first register first, high byte first; its own inverse.
+/// Converts registers between `order` and ABCD (high byte first). It is its own inverse.
 Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
   Registers ordered(registers.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) ordered[i] = WordIn(registers, order, i);
@@ -111,10 +111,11 @@ Error NoFit(const Value& value, std::string_view why) {
   return Error{ToText(value) + " " + std::string(why)};
 }
 
-/// What is left of a decimal number after `scale`: 30.3 / 0.1 is 302.99999999999994.
+/// Tolerance for rounding errors after the division by the scale: 30.3 / 0.1 is 302.99999999999994.
 constexpr double kNoise = 1e-6;
 
-/// A whole number between the two ends; 64-bit integers pass unrounded.
+/// Returns a whole number in the range, a negative one in two's complement; 64 bits are not
+/// rounded.
 Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
   const std::string range =
       "is outside " + std::to_string(lowest) + "..." + std::to_string(highest);
@@ -222,7 +223,7 @@ Result<Registers> EncodeString(const Location& place, const Value& value) {
   return registers;
 }
 
-/// SunSpec and others: -10…10; 8000 and the like mean that there is no value.
+/// Applies the exponent of a scale register, -10…10 (SunSpec and others). Others mean no value.
 Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
   const int n = static_cast<std::int16_t>(exponent);
   if (!HasValue(decoded.value)) return decoded;
@@ -240,7 +241,7 @@ Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
   if (block.size() != EndOf(place) - begin) return {{}, Quality::bad_configuration};
   Decoded decoded = Decode(place, block.subspan(place.address - begin, place.count), settings);
   if (!place.scale || !HasValue(decoded.value)) return decoded;
-  // What stands for no measurement is no number to be scaled.
+  // A sentinel means "no measurement", so it is not scaled.
   const bool stands = std::ranges::any_of(sentinels, [&](const config::Sentinel& sentinel) {
     return IsMeant(decoded.value, sentinel.value);
   });

@@ -1,5 +1,4 @@
-// Registers to values and back, by the form and order of a place. Registers come from replies and
-// the twin's image; values go to readings and to the twin's points.
+// Converts registers to values and back, by the form and byte order of a place.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,26 +17,26 @@ namespace baudgate::protocols::modbus {
 
 using Registers = std::vector<std::uint16_t>;
 
-/// The big-endian word at `at`; 0 where it is cut short.
+/// Returns the big-endian word at `at`, or 0 if `bytes` ends before.
 inline std::uint16_t U16At(View bytes, std::size_t at) {
   return ByteReader(bytes).U16Be(at).value_or(0);
 }
-/// Big-endian words from `at` to the end.
+/// Returns the big-endian words from `at` to the end.
 Registers WordsFrom(View bytes, std::size_t at);
 
-/// `registers`: those of the place and no others.
+/// `registers`: exactly those of the place, without its scale register.
 Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
-/// `block`: the registers from BeginOf to EndOf, with that of the scale.
+/// Decodes and scales a value. `block`: registers from BeginOf to EndOf, with the scale register.
 Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
-/// All registers of the place; of Form::bit, Form::bits and Form::text see below. An error when the
-/// value does not fit: nothing is ever cut or wrapped.
+/// Returns all registers of the place. Returns an error if the value does not fit: no value is
+/// clamped or wrapped. Not for Form::bit, Form::bits and Form::text (use CodeOf).
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);
 
-/// The code that means `value` in the place's text table.
+/// Returns the code of the text `value` in the place's text table, or nothing.
 std::optional<std::uint16_t> CodeOf(const Location& place, const Value& value,
                                     const Settings& settings);
 

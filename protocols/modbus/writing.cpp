@@ -14,7 +14,7 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-/// The same twice in a row: nobody else is changing it.
+/// Number of equal reads before a write: they show that no other master is changing the register.
 constexpr std::size_t kReads = 2;
 
 bool IsBitsOfRegister(const Location& place) {
@@ -29,14 +29,14 @@ std::uint16_t MaskOf(const Location& place) {
   return static_cast<std::uint16_t>(((1U << place.width) - 1U) << place.bit);
 }
 
-/// Whether `next` can stand in one request behind what ends with `last`.
+/// True if `next` can follow directly after `last` in one request.
 bool IsNext(const Location& last, const Location& next) {
   return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
          next.address == last.end();
 }
 
-/// `why` the raw value has no place in the registers; where the scale is to blame, in the number
-/// and unit that the user knows.
+/// Explains why a raw value does not fit the registers. If the scale is the reason, the text names
+/// the number and unit that the user has entered; otherwise it returns `why`.
 std::string WhyNoFit(const Value& raw, const config::Point& point, const std::string& why) {
   const auto number = Decimal::Of(raw);
   if (!number || point.scale == Decimal(1) || number->IsMultipleOf(1)) return why;
@@ -126,7 +126,7 @@ Result<Writing::Bits> Writing::BitsOf(const std::vector<Part>& parts) {
   return bits;
 }
 
-/// 22, or read, read, and write what was read with these bits changed.
+/// Returns a mask write, or with `bits_by_read` two reads, then a write with the bits changed.
 Writing::Step Writing::StepOf(const Bits& bits) {
   const auto keep = static_cast<std::uint16_t>(~bits.mask);
   if (!settings_.bits_by_read) return {MaskWriteRequest(bits.address, keep, bits.set)};
@@ -179,11 +179,11 @@ Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
   return one ? WriteRegisterRequest(address, all.front()) : WriteRegistersRequest(address, all);
 }
 
-// ---------------------------------------------------------------- what a request changes
+// ---------------------------------------------------------------- changed points
 
 namespace {
 
-/// What a request of function 5, 6, 15, 16, 22 or 23 writes. Empty: it is none of these.
+/// Returns the range that a request of function 5, 6, 15, 16, 22 or 23 writes, or nothing.
 std::optional<Block<Table>> WrittenBlock(View pdu) {
   const auto word = [&](std::size_t at) {
     return static_cast<std::size_t>(pdu[at]) << 8U | pdu[at + 1];

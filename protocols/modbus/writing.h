@@ -1,5 +1,5 @@
-// What a write of points sends: one request, or for bits of a register without function 22 two
-// reads and a write. Used by conversation.h; no framing here.
+// Writing builds the requests of a write task: one request, or two reads and a write for bits of a
+// register if the device has no mask write (function 22). It works on PDUs, without framing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,24 +16,24 @@ namespace baudgate::protocols::modbus {
 
 class Writing {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   Writing(const config::Device& device, const Settings& settings)
       : device_(device), settings_(settings) {}
 
-  /// See Conversation::WritesTogether. Bits of one register always; adjacent registers or coils
-  /// with `write_together`.
+  /// See Conversation::WritesTogether. Bits of one register are always written together; adjacent
+  /// registers or coils only with `write_together`.
   std::size_t Together(std::span<const PointValue> writes) const;
 
   struct Step {
     Bytes pdu;
-    bool reads = false;  ///< it only prepares: nothing is written by it
+    bool reads = false;  ///< a preparing read: nothing is written
   };
-  /// The next request of the task. An error: a value does not fit.
+  /// Returns the next request of the task. The error says which value does not fit.
   Result<Step> Next(const Task& task);
 
-  /// The register as a step that reads has shown it. Error: it is not what it was a moment ago.
+  /// Call with the register that a preparing read returned. Error: it differs from the first read.
   Status OnRead(std::uint16_t value);
-  /// The task has ended, or starts again.
+  /// Call when the task has ended or starts again.
   void Forget() { seen_.clear(); }
 
  private:
@@ -42,7 +42,7 @@ class Writing {
     const config::Point* point = nullptr;
     Value value;
   };
-  /// Some bits of one register.
+  /// Some bits of one register, and their new states.
   struct Bits {
     std::uint16_t address = 0;
     std::uint16_t mask = 0;
@@ -59,12 +59,12 @@ class Writing {
 
   const config::Device& device_;
   const Settings& settings_;
-  Bits bits_;                        // that seen_ is about
-  std::vector<std::uint16_t> seen_;  // the register, as read for this task
+  Bits bits_;                        // the bits that seen_ was read for
+  std::vector<std::uint16_t> seen_;  // values of the register, as read for this task
 };
 
-/// The points that may show something else when their slave has carried out this request: it writes
-/// to where they are read, or written. Nothing: not known.
+/// Returns the points whose values may change when the slave carries out the request: those that
+/// are read from or written to the range. Nothing: unknown.
 std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device);
 
 }  // namespace baudgate::protocols::modbus

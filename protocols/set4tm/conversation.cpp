@@ -13,8 +13,8 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};
-/// A meter that has never answered may be set to the other checksum: one probe of so many is sent
-/// with that. No meter takes it for a write.
+/// Every fourth probe of a meter that has never answered uses the other checksum, in case the meter
+/// is set to it. No meter takes this probe for a write.
 constexpr unsigned kOtherModeEvery = 4;
 
 }  // namespace
@@ -67,8 +67,8 @@ std::optional<Request> MeterRequests::ForSession(const Task& task, Instant now) 
       return Make(RequestKind::link, kLinkOnly);
     case MeterSession::Need::open:
       request = Make(RequestKind::open, parts_.session.OpenPdu());
-      request.unlike_polls = true;  // answered by a status; "00" answers nothing else
-      // A meter that answers too late must not get a wrong password three times.
+      request.unlike_polls = true;  // the reply is a status; no other reply is a bare "00"
+      // A meter that answers too late must not receive a wrong password three times.
       request.expect.repeatable = parts_.session.accepted();
       request.prepares = writes;
       return request;
@@ -107,7 +107,8 @@ Request MeterRequests::Read(std::size_t query) {
   return request;
 }
 
-/// In the background where no job is due: another meter's task may have sent the broadcast.
+/// Also true for a background task if no archive job is due: the task was due for the broadcast,
+/// which the task of another meter may have sent meanwhile.
 bool MeterRequests::AsksLatchTime(const Task& task, Instant now) const {
   if (!parts_.latched.tells()) return false;
   if (task.kind == Task::Kind::background)
@@ -131,8 +132,8 @@ Answer EndedBy(Reply& reply, Then then) {
 
 }  // namespace
 
-/// What follows from a reply, by the kind of its request. Statuses that mean the same for every
-/// request (channel closed, repeat, busy) are taken before (Take).
+/// One row: how replies to one kind of request are handled. Take handles statuses that mean the
+/// same for every request before it uses this table: channel closed, repeat, busy.
 struct MeterReplies::Row {
   RequestKind kind;
   Answer (*data)(MeterReplies& its, Step& step);
@@ -140,7 +141,7 @@ struct MeterReplies::Row {
 };
 
 const MeterReplies::Row MeterReplies::kRows[] = {
-    // > 05 08 00     < 05 00 89 A2 61 …: verified before the table     < 05 01: it does not tell
+    // > 05 08 00     < 05 00 89 A2 61 …: checked before the table     < 05 01: no number
     {RequestKind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        if (!its.IsOwn(step) || its.parts_.session.needs_number()) {
@@ -149,13 +150,13 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        its.parts_.session.AcceptUnnamed();
        return its.ReadRefused(step);
      }},
-    // > 05 08 12     < 05 10 40 10 …: learned before the table         < 05 01: options may give it
+    // > 05 08 12     < 05 10 40 10 …: learned before the table     < 05 01: options may contain it
     {RequestKind::question, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.identification.OnRefused(step.reply.pdu);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
-    // > 05 08 14 50  < 05 00 00 12 …: compared before the table        < 05 01: it never tells
+    // > 05 08 14 50  < 05 00 00 12 …: compared before the table    < 05 01: never asked again
     {RequestKind::latch_time, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.latched.OnRefused();
@@ -165,7 +166,7 @@ const MeterReplies::Row MeterReplies::kRows[] = {
     // > 05 04 01 00  < 05 31 30 15 …: events                           < 05 01: no such record
     {RequestKind::record,
      [](auto& its, Step& step) {
-       // A task reads several records: each may open the channel anew.
+       // A task reads several records. Each of them may open the channel again.
        its.parts_.session.OnTaskEnd();
        return its.parts_.archive.TakeRecord(step.reply.data, step.now);
      },
@@ -181,24 +182,23 @@ const MeterReplies::Row MeterReplies::kRows[] = {
      [](auto& its, Step& step) {
        return its.parts_.archive.TakeRefusal(std::move(step.reply.answer), step.now);
      }},
-    // > 05 08 23 01 00 …   < 05 01 …: by mask from now on              < 05 01: by 08 1B
+    // > 05 08 23 01 00 …   < 05 01 …: read by mask from now on          < 05 01: read by 08 1B
     {RequestKind::trial, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step&) {
        its.parts_.reads.EndTrial();
        return AskAgain();
      }},
-    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: not these points
+    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: points are refused
     {RequestKind::read, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step& step) { return its.ReadRefused(step); }},
     // > 05 03 0B 00 0A     answered by a status                        < 05 01: not corrected
     {RequestKind::write, Plain, Plain},
-    // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: data never answer them
+    // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: never answered by data
     {RequestKind::link, Plain, Plain},
     {RequestKind::open, Plain, Plain},
     {RequestKind::latch, Plain, Plain},
 };
 
-/// The reply means what it says, and nothing else follows.
 Answer MeterReplies::Plain(MeterReplies& /*its*/, Step& step) {
   return std::move(step.reply.answer);
 }
@@ -229,7 +229,7 @@ Answer MeterReplies::TakeStatus(Step& step) {
     const bool probes = step.task.kind == Task::Kind::probe;
     return Unread(step, parts_.session.TakeOpened(code, std::move(answer), probes, step.now));
   }
-  // What is asked for once more was not done.
+  // After "channel closed" or "repeat" the write was not carried out, so the drift is still valid.
   if (step.asked == RequestKind::write && code != kChannelClosed && code != kRepeat)
     parts_.drift.Forget();
   if (step.asked == RequestKind::link && step.task.kind != Task::Kind::probe) {
@@ -250,8 +250,8 @@ Answer MeterReplies::TakeStatus(Step& step) {
   return Unread(step, std::move(answer));
 }
 
-/// Handles a poll that ends with an answer that has no values, to the read or to a step before it
-/// (the opening of the channel is refused). The points are asked again sooner than with the next
+/// Handles a poll whose last answer has no values, whether it answers the read or a step before it
+/// (the opening of the channel is refused). The points are read again sooner than with the next
 /// turn of their group, which may be tomorrow.
 Answer MeterReplies::Unread(const Step& step, Answer answer) {
   const bool ends = step.task.kind == Task::Kind::poll && answer.then == Then::done;
@@ -267,7 +267,7 @@ bool MeterReplies::IsOwn(const Step& step) const {
   return step.task.kind == Task::Kind::poll && parts_.reads.Reads(step.reply.pdu, step.task.query);
 }
 
-/// Data that something else needs first; a poll may read the same.
+/// Handles data that another request depends on. A poll may read the same data.
 Answer MeterReplies::TakePrelude(Step& step) {
   switch (step.task.kind) {
     case Task::Kind::poll:
@@ -289,14 +289,14 @@ Answer MeterReplies::TakePrelude(Step& step) {
   return answer;
 }
 
-/// Data of a poll, or of a request before it.
+/// Handles data of a poll, or of a request before the poll's own.
 Answer MeterReplies::TakeRead(Step& step) {
   Reply& reply = step.reply;
   if (AsksClock(reply.pdu)) AddDrift(step);
   if (parts_.reads.ChooseIntegers()) return EndedBy(reply, Then::restart);
   if (step.asked == RequestKind::trial) return parts_.reads.TakeTrial(std::move(reply.answer));
   if (IsOwn(step)) {
-    // Readings of days and months are others now.
+    // On a new day the readings of days and months have changed.
     const bool replans =
         reply.answer.outcome == Outcome::ok && parts_.reads.OnAnswered(step.task.query, step.now);
     if (replans && reply.answer.then == Then::done) reply.answer.then = Then::replan;
@@ -308,7 +308,6 @@ Answer MeterReplies::TakeRead(Step& step) {
   return EndedBy(reply, Then::ask_again);
 }
 
-/// The meter refuses a poll's own request.
 Answer MeterReplies::ReadRefused(Step& step) {
   Reply& reply = step.reply;
   parts_.identification.OnRefused(reply.pdu);
@@ -337,8 +336,8 @@ void MeterReplies::AddDrift(Step& step) {
 
 namespace {
 
-/// Reference, chapter 4: the multiplier stretches the silence that ends a frame, and the answer
-/// with it: no later than 100 ms behind it.
+/// Returns the times of a meter with a multiplier. It stretches the silence that ends a frame, and
+/// the time until the reply, which comes at most 100 ms after that silence (reference, chapter 4).
 config::Timing StretchedTimes(int multiplier, Duration character) {
   constexpr Duration kWithin = 100ms;
   constexpr Duration kMargin = 200ms;
@@ -395,7 +394,7 @@ Then MeterConversation::OnSent(const Task& /*task*/, const Request& /*request*/,
   return Then::ask_again;
 }
 
-// ---------------------------------------------------------------- what comes
+// ---------------------------------------------------------------- replies
 
 Answer MeterConversation::OnFrame(const Task& task, const Request& request, View frame,
                                   Instant now) {
@@ -408,8 +407,7 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return answer;
 }
 
-/// `request` need not be the latest: one that waits behind a probe may fail without having been
-/// sent.
+/// `request` need not be the latest: one that waits behind a probe may fail without being sent.
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
   const auto parts = SplitFrame(request.bytes, parts_.settings.checksum);
@@ -422,7 +420,8 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (task.kind == Task::Kind::background && !of_latch) parts_.archive.OnFailure(now);
   parts_.session.OnFailure(opens, outcome, now);
   if (was_sent && requests_.kind() == RequestKind::trial && IsMasked(pdu)) {
-    // Some are silent to what they do not know. It is asked as others are, and by that is there.
+    // Some meters do not answer unknown requests. The reply to 08 1B shows that the meter is
+    // present.
     parts_.reads.EndTrial();
     return Then::ask_again;
   }
@@ -436,7 +435,7 @@ Answer MeterConversation::Interpret(View request, View frame) {
   return std::move(reply.answer);
 }
 
-// ---------------------------------------------------------------- what is learned
+// ---------------------------------------------------------------- learned
 
 config::Timing MeterConversation::LeastTimes(Duration character) const {
   const auto multiplier = static_cast<int>(parts_.identification.multiplier());

@@ -1,6 +1,6 @@
-// The conversation with a SET-4TM meter: what is asked, what a reply says
-// (protocols/set4tm/meter/point_reads.h) and what follows from it, joined. MeterParts holds the
-// parts, MeterRequests decides what is asked, and MeterReplies what follows.
+// MeterConversation is the conversation with one SET-4TM meter. MeterParts contains the parts of
+// its state, MeterRequests decides what is asked next, MeterReplies what follows from a reply, and
+// protocols/set4tm/meter/point_reads.h decodes replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,10 +20,10 @@
 
 namespace baudgate::protocols::set4tm {
 
-// What is known of one meter, and the jobs on it: the parts that MeterConversation joins.
-// MeterRequests decides what is asked, MeterReplies what follows from replies.
+// MeterParts contains the state of one meter and the jobs that read it, for MeterRequests and
+// MeterReplies.
 struct MeterParts {
-  /// `device` and `bus` outlive it.
+  /// `its_device` and `bus` must outlive this object.
   MeterParts(const config::Device& its_device, const Settings& its_settings, MeterBus& bus)
       : device(its_device),
         settings(its_settings),
@@ -34,8 +34,8 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// Lets everything that the meter has refused be asked again, except points. `journals`: see
-  /// MeterArchive.
+  /// Lets all requests that the meter has refused be sent again, except those for points.
+  /// `journals`: see MeterArchive::ForgetRefusals.
   void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
     archive.ForgetRefusals(journals);
@@ -44,7 +44,7 @@ struct MeterParts {
   }
 
   const Settings settings;
-  TryAgain refused;  ///< requests that read no point: constants, masks, load profiles
+  TryAgain refused;  ///< for refused requests that read no point: constants, masks, load profiles
   Identification identification;
   PointReads reads;
   ClockDrift drift;
@@ -53,45 +53,43 @@ struct MeterParts {
   MeterSession session;
 };
 
-// What a SET-4TM meter is asked next: what a task needs first, and then the task's own request.
-// MeterReplies decides what follows from the reply.
+// MeterRequests decides what a SET-4TM meter is asked next: first what the task depends on, then
+// the request of the task itself.
 //
-//   a poll of 08 1B 00 11     > 05 01 30 30 …    the channel is not open yet
-//                             > 05 08 00         who is it?
-//                             > 05 08 12         its type decides which floats there are
+//   a poll of 08 1B 00 11     > 05 01 30 30 …    open the channel
+//                             > 05 08 00         ask the serial number
+//                             > 05 08 12         ask the type, which decides which floats exist
 //                             > 05 08 1B 00 11
 
-/// What a request is for.
+/// The purpose of a request.
 enum class RequestKind : std::uint8_t {
-  latch,       ///< the broadcast, which nobody answers
-  link,        ///< link test
-  other_mode,  ///< who is it, with the other checksum? The answer is for the status alone
-  open,        ///< open the channel
-  serial,      ///< who is it?
-  question,    ///< type or ratios, before what they decide
-  latch_time,  ///< has it heard the broadcast?
-  record,      ///< of a journal
-  background,  ///< of a load profile or a billing reading
-  trial,       ///< a masked read, to learn whether the meter knows it
-  read,        ///< a query of points
-  write,       ///< a correction of the clock
+  latch,  ///< the latch broadcast, which no meter answers
+  link,
+  other_mode,  ///< ask the serial number in the other checksum mode, only for the status
+  open,
+  serial,      ///< ask the serial number
+  question,    ///< ask type or ratios before a request that depends on them
+  latch_time,  ///< ask for the time of the latest latch: was the broadcast received?
+  record,      ///< read a record of a journal
+  background,  ///< read a load profile or a billing reading
+  trial,       ///< a masked read, to find out whether the meter supports masks
+  read,        ///< read a query of points
+  write,       ///< correct the clock
 };
 
 class MeterRequests {
  public:
-  /// `parts` outlive it.
+  /// `parts` must outlive this object.
   explicit MeterRequests(MeterParts& parts);
 
-  /// The error: the task's value cannot be written.
+  /// Returns the next request of the task, or an error if the task's value cannot be written.
   Result<Request> Next(const Task& task, Instant now);
-  /// The kind of the latest request.
   RequestKind kind() const { return kind_; }
 
  private:
-  /// From now on the latest request is of this kind.
   Request Make(RequestKind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  /// What the session needs first; nothing: the task's own request may be sent.
+  /// Returns the request that the session needs first. Nothing: the task's own request may be sent.
   std::optional<Request> ForSession(const Task& task, Instant now);
   Request Own(const Task& task, Instant now);
   Request InOtherMode();
@@ -101,21 +99,20 @@ class MeterRequests {
   MeterParts& parts_;
   const Bytes address_;
   RequestKind kind_ = RequestKind::open;
-  unsigned probes_ = 0;  // of a meter that has never answered
+  unsigned probes_ = 0;  // number of probes sent to a meter that has never answered
 };
 
-// What follows from a meter's replies: a table by the kind of their requests (conversation.cpp).
+// MeterReplies decides what follows from a reply, by a table of request kinds (conversation.cpp).
 class MeterReplies {
  public:
-  /// `parts` outlive it.
+  /// `parts` must outlive this object.
   explicit MeterReplies(MeterParts& parts) : parts_(parts) {}
 
-  /// A reply that fits its request.
   struct Step {
-    RequestKind asked;  ///< the kind of the request
+    RequestKind asked;
     const Task& task;
     Reply reply;
-    std::size_t bytes = 0;  ///< of the whole frame
+    std::size_t bytes = 0;  ///< size of the whole reply frame
     Instant now{};
   };
   Answer Take(Step step);
@@ -126,7 +123,7 @@ class MeterReplies {
   static const Row& RowOf(RequestKind kind);
 
   Answer Unread(const Step& step, Answer answer);
-  /// The reply answers the poll's own query.
+  /// True if the reply answers the query of the poll itself.
   bool IsOwn(const Step& step) const;
 
   static Answer Plain(MeterReplies& its, Step& step);
@@ -142,7 +139,7 @@ class MeterReplies {
 
 class MeterConversation : public Conversation {
  public:
-  /// `device` and `bus` outlive the conversation.
+  /// `device` and `bus` must stay valid for the lifetime of the conversation.
   MeterConversation(const config::Device& device, const Settings& settings, MeterBus& bus);
 
   std::span<const Query> Queries() const override { return parts_.reads.Queries(); }

@@ -1,4 +1,4 @@
-// The descriptor of the SET-4TM protocol: options, decoders, times, and the functions behind them.
+// The descriptor of the SET-4TM protocol: options, decoders, times, checks and functions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/protocol.h"
 
@@ -23,7 +23,7 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
-/// What the gateway needs to correct the clock by itself.
+/// Checks that the device has everything for the correction of its clock by the gateway.
 Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kLeast = 2s;
   constexpr Duration kMost = 120s;
@@ -106,7 +106,7 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
-/// Before ratios counted for floats, a `scale` at each point had to do it.
+/// Adds a remark for each point that is scaled twice, by `scale` and by a ratio in the options.
 std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   const Scale scale = ReadSettings(device.options).scale();
@@ -126,7 +126,7 @@ std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   return doubts;
 }
 
-/// Nor are events without a time, or a latch of which nothing is read.
+/// Also warns of a latch without latched points, and of events without a time zone.
 std::vector<ConfigRemark> Doubts(const config::Device& device) {
   std::vector<ConfigRemark> doubts = DoubtsOfRatios(device);
   const Settings settings = ReadSettings(device.options);
@@ -149,8 +149,8 @@ std::vector<ConfigRemark> Doubts(const config::Device& device) {
   return doubts;
 }
 
-/// Reference, chapter 4: silence of 7 characters ends a frame (8 ms at 9600); the meter answers
-/// within 100 ms behind it. The gap covers what adapters and serial servers add.
+/// Silence of 7 characters ends a frame (8 ms at 9600 bit/s), and the meter answers within 100 ms
+/// after it (reference, chapter 4). The gap covers delays of adapters and serial servers.
 constexpr TimingRule kTiming = {.quiet = {.least = 4ms, .characters = 7},
                                 .reply = {.least = 300ms, .characters = 14, .plus = 200ms},
                                 .gap = {.least = 50ms, .characters = 7},

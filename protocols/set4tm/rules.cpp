@@ -13,7 +13,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Both forms: a meter that is asked by its short address may answer with the extended one.
+/// Adds both address forms: a meter may answer with its short or its extended address.
 void Allow(Expectation& expect, std::size_t tail, std::size_t least, std::size_t most) {
   expect.shapes.push_back({kShortForm, 1 + least + tail, 1 + most + tail});
   expect.shapes.push_back({kExtendedForm, 5 + least + tail, 5 + most + tail});
@@ -43,7 +43,7 @@ Expectation Expect(View request, const Settings& settings) {
   Allow(expect, tail, 1, 1);
   if (AnsweredByStatus(pdu)) return expect;
   const auto data = LengthOfData(pdu);
-  // SET-4TM.03 may put two bytes after the id (reference, chapter 11).
+  // SET-4TM.03 may send two more bytes after the id (reference, chapter 11).
   const std::size_t more = pdu[0] == kMemoryTagged ? 2 : 0;
   Allow(expect, tail, data.value_or(2), data ? *data + more : kMaxData);
   return expect;
@@ -53,11 +53,11 @@ Expectation Expect(View request, const Settings& settings) {
 //
 //   > C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
 //   < C8 | 00 80 66 43 | AE 69                   230.5 V
-//   < C8 | 05 | CRC                              status 5 in its place: channel not open
+//   < C8 | 05 | CRC                              or status 5: channel not open
 //   > FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
 //   < FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
 //
-// The silence that ends a frame (8 ms at 9600) does not survive USB adapters and serial servers.
+// The silence that ends a frame (8 ms at 9600 bit/s) is lost in USB adapters and serial servers.
 
 namespace {
 
@@ -65,15 +65,15 @@ constexpr std::size_t kStatusBody = 1;
 
 Checksum ChecksumOf(const Expectation& expect) { return static_cast<Checksum>(expect.checksum); }
 
-/// CRC-16 has no final XOR: a good frame followed by zeros (a break on the line) has a good CRC
-/// too, and a good KS. A status so lengthened must not be read as data.
+/// CRC-16 has no final XOR: a good frame followed by zeros (a break on the line) also has a good
+/// CRC, and a good KS. A status with such zeros must not be read as data.
 bool IsStatusAndZeros(View frame, Checksum checksum) {
   const std::size_t status = AddressLength(frame[0]) + kStatusBody + SizeOf(checksum);
   return frame.size() > status && EndsInChecksum(frame.first(status), checksum) &&
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// A short address is the meter's own; whose an extended one is, the conversation knows.
+/// True if the reply has a wrong short address. The conversation checks extended addresses.
 bool IsFromAnother(View frame, const Expectation& expect) {
   if (frame[0] == kExtendedPrefix || expect.address.size() != 1) return false;
   return frame[0] != expect.address[0] && expect.address[0] != kCommonAddress;
@@ -81,8 +81,8 @@ bool IsFromAnother(View frame, const Expectation& expect) {
 
 }  // namespace
 
-// The code (and its parameter) gives the length; a few parameters take an optional byte, then the
-// shorter form with a good CRC wins. Codes that are not listed are whole only before silence.
+// The code and its parameter define the length. A few parameters may have an optional byte: then
+// the shorter form with a good CRC is cut. A code without a known length is cut only at silence.
 Cut RequestRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
   const std::size_t tail = SizeOf(checksum);
@@ -105,10 +105,10 @@ Cut RequestRule(View held, const Expectation& expect, bool idle) {
   return cut::Wait(idle);
 }
 
-// A reply repeats nothing of its request. The longest expected length with a good CRC is whole at
-// once. Anything else only when silence follows, because the first bytes of data may have a good
-// CRC by chance: the status where data is awaited, or a late reply to another request, which the
-// conversation tells by its length.
+// A reply repeats nothing of its request. A frame with the longest expected length and a good CRC
+// is cut at once. A shorter one is cut only at silence, because the first bytes of longer data may
+// have a good CRC by chance. A shorter frame is a status in place of data, or a late reply to
+// another request; the conversation distinguishes them by length.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
   const int form = held[0] == kExtendedPrefix ? kExtendedForm : kShortForm;
@@ -145,7 +145,7 @@ constexpr config::SerialSettings kSerials[] = {
 constexpr ScanMode kModes[] = {{}, {"checksum", "ks"}};
 
 constexpr std::size_t kLink = 0;
-/// Serial number and date of manufacture.
+/// Data bytes of the reply: serial number and date of manufacture.
 constexpr std::size_t kSerialReply = 7;
 
 Checksum ChecksumOf(std::size_t mode) { return mode == 1 ? Checksum::ks : Checksum::crc; }
@@ -161,7 +161,7 @@ Sighting JudgeMeter(View request, View frame, std::size_t mode) {
   const auto reply = SplitFrame(frame, ChecksumOf(mode));
   Sighting sighting;
   if (!asked || !reply) return sighting;
-  // With a flag of its own a meter answers by its extended address, whoever was asked.
+  // A meter may be set to answer with its extended address, whichever address was asked.
   const bool extended = reply->address.size() > 1;
   if (!extended && !std::ranges::equal(reply->address, asked->address)) return sighting;
   if (asked->body[0] == kLinkTest) {
@@ -189,14 +189,14 @@ const ScanRule kScan = {.serials = kSerials,
 
 namespace {
 
-/// `C8 08 00` gives the whole frame.
+/// Completes typed bytes: `C8 08 00` gets its check value.
 Result<Bytes> CompleteFrame(View written, const Settings& settings) {
   Bytes frame(written.begin(), written.end());
   const Checksum checksum = settings.checksum;
   if (frame.size() < 2 || frame.size() > kMaxData) {
     return Error{"a SET-4TM telegram is an address and a request in hex, as in 'C8 08 00'"};
   }
-  // The sum of one byte fits by chance too often.
+  // A KS of one byte is correct by chance too often, so the last byte is never taken for it.
   const bool whole = checksum == Checksum::crc && frame.size() > 3 && SplitFrame(frame, checksum);
   if (!whole) AppendChecksum(frame, checksum);
   return frame;
@@ -232,12 +232,12 @@ const TelegramRule kTelegram = {"", kWithSettings<CompleteFrame>, kWithSettings<
 
 namespace {
 
-/// A sum of one byte fits by chance in one of 256: address, status, sum.
+/// Shortest frame with a KS: address, status, KS. A KS is correct by chance in one of 256 frames.
 constexpr std::size_t kShortestKs = 3;
-/// Code and parameter.
+/// Shortest PDU of a read: code and parameter.
 constexpr std::size_t kShortestRead = 2;
 
-/// The GSM communicator answers in its own name for a meter that is silent.
+/// Address of the GSM communicator, which answers in place of a meter that is silent.
 constexpr std::uint8_t kCommunicator = 0xFD;
 
 bool IsOfCommunicator(const Parts& reply) {
@@ -253,7 +253,7 @@ std::string RemedyFor(const Parts& reply) {
   return "set serial_number: " + number + " in the configuration, if that is the right meter";
 }
 
-/// A whole request that is not ours. Shorter ones than a read look like replies.
+/// Finds a whole request of another master. Shorter requests than a read look like replies.
 std::optional<Recognised> FindRequest(View request, View heard, Checksum checksum) {
   const std::size_t tail = SizeOf(checksum);
   for (std::size_t at = 0; at < heard.size(); ++at) {

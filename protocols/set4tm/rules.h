@@ -1,6 +1,6 @@
-// What may answer a SET-4TM request, from the request's bytes alone. RequestRule and ReplyRule say
-// where messages begin and end, and Recognise what other bytes are; the tables for a scan and for
-// telegrams by hand stand here too.
+// Rules of SET-4TM frames. Expect returns which replies may answer a request, RequestRule and
+// ReplyRule find where messages begin and end, and Recognise explains other bytes. The rules for
+// scans and for telegrams typed by hand are here too.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,31 +14,29 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// An empty request: what a twin listens for.
+/// Returns which reply may answer `request`. For an empty request: what requests look like (twins).
 Expectation Expect(View request, const Settings& settings);
 
-// Where SET-4TM requests and replies begin and end in the bytes of a line: pure functions that the
-// frame assembler calls.
+// Pure functions that cut requests and replies out of the bytes of a line, for the frame assembler.
 
-/// Tags of the shapes of a reply. A short request may be answered with the extended address when
-/// the meter is set so (reference, chapter 2), so an expectation lists both forms.
+/// Shape::tag of a reply. A request to a short address may be answered with the extended address,
+/// if the meter is set so (reference, chapter 2), so an expectation contains both forms.
 enum ReplyTag : int { kShortForm = 1, kExtendedForm = 2 };
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-// What a scan asks on a bus that may be one of SET-4TM meters: the link test, whose reply looks
-// like its echo, and the serial number, which proves that somebody has answered; a meter says it
-// only where its channel is open. Nothing else. Goes to gateway/tools/scan through the descriptor.
+// The requests of a scan: only the link test, whose reply equals its echo, and the serial number,
+// which proves that a meter has answered. A meter returns it only if its channel is open.
 
 extern const ScanRule kScan;
 
-// What a person may send by hand: the check value behind bytes that have none, and which telegrams
-// are reads for certain. Opening the channel is none: it carries the password.
+// The rule for telegrams typed by hand: adds a missing check value, and tells which telegrams are
+// certainly reads. The opening of the channel is no read, because it contains the password.
 
 extern const TelegramRule kTelegram;
 
-// What bytes are that came in place of a reply of a meter: another check value, another meter.
+// Explains bytes that came in place of a reply: another check value, meter or master.
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 

@@ -15,7 +15,8 @@ namespace {
 
 using Seconds = std::chrono::seconds;
 
-/// Eight bits of it: most other passwords have another mark, and many have the same.
+/// Returns a mark of the password, 0…250. Most other passwords have another mark, but many share
+/// it, so the mark does not reveal the password.
 std::uint8_t MarkOf(View password) { return static_cast<std::uint8_t>(Crc16(password) % 251); }
 
 std::vector<std::string_view> Words(std::string_view text) {
@@ -45,7 +46,8 @@ void MeterMemory::Recall(std::string_view text, Now now) {
       for (std::size_t i = 3; i < words.size() && !given_up(); ++i) {
         const auto at = ParseInteger<std::int64_t>(words[i]);
         if (!at) continue;
-        // A clock that was set back must not make a try of long ago.
+        // After the clock was set back, the stored time may be in the future: the refusal counts as
+        // of now.
         const auto ago = now.wall - WallTime(Seconds(*at));
         refused_.push_back(now.instant - std::max<Duration>(ago, {}));
       }
@@ -98,12 +100,12 @@ void MeterMemory::Write() {
 
 namespace {
 
-/// The channel lives 20 s; with less than a quarter left it is opened again (reference, 14.5).
+/// The channel stays open for 20 s. It is opened again with a quarter left (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
-/// In one task.
+/// The most of each in one task.
 constexpr int kReopens = 1;
 constexpr int kRepeats = 1;
-/// Until two equal ones come.
+/// How often the serial number is asked again until two equal replies come.
 constexpr int kDoubts = 3;
 constexpr Duration kWrongMeter = 1min;
 
@@ -128,7 +130,7 @@ Bytes MeterSession::OpenPdu() const {
 
 void MeterSession::OnFailure(bool opens, Outcome outcome, Instant now) {
   if (opens) open_ = false;
-  // It has refused before, and has answered something now: that counts, or each query would try.
+  // A strange reply after a refusal counts as another one, or each query would try the password.
   if (opens && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
     memory_.OnRefused(now);
   }
@@ -160,7 +162,7 @@ Answer MeterSession::TakeOpened(std::uint8_t code, Answer answer, bool probe, In
   memory_.OnAccepted();
   if (trouble_.reason == Reason::password_refused) trouble_ = {};
   last_good_ = now;
-  verified_ = false;  // another meter may have taken the address
+  verified_ = false;  // another meter may have got the address
   if (!probe) answer.then = Then::ask_again;
   return answer;
 }
@@ -171,8 +173,7 @@ bool MeterSession::Doubts(std::uint32_t serial) {
   return !again && doubts_++ < kDoubts;
 }
 
-/// The right one is the meter that is configured, else the first that has answered since a person
-/// enabled it.
+/// The expected meter is the configured one, else the first that answered since OnEnabled.
 bool MeterSession::TakeSerial(std::uint32_t serial) {
   const auto expected = Expected();
   if (!expected) memory_.OnSerial(serial);
@@ -192,7 +193,7 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
 
 Answer MeterSession::OtherMeter() const { return NotThisMeter(kWrongMeter, trouble_.text); }
 
-/// If a serial number is configured, the values may be another meter's. Otherwise they are taken.
+/// If a serial number is configured, the values may be another meter's and are rejected.
 Answer MeterSession::TakeNoSerial(Answer answer) {
   if (!settings_.serial_number) {
     verified_ = true;

@@ -1,12 +1,12 @@
-// The session of one meter: it is open once the meter has taken the password, and verified once the
-// meter has told the right serial number. The conversation asks what the session needs before the
-// request that a task is about:
+// MeterSession is the session with one meter. It is open once the meter has accepted the password,
+// and verified once the meter has returned the expected serial number. The conversation asks what
+// the session needs before the request of a task:
 //
-//   > 05 01 30 30 30 30 30 30   open          < 05 00    open      < 05 03    password refused
-//   > 05 08 00                  who is it?    < its serial number: verified, or another meter
-//   any request                               < 05 05    the channel was closed: opened once more
+//   > 05 01 30 30 30 30 30 30   open            < 05 00    open      < 05 03    password refused
+//   > 05 08 00                  ask the number  < serial number: verified, or another meter
+//   any request                                 < 05 05    the channel was closed: open it again
 //
-// MeterMemory keeps what has to outlive a restart of the program.
+// MeterMemory stores what must survive a restart of the program.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,110 +23,109 @@
 
 namespace baudgate::protocols::set4tm {
 
-// What a meter's conversation keeps over restarts of the program: which meter it was, and how often
-// the password was refused, for a meter blocks it for the day after three wrong ones
-// (set-4tm protocol, 2.3). One line of text:
+// MeterMemory stores over restarts of the program which meter has answered, and when the password
+// was refused: a meter blocks its password for the rest of the day after three wrong ones (set-4tm
+// protocol, 2.3). The stored text is one line:
 //
-//   serial 12345678; password 5A refused 1790000000 1790003600      (the last in Unix seconds)
+//   serial 12345678; password 5A refused 1790000000 1790003600      (times in Unix seconds)
 //
-// 5A changes with the password, so that another one is tried again, and does not tell it.
+// 5A is a mark of the password. It changes with the password, so that a new password is tried
+// again, but does not reveal it.
 class MeterMemory {
  public:
-  /// From the first refusal to the one try more.
+  /// Time from the first refusal to the second and last try.
   static constexpr Duration kSecondTry = 1h;
   static constexpr std::size_t kMostTries = 2;
 
   explicit MeterMemory(View password);
 
-  /// What text() said before the restart; empty: this is the first start.
+  /// `text`: the text() from before the restart; empty on the first start.
   void Recall(std::string_view text, Now now);
   const std::string& text() const { return text_; }
-  /// Recall was called: what is learned here has somewhere to stay.
+  /// True if Recall was called, so that the text is stored.
   bool is_kept() const { return clock_.has_value(); }
 
-  /// The meter that answered first; empty: none has said its number yet.
+  /// The serial number of the meter that answered first. Empty: none is known yet.
   std::optional<std::uint32_t> serial() const { return serial_; }
   void OnSerial(std::uint32_t serial);
-  /// A person has accepted what is there: the next meter that answers is the right one, and the
-  /// password is tried again.
+  /// A person has accepted the connected meter: it becomes the expected one, and the password is
+  /// tried again.
   void OnEnabled();
 
-  /// The password may be tried.
   bool MayTry(Instant now) const;
   void OnRefused(Instant now);
   void OnAccepted();
-  /// It is not tried any more before OnEnabled.
+  /// True if the password is not tried any more before OnEnabled.
   bool given_up() const { return refused_.size() >= kMostTries; }
-  /// Until it may be tried again; of one that is given up, how long to leave the meter in peace.
+  /// Returns the time until the next try, or for how long not to ask the meter if given_up().
   Duration Wait(Instant now) const;
 
  private:
   void Write();
 
-  const std::uint8_t mark_;  // of the password
+  const std::uint8_t mark_;  // see MarkOf
   std::optional<std::uint32_t> serial_;
-  std::vector<Instant> refused_;  // when, at most kMostTries
-  std::optional<Now> clock_;      // empty: civil time is not known, nothing is kept
+  std::vector<Instant> refused_;  // times of refusals, at most kMostTries
+  std::optional<Now> clock_;      // empty: the civil time is unknown, so nothing is stored
   std::string text_;
 };
 
 class MeterSession {
  public:
-  /// `settings` outlive it.
+  /// `settings` must outlive this object.
   explicit MeterSession(const Settings& settings);
 
   enum class Need : std::uint8_t {
-    nothing,  ///< the task's own request may be sent
-    link,     ///< the password must not be tried: the link test proves presence
+    nothing,
+    link,  ///< the password must not be tried, so a link test proves presence
     open,
     serial,
   };
-  /// Opening proves presence as well: a link test (00) equals its own echo, so a `probe` opens.
-  /// `wants_serial`: others need the serial number, though none is configured or remembered.
+  /// Returns what must be sent before the task's request. A `probe` opens the channel to prove
+  /// presence, because the reply to a link test (00) equals its echo. `wants_serial`: another part
+  /// needs the serial number, even if none is configured or stored.
   Need NeedBefore(bool probe, bool wants_serial, Instant now) const;
   Bytes OpenPdu() const;
-  /// The meter has taken the password since the last reconnect.
+  /// True if the meter has accepted the password since the last reconnect.
   bool accepted() const { return accepted_; }
 
-  /// Since the start.
+  /// True if the meter has answered since the start of the program.
   bool has_answered() const { return last_good_ != Instant{}; }
 
-  /// Data have come: the channel lives on.
+  /// Call after each reply with data: the meter keeps the channel open for another 20 s.
   void OnGood(Instant now) { last_good_ = now; }
-  /// A task has ended.
   void OnTaskEnd() {
     reopened_ = repeated_ = 0;
     doubted_.reset();
     doubts_ = 0;
   }
-  /// A request was not answered; `opens`: it should have opened the channel.
+  /// Call if a request was not answered. `opens`: the request was to open the channel.
   void OnFailure(bool opens, Outcome outcome, Instant now);
   void OnReconnect();
-  /// Whoever answers is asked who it is, and gets the password.
+  /// Accepts the connected meter as the expected one and lets the password be tried again.
   void OnEnabled();
   void Recall(std::string_view memory, Now now);
   const std::string& memory() const { return memory_.text(); }
-  /// The password is refused, or another meter answers.
+  /// Set if the password is refused, or another meter answers.
   const DeviceTrouble& trouble() const { return trouble_; }
 
-  // Each of these takes a reply that matters to the session, and says how the task goes on.
+  // Each of these functions takes a reply and returns how the task continues.
 
-  /// The status `code` answers OpenPdu.
+  /// Takes the status `code` in the reply to OpenPdu.
   Answer TakeOpened(std::uint8_t code, Answer answer, bool probe, Instant now);
-  /// A check value of one byte may fit a damaged reply: ask once more.
+  /// True if the serial number must be asked again: with a KS a damaged reply may look correct.
   bool Doubts(std::uint32_t serial);
-  /// False: it is another meter's.
+  /// Returns false if `serial` belongs to another meter.
   bool TakeSerial(std::uint32_t serial);
-  /// The answer to whatever another meter was asked.
+  /// Returns the answer to any request while another meter is connected.
   Answer OtherMeter() const;
-  /// The meter does not tell its serial number.
   Answer TakeNoSerial(Answer answer);
-  /// The same, where the request was also a poll's own: no other request follows.
+  /// Takes the same refusal if a poll has asked for the number itself.
   void AcceptUnnamed() { verified_ = true; }
   bool needs_number() const { return settings_.serial_number.has_value(); }
   Answer TakePasswordRefused(Answer answer, Instant now);
   Answer TakeClosed(Answer answer);
-  /// Status 06: the meter wants the request once more.
+  /// Takes status 06: the meter wants the request again.
   Answer TakeRepeat(Answer answer);
 
  private:
@@ -140,11 +139,11 @@ class MeterSession {
   bool verified_ = false;
   bool accepted_ = false;
   Instant last_good_{};
-  int reopened_ = 0;  // in the task under way
+  int reopened_ = 0;  // in the task under way, as the next three
   int repeated_ = 0;
   std::optional<std::uint32_t> doubted_;
   int doubts_ = 0;
-  // Kept over reconnects.
+  // The rest stays over reconnects.
   MeterMemory memory_;
   DeviceTrouble trouble_;
 };

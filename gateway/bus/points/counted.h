@@ -17,7 +17,8 @@
 // 2. Count it in a place such as gateway/bus/counters/accounts.cpp or
 //    gateway/bus/counters/line_account.cpp. For a new cause add an On… method in their headers and
 //    call it.
-// 3. Describe it in docs/status.md, with a metric also in docs/metrics.md. Tests require both.
+// 3. Describe it in docs/status-reference.md, with a metric also in docs/metrics.md. Tests require
+// both.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -14,16 +14,17 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Memory of profiles 1, 2, 3 (reference, chapter 11).
+/// Memory numbers of profiles 1, 2, 3 (reference, chapter 11).
 constexpr std::array<std::uint8_t, 3> kMemoryOf = {0x03, 0x08, 0x09};
 constexpr std::uint8_t kPointer = 0x04;
 constexpr std::uint8_t kInterval = 0x06;
-/// Data of a reply: 16 bytes of old meters, 93 of all others (reference, chapter 3).
+/// Bytes of memory in one reply. Old meters send up to 16 bytes of data, all others up to 93
+/// (reference, chapter 3), which hold 11 records.
 constexpr std::size_t kShortReply = 16;
 constexpr std::size_t kLongReply = 88;
 constexpr std::array<std::uint8_t, 4> kShortTypes = {0, 2, 4, 9};
 
-/// The first profile is asked for without its number: all meters know that.
+/// Omits the number of the first profile, because all meters support that form.
 Bytes Ask(std::uint8_t parameter, unsigned profile) {
   Bytes pdu = {kRead, parameter};
   if (profile > 1) pdu.push_back(static_cast<std::uint8_t>(profile - 1));
@@ -48,7 +49,7 @@ std::optional<Instant> LoadSession::NextDue() const {
   return soonest;
 }
 
-// ---------------------------------------------------------------- what is kept
+// ---------------------------------------------------------------- stored state
 
 std::string LoadSession::Said(const State& instead, const LoadPlace& place) const {
   KeptParts kept{.meter = meter_.serial()};
@@ -91,7 +92,7 @@ void LoadSession::OnType(std::optional<std::uint8_t> type) {
   most_ = is_short ? kShortReply : kLongReply;
 }
 
-// ---------------------------------------------------------------- what is asked, and comes
+// ---------------------------------------------------------------- exchanges
 
 Bytes LoadSession::NextPdu() {
   const auto first = std::ranges::min_element(
@@ -123,7 +124,7 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
       more = !blind_ && reader.OnPointer(data, manner());
       break;
     case LoadReader::Step::memory: {
-      // SET-4TM.03 may put two bytes after the id (reference, chapter 11).
+      // SET-4TM.03 may send two more bytes after the id (reference, chapter 11).
       const std::size_t count = reader.stretch().count;
       if (data.size() < count) break;
       LoadReader::Taken taken = reader.OnMemory(data.last(count), scale, manner());
@@ -139,7 +140,7 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
   return answer;
 }
 
-/// If reading memory by 0C is refused, 06 does the same. Otherwise this meter has no such profile.
+/// If the meter refuses 0C, memory is read by 06. Otherwise it does not have this profile.
 Answer LoadSession::Refused(Answer answer) {
   State& state = states_[asked_];
   state.due = latest();
@@ -199,7 +200,7 @@ using std::chrono::local_days;
 using std::chrono::months;
 using std::chrono::year_month_day;
 
-/// Arrays of 0A (reference, 8.4).
+/// Array numbers of 0A (reference, 8.4).
 constexpr std::uint8_t kOfMonth = 0x83;
 constexpr std::uint8_t kOfToday = 0x84;
 constexpr std::uint8_t kOfDay = 0x86;
@@ -208,7 +209,7 @@ constexpr std::size_t kRegisters = 4;
 constexpr std::array<const char*, kRegisters> kNames = {"active_import", "active_export",
                                                         "reactive_import", "reactive_export"};
 constexpr months kMostMonths(11);
-/// In no month an older one stands at the same day.
+/// Days are numbered within the month, so 27 days back every number is still unique.
 constexpr days kMostDays(27);
 
 const Bytes kAskClock = {kJournal, 0x00};
@@ -235,7 +236,7 @@ local_days FirstOfMonth(local_days day) {
   return local_days(date.year() / date.month() / 1);
 }
 
-/// Nothing was written there yet.
+/// True if the registers were never written: all zeros, or all ones.
 bool IsBlank(View registers) {
   const auto all = [registers](std::uint8_t value) {
     return std::ranges::all_of(registers, [value](std::uint8_t byte) { return byte == value; });
@@ -278,9 +279,9 @@ std::string BillingSession::Said(BillingPeriod kind, Day day) const {
   return text;
 }
 
-// ---------------------------------------------------------------- what is asked
+// ---------------------------------------------------------------- requests
 
-/// The oldest that the meter may have and that is not kept.
+/// Returns the oldest reading that the meter may have and that is not stored yet.
 std::optional<BillingSession::Day> BillingSession::NextOf(const Period& period) const {
   if (period.refused || period.rests_until > latest()) return std::nullopt;
   const bool by_day = period.kind == BillingPeriod::day;
@@ -321,7 +322,7 @@ Bytes BillingSession::RegisterRequest() const {
 
 Bytes BillingSession::NextPdu() { return reads_registers() ? RegisterRequest() : kAskClock; }
 
-// ---------------------------------------------------------------- what comes
+// ---------------------------------------------------------------- replies
 
 Answer BillingSession::TakeData(View data, const Scale& scale) {
   due_ = latest();
@@ -394,7 +395,7 @@ Answer BillingSession::Finish(const Scale& scale) {
   return answer;
 }
 
-/// The meter does not have this tariff, or does not know calendar days, or has no readings at all.
+/// The meter does not have this tariff, or no calendar days, or no readings at all.
 Answer BillingSession::Refused(Answer answer) {
   due_ = latest();
   if (!today_ || !pass_) {
@@ -447,7 +448,7 @@ std::string BillingSession::Shown() const {
 
 namespace {
 
-/// Every value of load profiles and billing readings is a count of energy.
+/// All values of load profiles and billing readings are counts of energy.
 const Match kCount = {kNoPoint, Field{{}, Decoder::energy, 0, 0}};
 
 constexpr std::size_t PartOf(std::size_t job) { return job + 1; }
@@ -502,7 +503,7 @@ Answer MeterArchive::TakeNoRecord(Answer answer, Instant now) {
   return kept_.With(KeptTexts::kJournals, journals_.TakeRefusal(std::move(answer), now));
 }
 
-/// The type says how long replies may be.
+/// The type is asked as well, because it decides how long replies may be.
 std::optional<Bytes> MeterArchive::Question() {
   identification_.WantType();
   return identification_.Question({&kCount, 1});

@@ -1,6 +1,6 @@
-// What a meter keeps itself: journals, which are events, and load profiles and billing readings,
-// which are read in the background: LoadSession and BillingSession. Joins the three jobs, and what
-// is kept of each in one text (KeptTexts).
+// MeterArchive reads what a meter stores itself: journals, which are events, and load profiles
+// (LoadSession) and billing readings (BillingSession), which are read in the background. It runs
+// the three jobs and joins their stored states in one text (KeptTexts).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,15 +21,14 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The job that reads the load profiles of one meter. What is kept of each profile is the place up
-// to which it was read (load_profile.h):
+// LoadSession reads the load profiles of one meter. For each profile it stores the place up to
+// which the profile was read (load_profile.h):
 //
 //   9020001 1:0658:1414080200023437:30;2:0000:1314080200023337:2
-//
 
 class LoadSession final : public BackgroundJob {
  public:
-  /// Between looks whether there is something new.
+  /// Pause between two looks for new records.
   static constexpr Duration kLook = std::chrono::minutes(5);
 
   explicit LoadSession(const Settings& settings);
@@ -40,7 +39,7 @@ class LoadSession final : public BackgroundJob {
   void OnFailure(Instant now) override;
   void OnReconnect() override;
   void ForgetRefusals() override;
-  /// "load_1 read to 2026-11-23T10:30:00.000Z".
+  /// Example: "load_1 read to 2026-11-23T10:30:00.000Z".
   std::string Shown() const override;
 
  private:
@@ -48,7 +47,7 @@ class LoadSession final : public BackgroundJob {
     LoadReader reader;
     Instant due{};
     bool refused = false;
-    std::string kept{};  // the place that is on the disk
+    std::string kept{};  // the place that is stored on the disk
   };
 
   std::optional<Instant> NextDue() const override;
@@ -63,21 +62,23 @@ class LoadSession final : public BackgroundJob {
   std::vector<State> states_;
   KeptMeter meter_;
   std::size_t most_ = 16;
-  bool tagged_ = true;  // it knows 0C, or that is not known yet
-  bool blind_ = false;  // its constants are not known
+  bool tagged_ = true;  // the meter supports 0C, or that is unknown
+  bool blind_ = false;  // the meter's constants are unknown
   std::uint8_t id_ = 0;
   std::size_t asked_ = 0;
 };
 
-// Billing readings of one meter: its energies, in sum and by tariffs, at the begin of each day or
-// month, taken out of what the meter keeps itself (0A 86, 0A 83; reference, 8.4), so that an outage
-// of the gateway leaves nothing out that the meter still has: eleven months and the present one,
-// 27 days and today. Replies say neither month nor tariff: a reading counts when it was read twice,
-// the second time backwards, and when it was the same day by the meter before and behind it.
+// BillingSession reads the billing readings of one meter: its energies, in sum and by tariff, at
+// the beginning of each day or month. It reads them from the meter's archive (0A 86, 0A 83;
+// reference, 8.4), so an outage of the gateway loses nothing that the meter still stores: the
+// present month and eleven before, today and 27 days before. Replies contain neither month nor
+// tariff, so a reading is accepted only if two readings agree, the second in reverse order, and if
+// the meter's date is the same before and after them.
 //
-//   month 2026-11-01;day 2026-11-23        what is kept: the newest of each
+//   month 2026-11-01;day 2026-11-23        the stored state: the newest reading of each
 //
-// Another meter at its place goes on where the last has ended: what is before is another site's.
+// If the meter is replaced, the new meter continues after the last stored reading: its older
+// readings belong to another site.
 
 class BillingSession final : public BackgroundJob {
  public:
@@ -96,17 +97,16 @@ class BillingSession final : public BackgroundJob {
 
   struct Period {
     BillingPeriod kind = BillingPeriod::month;
-    std::optional<Day> kept{};   // the newest that is on the disk
-    std::optional<Day> empty{};  // up to here the meter has nothing more
+    std::optional<Day> kept{};   // the newest reading that is stored on the disk
+    std::optional<Day> empty{};  // the meter has no readings up to this day
     bool refused = false;
-    Instant rests_until{};  // what has just begun may not be there yet
+    Instant rests_until{};  // pause: a reading of a period that has just begun may not exist yet
   };
-  /// A reading under way: the day by the meter, registers of all tariffs forwards and backwards,
-  /// and the day once more.
+  /// A reading under way: date, registers of all tariffs forwards, then backwards, and date again.
   struct Pass {
     std::size_t period = 0;
     Day begin{};
-    std::vector<Bytes> registers{};  // by tariff; empty: the meter does not know it
+    std::vector<Bytes> registers{};  // by tariff; empty: the meter does not have the tariff
     std::size_t step = 0;
     bool differs = false;
   };
@@ -123,31 +123,29 @@ class BillingSession final : public BackgroundJob {
     return step < tariffs() ? step : 2 * tariffs() - 1 - step;
   }
   Bytes RegisterRequest() const;
-  /// The reading under way asks for registers, not for the day.
+  /// True if the next step of the reading asks for registers, not for the date.
   bool reads_registers() const { return today_ && pass_ && pass_->step < 2 * tariffs(); }
   Answer OnDay(Day day, const Scale& scale);
   void OnRegister(View data);
-  /// The reading under way is whole.
   Answer Finish(const Scale& scale);
   std::string Said(BillingPeriod kind, Day day) const;
 
   const CivilZone zone_;
   const std::size_t tariffs_;
   std::vector<Period> periods_;
-  std::optional<Day> today_;  // by the meter, in this look
+  std::optional<Day> today_;  // the meter's date, since the beginning of this look
   std::optional<Pass> pass_;
   Instant due_{};
 };
 
-// What a batch of a meter's conversation says (EventBatch::said) has a part for each kind of what
-// is kept: "journals|load profiles|billing readings". A batch brings one kind, and says of the
-// others what is kept.
+// KeptTexts joins the stored texts of the three jobs in EventBatch::said, "journals|load
+// profiles|billing readings". A batch changes one part and repeats the others.
 class KeptTexts {
  public:
   static constexpr std::size_t kJournals = 0;
   static constexpr std::size_t kParts = 3;
 
-  /// Which parts are others now; at first all.
+  /// Takes the stored text. Returns which parts have changed; at the first call all.
   std::array<bool, kParts> OnKept(std::string_view said) {
     const bool first = !std::exchange(recalled_, true);
     std::array<bool, kParts> changed{};
@@ -162,7 +160,7 @@ class KeptTexts {
   }
   const std::string& part(std::size_t part) const { return parts_[part]; }
 
-  /// `answer`, whose batch, where it has one, says only that part.
+  /// Returns `answer` with all parts in its batch, which contains only the text of `part`.
   Answer With(std::size_t part, Answer answer) const {
     if (!answer.batch) return answer;
     std::array<std::string, kParts> parts = parts_;
@@ -181,43 +179,42 @@ class KeptTexts {
 
 class MeterArchive {
  public:
-  /// `events`: the configuration asks for them. The others outlive it.
+  /// `events`: the configuration asks for them. The references must outlive this object.
   MeterArchive(bool events, const Settings& settings, Identification& identification);
 
   bool has_events() const { return journals_.has_events(); }
-  /// What is kept says of which meter it is.
+  /// True if the stored state contains the meter's serial number, so that it must be asked.
   bool wants_serial() const { return has_events() || loads_.wanted(); }
-  /// From when on a task in the background is wanted; empty: it is not.
+  /// Returns when a background task is due. Empty: none is.
   std::optional<Instant> due() const;
   bool IsDue(Instant now) const;
   /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
-  /// The serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
-  /// `journals`: those as well. A journal that was never read may be missing for ever.
+  /// Lets refused requests be sent again. `journals`: those of journals as well. Automatic retries
+  /// leave journals out, because a meter may never have a journal that it has refused.
   void ForgetRefusals(bool journals);
 
-  // Tasks of events: the next PDU, its data, its refusal, no answer to it.
+  // For tasks of events: the next PDU, its data, its refusal, and its failure.
 
   Bytes NextRecord(Instant now) { return journals_.Next(now); }
   Answer TakeRecord(View data, Instant now);
   Answer TakeNoRecord(Answer answer, Instant now);
   void OnNoRecord(Outcome outcome, Instant now) { journals_.OnFailure(outcome, now); }
 
-  // Tasks in the background.
+  // For background tasks.
 
-  /// What has to be asked before NextInBackground; empty: it may be sent.
+  /// Returns what must be asked before NextInBackground. Empty: nothing.
   std::optional<Bytes> Question();
   Bytes NextInBackground(Instant now);
   Answer TakeInBackground(View data, Instant now);
   Answer TakeRefusal(Answer answer, Instant now) {
     return job().TakeRefusal(std::move(answer), now);
   }
-  /// The task did not bring what it was for.
   void OnFailure(Instant now) { job().OnFailure(now); }
 
-  /// For the status; empty: nothing was learned.
+  /// Describes what was learned, for the status. Empty: nothing.
   std::string Learned() const;
 
  private:
@@ -231,7 +228,7 @@ class MeterArchive {
   LoadSession loads_;
   BillingSession billing_;
   const std::array<BackgroundJob*, 2> jobs_ = {&loads_, &billing_};
-  std::size_t job_ = 0;  // of the latest task in the background
+  std::size_t job_ = 0;  // index in jobs_ of the latest background task
 };
 
 }  // namespace baudgate::protocols::set4tm

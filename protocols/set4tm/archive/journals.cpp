@@ -18,7 +18,7 @@ namespace {
 using Kind = Journal::Kind;
 
 constexpr std::size_t kStatusWord = 9;
-/// The short form has four bits for each.
+/// The short form has four bits each for journal and record.
 constexpr std::uint8_t kLastOfShortForm = 0x0A;
 constexpr std::size_t kShortRecords = 16;
 
@@ -114,7 +114,7 @@ std::vector<DeviceEvent> JournalReader::EventsOf(const Journal& journal, View re
 
 namespace {
 
-/// Both ways, so often in vain: replies come to other requests.
+/// The most readings of a journal until two agree. They differ if replies are late.
 constexpr int kMostTimes = 6;
 constexpr Duration kRest = std::chrono::minutes(1);
 
@@ -145,7 +145,7 @@ std::optional<Records> ReadRecords(std::string_view text) {
   return records;
 }
 
-/// The last place that holds something.
+/// Returns the last place with a record.
 std::optional<std::size_t> Newest(const Records& records) {
   for (std::size_t i = records.size(); i-- > 0;) {
     if (!IsEmpty(records[i])) return i;
@@ -153,8 +153,8 @@ std::optional<std::size_t> Newest(const Records& records) {
   return std::nullopt;
 }
 
-/// Calls `report` for each of `records` that is not in `kept`, in their order, with the kept record
-/// that has become this one, or with nothing. Gives how many of `kept` are still there.
+/// Calls `report` for each of `records` that is not in `kept`, in order, with the kept record that
+/// has ended as this one, or with an empty record. Returns how many of `kept` are left.
 template <typename Report>
 std::size_t Compare(const Records& records, Records kept, const Report& report) {
   std::erase_if(kept, [](const Bytes& record) { return IsEmpty(record); });
@@ -197,7 +197,7 @@ bool JournalSession::has_refused() const {
   return std::ranges::all_of(states_, [](const State& state) { return state.refused; });
 }
 
-// ---------------------------------------------------------------- what is kept
+// ---------------------------------------------------------------- stored state
 
 std::string JournalSession::Said(const State& instead, const Records& records) const {
   KeptParts kept{.meter = meter_.serial()};
@@ -232,14 +232,14 @@ void JournalSession::OnMeter(std::uint32_t serial) {
   }
 }
 
-// ---------------------------------------------------------------- what is asked
+// ---------------------------------------------------------------- requests
 
 bool JournalSession::MayAsk(const State& state, Instant now) const {
   return !state.refused && state.rests_until <= now;
 }
 
-/// The journal that is read whole next: one that was never read, else the one that was read longest
-/// ago.
+/// Starts a reading of all records: of a journal that was never read, else of the one whose last
+/// reading is oldest. Returns false if none is due.
 bool JournalSession::Begin(Instant now) {
   std::optional<std::size_t> first;
   const auto rank = [this](std::size_t i) {
@@ -255,7 +255,7 @@ bool JournalSession::Begin(Instant now) {
   return first.has_value();
 }
 
-/// The next one of its kind that is known.
+/// Chooses the next urgent (or other) journal to look at. Returns false if none can be read.
 bool JournalSession::LookAt(bool urgent, Instant now) {
   std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -268,8 +268,8 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   return false;
 }
 
-/// Once in a task, however often its request is asked for. What takes long gives way to looks every
-/// other time.
+/// Chooses the journal of a task, once per task. While one journal is read whole, every other task
+/// looks at another one.
 void JournalSession::Choose(Instant now) {
   chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
@@ -283,7 +283,7 @@ void JournalSession::Choose(Instant now) {
   }
   if (looks_) return;
   if (!pass_) {
-    // All are in peace: the one whose peace ends first.
+    // All journals are paused: take the one whose pause ends first.
     const auto rests = [](const State& state) {
       return std::pair(state.refused, state.rests_until);
     };
@@ -293,7 +293,8 @@ void JournalSession::Choose(Instant now) {
   asked_ = pass_->state;
 }
 
-/// Where a new record shows: at the newest, which moves on in a full journal, or behind it.
+/// Returns the place where a new record appears: the last place of a full journal; otherwise, in
+/// turn, the newest record and the place after it.
 std::size_t JournalSession::PlaceToLook(const State& state) {
   const std::size_t last = state.records - 1;
   const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
@@ -314,7 +315,7 @@ Bytes JournalSession::Next(Instant now) {
   return JournalRequest(*state.journal, place_);
 }
 
-// ---------------------------------------------------------------- what comes
+// ---------------------------------------------------------------- replies
 
 Answer JournalSession::GoOn() {
   if (exchanges_ >= (pass_ && pass_->soon ? kMostExchanges : 1)) return End();
@@ -375,8 +376,8 @@ Answer JournalSession::OnWhole(State& state, Records records, const JournalReade
   return End();
 }
 
-/// Its events count as reported when they are kept, and not before: until then the journal stays
-/// due.
+/// Returns the events of the new records. They count as reported when OnKept confirms them; until
+/// then state.kept is unchanged, so a later look finds the new records again.
 Answer JournalSession::Report(State& state, Records records, const JournalReader& reader,
                               Instant now) {
   EventBatch batch;
@@ -409,7 +410,7 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   return End(std::move(answer));
 }
 
-/// A journal may have fewer records than were expected.
+/// A refusal may mean that the journal has fewer records than expected.
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   ++exchanges_;
   State& state = states_[asked_];
@@ -418,7 +419,7 @@ Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   looks_ = false;
   pass_.reset();
   if (place_ == 0) {
-    // A journal that was read before is still there.
+    // A journal that was read before exists, so this refusal counts as a failure.
     if (state.kept) {
       OnFailure(answer.outcome, now);
       return End(std::move(answer));

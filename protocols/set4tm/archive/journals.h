@@ -1,4 +1,4 @@
-// The journals of a meter: which there are, how a record is laid out, and what events it tells
+// The journals of a meter: their numbers, the layout of their records, and the events in them
 // (reference, 8.2). Times are the meter's local ones, without a zone.
 //
 //   journal 07, 31 30 15 01 02 09 02 · 00 00 00 00 00 00 00    E71 2002-09-02T15:30:31, not over
@@ -25,112 +25,109 @@ namespace baudgate::protocols::set4tm {
 
 struct Journal {
   enum class Kind : std::uint8_t {
-    interval,    ///< begin and end
-    correction,  ///< the clock before and behind it
+    interval,    ///< times of begin and end
+    correction,  ///< clock times before and after a correction
     moment,      ///< one time
-    status,      ///< a time, two bytes in reserve, the status word
+    status,      ///< a time, two reserved bytes, the status word
   };
   std::uint8_t number = 0;
   Kind kind = Kind::interval;
-  bool urgent = false;  ///< read before others
+  bool urgent = false;  ///< read more often than other journals
   std::string_view name{};
 };
 
-/// Those whose records the reference lays out; the urgent ones first.
+/// Returns the journals whose records the reference describes; the urgent ones first.
 std::span<const Journal> Journals();
 
-/// 10 · journal + 1 for what begins, or has happened; + 2 for its end.
+/// Event codes: 10 · journal + 1 for a begin or a single event, + 2 for an end.
 constexpr std::uint32_t BeginCode(const Journal& journal) { return journal.number * 10U + 1; }
 constexpr std::uint32_t EndCode(const Journal& journal) { return journal.number * 10U + 2; }
-/// Records may be missing.
+/// Event code for a gap: records may be missing.
 constexpr std::uint32_t GapCode(const Journal& journal) { return journal.number * 10U + 9; }
 
-/// Asks for one record, 0 being the oldest: 04 where that can name it, else 09.
+/// Returns the PDU that asks for one record (0: the oldest). It uses 04 if possible, else 09.
 Bytes JournalRequest(const Journal& journal, std::size_t record);
-/// Nothing was written here yet: all zeros, or all ones (inferred).
+/// True if the record was never written: all zeros, or all ones (inferred).
 bool IsEmpty(View record);
-/// `record` is what `before` has become: what was under way has ended.
+/// True if `record` is the interval `before`, which was open and now has an end.
 bool HasEnded(View before, View record);
 
 struct JournalReader {
-  std::optional<CivilZone> zone{};  ///< empty: events have no time, and their texts the civil one
-  bool knows_status = false;        ///< the bits of the status word are those of the reference
-  /// `before`: the record as it was when its events were taken; empty: none were.
+  std::optional<CivilZone> zone{};  ///< empty: events have civil times, in their texts only
+  bool knows_status = false;  ///< the bits of the status word have the meaning in the reference
+  /// Returns the events in `record`. `before`: the record as last reported; empty: never reported.
   std::vector<DeviceEvent> EventsOf(const Journal& journal, View record, View before) const;
 
  private:
   DeviceEvent At(std::uint32_t code, CivilZone::Civil civil, std::string text) const;
 };
 
-// The job that reads the journals of a meter, so that each record is reported once. Reading takes
-// nothing away: the meter keeps its last records. What was reported already is known from what the
-// store of events holds (Conversation::OnEventsKept). What is kept of each journal is its records:
+// JournalSession reads the journals of a meter and reports each record once. Reading removes
+// nothing: the meter stores its last records. The stored state (Conversation::OnEventsKept) shows
+// which records were reported; it contains the records of each journal:
 //
 //   9020001 01:31301501….-;07:-.-
 //
-// How they are read:
+// The reading rules:
 //
-//   a journal that is not known, or after a reconnect, and once an hour     all its records
-//   in between, one after the other, urgent ones every other time           its newest record;
-//                                                                           another one: all, soon
-//   all records         from the oldest to the newest, then back: replies carry no number, and one
-//                       that is late, or a record that came meanwhile, makes the two differ; then
-//                       once more
-//   what both say alike, and is not among what is kept                      events
+//   a journal without stored state, after a reconnect, once an hour    all its records
+//   otherwise in turn, every other time an urgent journal              its newest record; if it has
+//                                                                      changed, all records at once
 //
-// Records are told apart by their bytes alone, those that are equal by how many there are: neither
-// a clock that was set nor another order of the records matters.
+// All records are read from the oldest to the newest and then backwards. Replies contain no record
+// number, so a late reply or a new record makes the two readings differ; the journal is then read
+// again. Records in which both readings agree, and which are not in the stored state, become
+// events.
+//
+// Records are compared by their bytes alone, and equal records are counted, so a changed clock or
+// another order of the records does not matter.
 class JournalSession {
  public:
-  /// So many exchanges a task of events has at most, where a journal has something new; else one.
+  /// The most exchanges of a task of events if a journal has a new record; otherwise one.
   static constexpr int kMostExchanges = 4;
   static constexpr Duration kWholeEvery = std::chrono::hours(1);
-  /// After that many failures in a row a journal is left in peace.
+  /// After this many failures in a row a journal is paused.
   static constexpr int kMostFailures = 3;
 
-  /// `wanted`: the configuration asks for events. `records`: of each journal.
+  /// `wanted`: the configuration asks for events. `records`: number of records in each journal.
   JournalSession(bool wanted, std::size_t records);
 
-  /// It is known what is kept, and the meter has not refused all journals.
+  /// True if the stored state is known, and the meter has not refused all journals.
   bool has_events() const;
-  /// All of them.
   bool has_refused() const;
   /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
-  /// The serial number of the meter that answers.
   void OnMeter(std::uint32_t serial);
 
-  /// has_events(): the PDU to be sent next; the same until it is answered or has failed.
+  /// Returns the PDU to send next, until it is answered or has failed. Call only if has_events().
   Bytes Next(Instant now);
-  /// It answers the PDU of Next.
   Answer Take(View record, const JournalReader& reader, Instant now);
-  /// The meter does not give this record: `answer` says why.
   Answer TakeRefusal(Answer answer, Instant now);
   void OnFailure(Outcome outcome, Instant now);
   void OnReconnect();
   void ForgetRefusals();
 
  private:
-  using Records = std::vector<Bytes>;  // by their places in the journal
+  using Records = std::vector<Bytes>;  // index: place in the journal
 
   struct State {
     const Journal* journal = nullptr;
-    std::optional<Records> kept;  // empty: the journal was never read
-    std::size_t records = 0;      // it has so many
+    std::optional<Records> kept;  // the stored records; empty: the journal was never read
+    std::size_t records = 0;      // number of records in the journal
     bool refused = false;
-    bool due = true;  // to be read whole
+    bool due = true;  // all records are to be read
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    bool beyond = true;  // the next look is behind the newest record, else at it
+    bool beyond = true;  // look after the newest record next, else at it
   };
-  /// A journal that is being read whole.
+  /// A reading of all records of a journal.
   struct Pass {
     std::size_t state = 0;
-    Records records{};  // of this time, as far as they came
+    Records records{};  // records of the present reading so far
     bool backwards = false;
-    bool soon = false;                // it has something new
-    std::optional<Records> before{};  // of the last time, the other way round
+    bool soon = false;                // a new record was found: read on without pause
+    std::optional<Records> before{};  // records of the previous reading, in the other direction
     int times = 0;
   };
 
@@ -152,11 +149,11 @@ class JournalSession {
   KeptMeter meter_;
   std::vector<State> states_;
   std::optional<Pass> pass_;
-  std::size_t asked_ = 0;  // whose record was asked for
-  std::size_t place_ = 0;  // and which
-  bool looks_ = false;     // it is not of the pass
-  bool chosen_ = false;    // the task under way has a record to ask for
-  int exchanges_ = 0;      // of that task, answered
+  std::size_t asked_ = 0;  // journal of the latest request
+  std::size_t place_ = 0;  // place of the requested record
+  bool looks_ = false;     // the request is a look at one record, not part of pass_
+  bool chosen_ = false;    // the task under way has chosen its journal
+  int exchanges_ = 0;      // answered exchanges of the task under way
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;
   std::size_t other_turn_ = 0;

@@ -51,7 +51,7 @@ std::uint8_t SumOf(View header) {
   return static_cast<std::uint8_t>(std::accumulate(summed.begin(), summed.end(), 0U));
 }
 
-/// Hour, day, month and year; minute 0.
+/// Parses hour, day, month and year; the minute is 0.
 std::optional<CivilZone::Civil> HourOf(View bytes) {
   return CivilOf(Bytes{0, 0, bytes[0], 0, bytes[1], bytes[2], bytes[3]});
 }
@@ -141,7 +141,7 @@ PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slic
   return record;
 }
 
-// ---------------------------------------------------------------- places
+// ---------------------------------------------------------------- stored place
 
 std::string LoadPlace::Text() const {
   std::string text = fmt::format("{:04X}:", address);
@@ -177,7 +177,7 @@ void LoadReader::OnKept(std::optional<LoadPlace> place, bool another) {
   if (another) Lose();
 }
 
-/// Reading goes on with the oldest hour that there is.
+/// Drops the place: reading continues with the oldest hour in the ring.
 void LoadReader::Lose() {
   floor_ = EndOf(*place_);
   place_.reset();
@@ -196,7 +196,7 @@ void LoadReader::BreakOff() {
   read_.reset();
 }
 
-// ---------------------------------------------------------------- what is asked
+// ---------------------------------------------------------------- requests
 
 LoadReader::Step LoadReader::step() const {
   if (!knows_interval_) return Step::interval;
@@ -240,9 +240,9 @@ bool LoadReader::GoOn(const Manner& manner) {
   return plans;
 }
 
-/// The hour that is being written, a whole number of hours behind the hour at `address`. The
-/// pointer names either a slice of that hour or the place behind the last record of all: only one
-/// of these two meanings gives a whole number of hours.
+/// Returns the hour that is being written, if it is a whole number of hours after the hour at
+/// `address`. The pointer names either a slice of that hour or the place after the last record:
+/// only one of these two meanings gives a whole number of hours.
 std::optional<LoadRing::Hour> LoadReader::HourAfter(std::size_t address) const {
   for (const auto& hour : {ring_.HourOf(*pointer_), ring_.HourBehind(*pointer_)}) {
     if (hour && Reaches(address, hour->address)) return hour;
@@ -259,21 +259,21 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
   return true;
 }
 
-/// Whether `header` belongs to the hour that the pointer names. Until its header is written, an
-/// hour of an earlier round stands there, or no header at all.
+/// True unless the hour at `address` is the one that the pointer names and `header` does not belong
+/// to it: until its header is written, an hour of an earlier round is there, or no header.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
   return current_->address != address || (header && header->begin == pointer_->hour);
 }
 
-/// A header may stand at each record. Where memory has wrapped the oldest hour is the next one to
-/// be overwritten.
+/// Plans the search for a header, which may be at any record. If the memory has wrapped, the search
+/// starts at the oldest hour, which is the next one to be overwritten.
 bool LoadReader::PlanScan(const Manner& manner) {
   const std::size_t current = current_->address;
   const std::size_t end = current + (current_->finished > 0 ? kLoadRecord : 0);
   if (!scan_) scan_ = pointer_->wrapped ? ring_.Next(current) : 0;
   if (*scan_ + kLoadRecord > ring_.bytes) scan_ = 0;
   if (*scan_ == end) {
-    scan_ = current;  // its header may be written by the next look
+    scan_ = current;  // the header may have been written at the next look
     if (scanned_ && !waits_) {
       scan_.reset();
       trouble_ = fmt::format("no hour stands in its memory before its pointer (08 04: {:04X})",
@@ -310,7 +310,7 @@ bool LoadReader::PlanHours(const Manner& manner) {
     read_.emplace(std::vector{MemoryRead::Stretch{place, total}}, manner.most, manner.twice);
     return true;
   }
-  // The next hour is not in reach of the header of the last: they are read one after the other.
+  // One piece cannot contain the last header and the next hour, so they are read separately.
   blocks_[0].slices = 0;
   std::vector<MemoryRead::Stretch> stretches = {{place, kLoadRecord}};
   if (place == current) {
@@ -325,7 +325,7 @@ bool LoadReader::PlanHours(const Manner& manner) {
   return true;
 }
 
-// ---------------------------------------------------------------- what comes
+// ---------------------------------------------------------------- replies
 
 LoadReader::Taken LoadReader::OnMemory(View bytes, const Scale& scale, const Manner& manner) {
   Taken taken;
@@ -363,7 +363,7 @@ void LoadReader::TakeScan(View bytes) {
   scanned_ = true;
 }
 
-/// False: nothing has come of it.
+/// Returns false if nothing new was read.
 bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   LoadPlace place = *place_;
   bool moved = false;
@@ -398,7 +398,7 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   return moved;
 }
 
-/// What was told is passed over; what is missing before it is a record without values.
+/// Skips a record that was reported before. A gap becomes a record without values.
 void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
   if (floor_) {
     const Duration floor = floor_->time_since_epoch();

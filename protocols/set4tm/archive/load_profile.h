@@ -1,11 +1,11 @@
-// The load profile of a meter: 8-byte records in a ring, each hour a header and 60/T slices
-// (reference, chapter 11). A slice holds what was counted in T minutes; its time is its begin.
+// The load profile of a meter is a ring of 8-byte records: for each hour a header and 60/T slices
+// (reference, chapter 11). A slice contains the counts of T minutes; its time is their beginning.
 //
 //   14 14 08 02 00 02 34 37    header: 14 h of 2002-08-14, summer, slices of 2 min, sum 34, spare
 //   00 64 00 00 80 0A 00 00    slice: P+ 100, P- 0, Q+ 10 (incomplete), Q- 0
-//   35 11 08 09 99 06 58       pointer: the slice of 11:35, 2099-09-08, will stand at 0658
+//   35 11 08 09 99 06 58       pointer: the slice of 11:35, 2099-09-08, will be written at 0658
 //
-// MemoryRead reads a stretch of memory piece by piece, and LoadReader decides which stretches.
+// MemoryRead reads a range of memory in pieces, and LoadReader decides which ranges are read.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,9 +23,9 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Stretches of a meter's memory, read piece by piece, no piece longer than a reply of it can be.
-// Where replies do not say to which request they belong, all is read twice, the second time from
-// the last piece to the first, and counts only if both are alike.
+// MemoryRead reads ranges of a meter's memory in pieces that fit into a reply. If replies cannot be
+// assigned to their requests, all pieces are read twice, the second time in reverse order, and
+// accepted only if both readings agree.
 //
 //   {0658, 24} in pieces of 16      0658 16 · 0668 8      and again: 0668 8 · 0658 16
 class MemoryRead {
@@ -34,22 +34,21 @@ class MemoryRead {
     std::size_t address = 0;
     std::size_t count = 0;
   };
-  /// `most`: bytes of a piece.
+  /// `most`: bytes of the longest piece. `twice`: read all pieces twice.
   MemoryRead(const std::vector<Stretch>& stretches, std::size_t most, bool twice);
 
-  /// While it is not done.
+  /// Returns the next piece to read. Call only while not done().
   Stretch Next() const;
-  /// The bytes of Next.
   void OnPiece(View bytes);
   bool done() const { return done_; }
-  /// When done, one stretch behind the other; empty: the two readings differ.
+  /// Returns the bytes of all ranges, when done(). Empty: the two readings differ.
   const Bytes& bytes() const { return bytes_; }
 
  private:
   std::vector<Stretch> pieces_;
   const bool twice_;
-  std::vector<Bytes> read_;  // by piece
-  std::size_t count_ = 0;    // pieces that were read, of both passes
+  std::vector<Bytes> read_;  // index: piece
+  std::size_t count_ = 0;    // pieces read so far, in both passes
   bool differs_ = false;
   bool done_ = false;
   Bytes bytes_;
@@ -58,41 +57,40 @@ class MemoryRead {
 inline constexpr std::size_t kLoadRecord = 8;
 
 struct LoadHeader {
-  CivilZone::Civil begin{};  ///< of the hour, by the meter's clock
+  CivilZone::Civil begin{};  ///< begin of the hour, in the meter's local time
   bool summer = false;
-  unsigned minutes = 30;  ///< of a slice
+  unsigned minutes = 30;  ///< length of a slice
 
   std::size_t slices() const { return 60 / minutes; }
 };
-/// `record` has kLoadRecord bytes. Empty: it is no header: another sum, no such hour, or slices
-/// that do not fill it. Zeros have a good sum, and are no date.
+/// `record` has kLoadRecord bytes. Returns nothing if it is no header: a wrong sum, an impossible
+/// hour, or slices that do not fill an hour. Eight zeros have a correct sum, but no valid date.
 std::optional<LoadHeader> ParseLoadHeader(View record);
 Bytes BytesOf(const LoadHeader& header);
 
-/// The hour as UTC. The season tells which of two hours it is when the clock is set back.
+/// Returns the hour as UTC. The season tells which of two equal hours in autumn it is.
 CivilZone::Utc UtcOf(const LoadHeader& header, const CivilZone& zone);
 
-/// P+, P-, Q+, Q-.
+/// The counts of one slice: P+, P-, Q+, Q-.
 struct LoadSlice {
   struct Count {
     std::uint16_t pulses = 0;
-    bool incomplete = false;  ///< the meter did not measure all the time
+    bool incomplete = false;  ///< the meter did not measure during the whole slice
   };
   std::array<Count, 4> counts{};
 };
 LoadSlice ParseLoadSlice(View record);
 
-/// Where the meter writes.
 struct LoadPointer {
   CivilZone::Civil hour{};
-  unsigned minute = 0;  ///< of the current slice, or within it
+  unsigned minute = 0;  ///< minute in the hour, at the beginning of the current slice or within it
   bool wrapped = false;
-  std::size_t address = 0;  ///< of the slice
+  std::size_t address = 0;  ///< address of the current slice
 };
 std::optional<LoadPointer> ParseLoadPointer(View data);
 
-/// Addresses of hours in a ring of so many bytes: an hour that does not fit in before its end
-/// stands at 0 (reference, chapter 11).
+/// Addresses of hours in a ring of `bytes` bytes. An hour that does not fit before the end of the
+/// ring is written at 0 (reference, chapter 11).
 struct LoadRing {
   std::size_t bytes = 65536;
   unsigned minutes = 30;
@@ -102,36 +100,36 @@ struct LoadRing {
   std::size_t Next(std::size_t address) const {
     return address + 2 * block() > bytes ? 0 : address + block();
   }
-  /// An hour that is being written: the address of its header, and how many of its slices are over.
+  /// The hour that is being written: address of its header, and number of finished slices.
   struct Hour {
     std::size_t address = 0;
     std::size_t finished = 0;
   };
-  /// The hour that is being written, if the pointer names the place of a slice in it. Empty: no
-  /// slice can stand at that address.
+  /// Returns the hour that is being written, if the pointer names the place of a slice in that
+  /// hour. Empty: no slice can be at that address.
   std::optional<Hour> HourOf(const LoadPointer& pointer) const;
-  /// The same if the pointer names the place behind the last record, because the header of the hour
-  /// is not written yet.
+  /// Returns the hour that is being written, if the pointer names the place after the last record
+  /// because the header of the hour is not written yet.
   std::optional<Hour> HourBehind(const LoadPointer& pointer) const;
 };
 
-/// "load_1", "load_2".
+/// Returns "load_1" for profile 1.
 std::string NameOfLoad(unsigned profile);
-/// Mean powers in kW and kvar, N / (2 A) · 60 / T · Kn · Kt; a slice that is incomplete is
-/// uncertain. `scale` knows the factor of energy.
+/// Returns mean powers in kW and kvar: N / (2 A) · 60 / T · Kn · Kt. An incomplete slice is
+/// uncertain. `scale` must contain the factor of energy.
 PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slice,
                     const LoadSlice& counts, const CivilZone& zone, const Scale& scale);
 
-// Reads one load profile on from where its history ends: which bytes of the ring to ask for, and
-// what records they are. Nothing is asked by time alone: each reading begins with the header of the
-// hour that was read last. As long as that is what it was, the hours behind it are the next ones,
-// because the ring overwrites it first; if not, the ring went round (or was cleared), and reading
-// goes on with the oldest hour that is there.
+// LoadReader reads one load profile from where its stored history ends. It decides which bytes of
+// the ring are read, and turns them into records. Each reading starts with the header of the hour
+// that was read last. If that header is unchanged, the hours after it are the next ones, because
+// the ring would overwrite it first. If it has changed, the ring has wrapped or was cleared, and
+// reading continues with the oldest hour in the ring.
 //
 //   place 0658, header 14 14 08 02 …, 2 taken     read 24 bytes there and 24 at 0670: two records
 //                                                 of 15 h; place 0670, …, 2
 
-/// The hour that was read last, and how many of its slices: "0658:1414080200023437:30".
+/// The hour that was read last, and how many of its slices were read: "0658:1414080200023437:30".
 struct LoadPlace {
   std::size_t address = 0;
   Bytes header{};
@@ -143,7 +141,7 @@ struct LoadPlace {
 
 class LoadReader {
  public:
-  /// What a reply of this meter can hold, and whether replies belong to their requests for certain.
+  /// How this meter's memory is read: bytes in a reply, and whether all is read twice.
   struct Manner {
     std::size_t most = 16;
     bool twice = true;
@@ -156,44 +154,44 @@ class LoadReader {
   }
 
   unsigned profile() const { return profile_; }
-  /// Where its history ends, as was kept; empty: it has none. Of `another` meter only the time
-  /// counts: its history goes on with what is later.
+  /// `place`: where the stored history ends; empty: no history. If it is of `another` meter, only
+  /// its time counts: the history continues with later records.
   void OnKept(std::optional<LoadPlace> place, bool another);
-  /// The meter may be another one, or have another interval.
+  /// Call if another meter may be connected, or the interval may have changed.
   void OnReconnect();
-  /// What was under way starts again with the pointer.
+  /// Cancels the reading under way. The next reading starts with the pointer.
   void BreakOff();
 
   Step step() const;
-  /// What Step::memory reads.
+  /// The piece that Step::memory reads.
   MemoryRead::Stretch stretch() const { return read_->Next(); }
-  /// False: that is none.
+  /// Returns false if `minutes` is no valid interval.
   bool OnInterval(unsigned minutes);
-  /// False: there is nothing to read now; the next step is the pointer once more.
+  /// Returns false if there is nothing to read now; the next step is then the pointer again.
   bool OnPointer(View data, const Manner& manner);
 
   struct Taken {
     std::vector<PastRecord> records{};
-    LoadPlace place{};  ///< to be kept with them
-    bool more = false;  ///< there is something to read now. Of records: when they are kept
+    LoadPlace place{};  ///< to be stored with the records
+    bool more = false;  ///< read on now; if there are records, after they are stored
   };
-  /// The bytes of stretch(). Records are told again until OnKept.
+  /// Takes the bytes of stretch(). The same records are returned again until OnKept is called.
   Taken OnMemory(View bytes, const Scale& scale, const Manner& manner);
-  /// Behind OnKept. False as of OnPointer.
+  /// Call after OnKept. Returns false if there is nothing to read now.
   bool GoOn(const Manner& manner);
 
-  /// The end of what was read last, for the status.
+  /// Returns the end of the last slice that was read, for the status.
   std::optional<CivilZone::Utc> end() const;
-  /// The pointer named an hour whose header is not written yet: what is there was taken.
+  /// True if all was read but the current hour, whose header is not written yet.
   bool waits() const { return waits_; }
-  /// Why nothing can be read, for the status; empty: it can.
+  /// Why nothing can be read, for the status. Empty: no trouble.
   const std::string& trouble() const { return trouble_; }
 
  private:
   struct Block {
     std::size_t address = 0;
-    std::size_t slices = 0;  // to be read of it
-    std::size_t offset = 0;  // in what is read
+    std::size_t slices = 0;  // number of slices to read
+    std::size_t offset = 0;  // offset of the hour in the bytes read
   };
 
   bool PlanScan(const Manner& manner);
@@ -216,10 +214,9 @@ class LoadReader {
   std::optional<LoadPointer> pointer_;
   std::optional<LoadRing::Hour> current_;  // the hour that the pointer names
   std::optional<LoadPlace> place_;
-  std::optional<std::size_t> scan_;  // a header is looked for from there on
-  bool scanned_ = false;             // there was none so far
-  std::optional<CivilZone::Utc>
-      floor_;  // what was before it is told; behind it something is missing
+  std::optional<std::size_t> scan_;      // where the search for a header continues
+  bool scanned_ = false;                 // the search has found no header so far
+  std::optional<CivilZone::Utc> floor_;  // after a gap: the end of the records reported before it
   std::vector<Block> blocks_;
   std::optional<MemoryRead> read_;
 };

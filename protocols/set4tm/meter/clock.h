@@ -1,6 +1,6 @@
-// Civil times as meters write them: BCD second, minute, hour, weekday (1 = Monday), day, month,
-// year (reference, 8.1). 31 30 15 01 02 09 02 is 2002-09-02T15:30:31. ClockDrift measures how far a
-// meter's clock is off.
+// Civil times as meters send them: BCD second, minute, hour, weekday (1 = Monday), day, month, year
+// (reference, 8.1). 31 30 15 01 02 09 02 is 2002-09-02T15:30:31. ClockDrift measures a clock's
+// error.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,52 +16,51 @@ namespace baudgate::protocols::set4tm {
 
 inline constexpr std::size_t kCivilSize = 7;
 
-/// Reads kCivilSize bytes. Empty: there is no such moment. The weekday is not looked at.
+/// Reads kCivilSize bytes. Empty: the time is impossible. The weekday is ignored.
 std::optional<CivilZone::Civil> CivilOf(View bytes);
 Bytes BytesOf(CivilZone::Civil civil);
 
-// How far a meter's clock is from this machine's, from its answer to 04 00: what it shows against
-// the middle of the time in which it must have looked at it. It shows whole seconds, so half a
-// second is added: right to half a second and half the time of the exchange.
+// ClockDrift measures the difference between a meter's clock and this machine's from the reply to
+// 04 00. It compares the meter's time with the middle of the interval in which the meter must have
+// read its clock. The meter sends whole seconds, so half a second is added: the error is up to half
+// a second plus half the time of the exchange.
 //
 //   > 05 04 00 63 01     the last byte arrives at 12:00:00.000
 //   < 05 30 00 15 …      15:00:30 at +03:00; the first byte comes at 12:00:00.020       +30.49 s
 
-/// Whether the request asks for the meter's clock.
 bool AsksClock(View pdu);
 
 class ClockDrift {
  public:
-  /// A drift that is older says nothing of now.
+  /// A drift older than this is not used.
   static constexpr Duration kFresh = std::chrono::hours(1);
-  /// Wider than this nobody knows when the meter looked at its clock.
+  /// If the exchange takes longer than this, the drift is uncertain.
   static constexpr Duration kWidest = std::chrono::seconds(1);
 
   void OnHostClock(bool right) { right_ = right; }
-  /// A request for the clock is made: it has not been sent yet.
+  /// Call when a request for the clock is built, before it is sent.
   void OnAsked() { first_.reset(); }
-  /// It is sent, perhaps once more: its last byte arrives then.
+  /// Call each time the request is sent. `arrives`: when its last byte arrives.
   void OnSent(Now arrives, Duration character);
 
-  /// Seconds, positive where the meter is ahead; good while this machine's clock is known to be
-  /// right. `data` answers; the reply of `bytes` has come whole at `now`.
+  /// Returns the drift in seconds, positive if the meter is ahead; good while this machine's clock
+  /// is synchronised. `data`: of the reply, whose `bytes` bytes were complete at `now`.
   Decoded Of(View data, std::size_t bytes, const Scale& scale, Instant now);
-  /// What Of has said last, if that was good and is fresh.
+  /// Returns the last result of Of, if it was good and is not older than kFresh.
   std::optional<double> Latest(Instant now) const;
-  /// The clock is another one now, or another meter's.
+  /// Call if the clock was corrected, or another meter may be connected.
   void Forget() { latest_.reset(); }
 
  private:
   bool right_ = false;
-  std::optional<Instant> first_;  // when it was sent first
-  Now arrives_{};                 // when it was sent last
+  std::optional<Instant> first_;  // when the request was first sent
+  Now arrives_{};                 // when the request was last sent
   Duration character_{};
   std::optional<double> latest_;
   Instant latest_at_{};
 };
 
-/// The PDU of a write that corrects the clock, 03 0B; an error says why it cannot be. A number is
-/// seconds, true is the way back of the drift.
+/// Returns the PDU that corrects the clock, or an error. `value`: seconds, or true for the drift.
 Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Instant now);
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,4 +1,3 @@
-// SET-4TM frames: addresses, checksum, and the length table of requests and replies.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/codec.h"
 
@@ -10,7 +9,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// One parameter of code 08: bytes of the request's PDU, and of the reply's data (0 = it depends).
+/// Lengths for one parameter of code 08: request PDU, and data of the reply (0: it depends).
 struct ParameterRow {
   std::uint8_t parameter;
   std::uint8_t min_request;
@@ -53,7 +52,7 @@ RequestLength LengthOfWrite(std::uint8_t parameter) {
   }
 }
 
-/// Journals with a begin and an end take two times of 7 bytes, single events take one.
+/// Records with begin and end contain two times of 7 bytes, records of single events one.
 std::optional<std::size_t> LengthOfRecord(std::uint8_t journal) {
   switch (journal) {
     case 0x00:
@@ -133,7 +132,7 @@ Result<Bytes> ParseAddress(std::string_view text) {
     return Error{
         "address 254 is the broadcast: no meter answers it; give the meter's own, 1 to 239"};
   }
-  // 255 is what a meter has after its factory initialisation.
+  // 255 is the address of a meter after its factory initialisation.
   if (*number > 239 && *number != 255) {
     return Error{
         "address " + std::string(text) +
@@ -223,7 +222,7 @@ std::optional<std::size_t> LengthOfData(View pdu) {
   if (!request || !request->known || pdu.size() < request->min || pdu.size() > request->max) {
     return std::nullopt;
   }
-  // A reply of one data byte would look like a status, so reads of one byte are not served.
+  // A reply with one data byte would look like a status, so memory reads of one byte are refused.
   const auto memory = [](std::size_t count, std::size_t tag) -> std::optional<std::size_t> {
     if (count < 2 || count + tag > kMaxData) return std::nullopt;
     return count + tag;

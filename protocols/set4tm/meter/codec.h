@@ -1,5 +1,4 @@
-// SET-4TM frames as pure functions: addresses, checksum, and how long requests and replies are.
-// Bytes come from the conversation and the twin on their way to a line, and from frames cut there.
+// Pure functions on SET-4TM frames: addresses, checksums, and the lengths of requests and replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,20 +14,20 @@ namespace baudgate::protocols::set4tm {
 inline constexpr std::uint8_t kExtendedPrefix = 0xFC;
 inline constexpr std::uint8_t kBroadcast = 0xFE;
 inline constexpr std::uint8_t kCommonAddress = 0x00;
-/// Largest reply data field of any known meter (type B); sizes every buffer.
+/// Largest data field of a reply of any known meter (type B). All buffers have this size.
 inline constexpr std::size_t kMaxData = 156;
 inline constexpr std::size_t kPasswordSize = 6;
 
-/// What ends a frame: CRC-16, low byte first; in meters .01, and .02 with firmware below 23, one
-/// byte KS (reference, chapter 3). The numbers are those of Expectation::checksum.
+/// The end of a frame: CRC-16, low byte first; or one byte KS in meters .01, and .02 with firmware
+/// below 23 (reference, chapter 3). The values are those of Expectation::checksum.
 enum class Checksum : std::uint8_t { crc, ks };
 constexpr std::size_t SizeOf(Checksum checksum) { return checksum == Checksum::crc ? 2 : 1; }
 constexpr Checksum Other(Checksum checksum) {
   return checksum == Checksum::crc ? Checksum::ks : Checksum::crc;
 }
-/// KS = FF xor all bytes: FF for `00 00`.
+/// KS = FF xor all bytes. Example: FF for `00 00`.
 void AppendChecksum(Bytes& bytes, Checksum checksum);
-/// Whether the frame ends in the checksum of what is before, at least one byte.
+/// True if the frame ends with the checksum of the bytes before it, at least one byte.
 bool EndsInChecksum(View frame, Checksum checksum);
 
 /// Request codes, the first byte of a PDU.
@@ -47,7 +46,7 @@ enum Code : std::uint8_t {
   kMemoryTagged = 0x0C,
 };
 
-/// Parameters of code 08 that the session itself uses.
+/// Parameters of code 08 that the gateway itself needs.
 enum Parameter : std::uint8_t {
   kSerialNumber = 0x00,
   kRatios = 0x02,
@@ -58,40 +57,38 @@ enum Parameter : std::uint8_t {
   kFloatMask = 0x23,
 };
 
-/// The address bytes of "200" (C8), "9020001" or "sn:9020001" (FC 00 89 A2 61).
+/// Returns the address bytes of "200" (C8), or of "9020001" or "sn:9020001" (FC 00 89 A2 61).
 Result<Bytes> ParseAddress(std::string_view text);
-/// The reverse: "200", "sn:9020001".
+/// Reverses ParseAddress: returns "200" or "sn:9020001".
 std::string FormatAddress(View address);
 Bytes ExtendedAddress(std::uint32_t number);
-/// How long an address is that begins with `first`: 1, or 5 if that is the prefix FC.
 constexpr std::size_t AddressLength(std::uint8_t first) { return first == kExtendedPrefix ? 5 : 1; }
 
-/// Six characters as they stand, or "hex:01 02 03 04 05 06".
+/// Accepts six characters, or "hex:01 02 03 04 05 06".
 Result<Bytes> ParsePassword(std::string_view text);
 
-/// address + PDU + checksum.
 Bytes MakeFrame(View address, View pdu, Checksum checksum = Checksum::crc);
 
-/// Views into a frame whose checksum is good.
+/// Parts of a valid frame. The views refer to the bytes of the frame.
 struct Parts {
   View address;
   View body;  ///< the PDU of a request; status or data of a reply
 };
-/// Nothing when the frame is too short or its checksum is wrong.
+/// Returns nothing if the frame is too short or its checksum is wrong.
 std::optional<Parts> SplitFrame(View frame, Checksum checksum = Checksum::crc);
 
-/// Lengths that the PDU of a request may have.
+/// The possible lengths of a request's PDU.
 struct RequestLength {
   std::size_t min = 1;
   std::size_t max = 93;
-  bool known = false;  ///< listed in the reference; otherwise min and max are only the limits
+  bool known = false;  ///< the reference lists the lengths; otherwise min and max are only limits
 };
-/// By the first byte or two of a PDU. Nothing when the second byte is needed and not there yet.
+/// Returns the length by the first bytes of a PDU. Nothing: the second byte is needed but missing.
 std::optional<RequestLength> LengthOfRequest(View pdu);
 
 /// True for requests that are answered by one status byte alone: link test, channel, writes.
 bool AnsweredByStatus(View pdu);
-/// Data bytes of the reply to a read; nothing when the reference does not say.
+/// Returns the number of data bytes in a reply. Nothing: the reference does not define it.
 std::optional<std::size_t> LengthOfData(View pdu);
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,5 +1,5 @@
-// What turns a SET-4TM's counts into physical values: its build variant and its transformer ratios.
-// Bytes come from replies to 08 12 and 08 02; the factors go to the decoders of points.h.
+// The constants that convert a SET-4TM's counts to physical values: build variant (08 12) and
+// transformer ratios (08 02). The decoders of points.h use the factors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Everything that an integer value may need; what is missing is not known (yet).
+/// All constants that an integer value may need. Empty: unknown.
 struct Scale {
   std::optional<double> meter_constant;       ///< A, impulses per kWh or kvarh
   std::optional<double> power_coefficient;    ///< Kc
@@ -18,32 +18,31 @@ struct Scale {
   std::optional<double> voltage_ratio;        ///< Kn
   std::optional<double> current_ratio;        ///< Kt
 
-  // Floats are primary values by the ratios in the meter (reference, 9.7). Where others count, they
-  // are divided by those and multiplied by these.
+  // Floats are primary values by the ratios in the meter (reference, 9.7). To apply other ratios,
+  // they are divided by `…_in_floats` and multiplied by the ratios above.
   bool convert_voltage = false;
   bool convert_current = false;
-  std::optional<double> voltage_in_floats{};  ///< what the meter has multiplied them with already
+  std::optional<double> voltage_in_floats{};  ///< ratios already applied by the meter
   std::optional<double> current_in_floats{};
 
-  std::optional<CivilZone> zone{};  ///< of the meter's clock
+  std::optional<CivilZone> zone{};  ///< zone of the meter's clock
 };
 
-/// `first` wins where it says something, else `second`.
+/// Returns the constants of `first`; those that are empty are taken from `second`.
 Scale Merge(const Scale& first, const Scale& second);
 
-/// From the three data bytes of 08 12 (reference, 9.3 and 9.6). What the reference does not say for
-/// this build stays empty.
+/// Parses the data of 08 12 (reference, 9.3 and 9.6). Undefined constants stay empty.
 Scale ParseVariant(View data);
-/// From the ten data bytes of 08 02. A ratio of 0 is no ratio.
+/// Parses the ten data bytes of 08 02. A ratio of 0 stays empty.
 Scale ParseRatios(View data);
 
-/// value = count * multiply / divide; kept apart so that 10001 / 10000 is exactly 1.0001.
+/// value = count * multiply / divide; two numbers, so that 10001 / 10000 is exactly 1.0001.
 struct Factor {
   double multiply = 1;
   double divide = 1;
 };
 
-/// What a count of this kind measures; decides which constants it needs.
+/// The kind of quantity, which decides the constants that its conversion needs.
 enum class Measure {
   plain,
   energy,
@@ -57,9 +56,9 @@ enum class Measure {
 };
 
 std::optional<Factor> FactorOf(Measure measure, const Scale& scale);
-/// Whether `measure` needs what 08 12 tells, and `scale` has not got it.
+/// True if `measure` needs a constant of 08 12 that `scale` does not contain.
 bool LacksVariant(Measure measure, const Scale& scale);
-/// The same of 08 02.
+/// True if `measure` needs a ratio of 08 02 that `scale` does not contain.
 bool LacksRatios(Measure measure, const Scale& scale);
 
 }  // namespace baudgate::protocols::set4tm

@@ -17,7 +17,7 @@ constexpr Knows kYes = Knows::yes;
 constexpr Knows kPerhaps = Knows::perhaps;
 
 // Codes and names: reference 9.3. Floats: 9.7, "SET-4TM.02 and older: integers only". Masks: 9.8,
-// from firmware 02.28.30 of .03 and 32.00.00 of PSCH, and M models.
+// supported by M models, and by .03 from firmware 02.28.30 and PSCH from 32.00.00.
 constexpr MeterType kTypes[] = {
     {0x0, "SET-4TM.02, SET-1M.01", kUnknown, kNo, kNo},
     {0x1, "SET-4TM.03", kUnknown, kYes, kPerhaps},
@@ -33,7 +33,7 @@ constexpr MeterType kTypes[] = {
     {0xB, "PSCH-3/4TM.05MK", kUnknown, kPerhaps, kPerhaps},
 };
 
-/// "8 (SET-4TM.02M, .03M)", "C".
+/// Returns "8 (SET-4TM.02M, .03M)", or "C" for an unknown type.
 std::string NameOfType(std::uint8_t code) {
   const std::string digit(1, "0123456789ABCDEF"[code & 0x0FU]);
   const MeterType* type = FindType(code);
@@ -144,7 +144,7 @@ void Identification::Learn(View pdu, View data) {
   }
 }
 
-/// An old meter that does not tell its type contradicts nobody; its status word stays unnamed.
+/// A meter that refuses to report its type fits any profile, but its status word is not decoded.
 bool Identification::OnRefused(View pdu) {
   if (Is(pdu, kAskRatios)) asked_ratios_ = true;
   if (Is(pdu, kAskVariant)) {
@@ -155,7 +155,7 @@ bool Identification::OnRefused(View pdu) {
   return Is(pdu, kAskVariant) || Is(pdu, kAskRatios);
 }
 
-/// Codes above B are later ones than the reference: nothing is certain of them.
+/// Codes above B are newer than the reference: they give a remark, not a trouble.
 void Identification::Judge() {
   trouble_ = {};
   if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;
@@ -170,7 +170,7 @@ void Identification::Judge() {
               "the meter is of " + what + ": correct the profile or the address"};
 }
 
-/// Before the meter has been asked (`baudgate decode`) the profile has the word.
+/// Before the meter was asked (`baudgate decode`), the types of the profile decide.
 bool Identification::KnowsStatusWord() const {
   const auto known = [](std::uint8_t code) {
     const MeterType* type = FindType(code);

@@ -1,9 +1,10 @@
-// What a meter has said of itself: type and constants (08 12), ratios (08 02), pace (08 17).
-// Learned by the conversation from replies, asked before what they decide.
+// Identification stores what a meter has reported about itself: type and constants (08 12), ratios
+// (08 02), and the multiplier of its times (08 17). The conversation passes it the replies, and
+// asks its questions before requests that depend on them.
 //
 //   > 05 08 12 E6 0C   < 05 10 40 10 …        type 1: a SET-4TM.03, the profile is for type 8
 //
-// FindType gives what a type decides.
+// FindType returns what a type decides.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,15 +21,14 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The meters of the family by the type code that they tell (08 12, reference 9.3), and what a type
-// decides: which flags its status word has, and which requests it knows. Used by the
-// identification, by the twin and by `baudgate decode`.
+// The meters of the family by type code (08 12, reference 9.3), and what the type decides: the
+// flags of the status word and the supported requests.
 
-/// Which table names the bits of 08 0A. The manufacturer's description prints one for .02M and .03M
-/// (reference, 9.4) and says that those of other types differ.
+/// Which table names the bits of 08 0A. The manufacturer prints the table of .02M and .03M
+/// (reference, 9.4) and states that the tables of other types differ.
 enum class StatusWord : std::uint8_t { unknown, as_02m_03m };
 
-/// What the reference says of a type: no, yes, or nothing.
+/// Whether a type supports a feature by the reference; perhaps: the reference does not define it.
 enum class Knows : std::uint8_t { no, yes, perhaps };
 
 struct MeterType {
@@ -36,52 +36,50 @@ struct MeterType {
   std::string_view name{};
   StatusWord status_word = StatusWord::unknown;
   Knows floats = Knows::perhaps;         ///< 08 1B (reference, 9.7)
-  Knows masked_floats = Knows::perhaps;  ///< 08 23 (reference, 9.8): by firmware, where perhaps
+  Knows masked_floats = Knows::perhaps;  ///< 08 23 (reference, 9.8); perhaps: by firmware
 };
 
-/// The upper four bits of the third byte of 08 12. Null: a later type, of which nothing is known.
+/// `code`: the upper four bits of the third byte of 08 12. Null: an unknown, later type.
 const MeterType* FindType(std::uint8_t code);
-/// "8", "0xB", "b": 0 to 15.
+/// Accepts "8", "0xB", "b": 0 to 15, in hex.
 std::optional<std::uint8_t> ParseType(std::string_view text);
 
 class Identification {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   Identification(const config::Device& device, const Settings& settings);
 
-  /// Another meter may answer now: all is asked again. What is wrong stays so until it is known to
-  /// be right.
+  /// Call if another meter may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
-  /// A request was not answered: where it matters, the type is asked again.
+  /// Call if a request was not answered: the type is asked again if the option types is set.
   void OnLost();
 
-  /// The refusals may have been meant for other requests.
+  /// Lets refused questions be asked again: a refusal may have answered another request.
   void ForgetRefusals();
 
-  /// What to ask before the request whose values are `matches`; empty: it may go out.
+  /// Returns the question to ask before the request that reads `matches`. Empty: none.
   std::optional<Bytes> Question(std::span<const Match> matches) const;
-  /// `data` answers `pdu`, whichever that is.
+  /// Learns from any request and its data.
   void Learn(View pdu, View data);
-  /// The meter does not tell (status 01 or 03). False: that was no question of this kind.
+  /// Call if the meter has refused `pdu` (status 01 or 03). Returns false if `pdu` is no question.
   bool OnRefused(View pdu);
 
-  /// In place of the meter's constants, options first.
+  /// Returns the constants: those of the options, else those of the meter.
   Scale scale() const { return Merge(settings_.scale(), learned_); }
-  /// Whether the bits of its status word are those that profiles name.
+  /// True if the bits of the status word have the meaning that profiles assume.
   bool KnowsStatusWord() const;
   std::optional<std::uint8_t> type() const { return type_; }
   Knows masked_floats() const;
-  /// What its type says of 08 1B; perhaps, while it is not known.
+  /// Returns whether the type has floats (08 1B); perhaps while the type is unknown.
   Knows floats() const;
-  /// A float was refused: the type tells whether the meter has any. False: it has been asked.
+  /// Call if a float was refused: the type must be asked. Returns false if it was asked already.
   bool WantType();
-  /// By how much silence and answer are stretched, 1 to 255.
+  /// Factor that stretches the silence and the reply time, 1 to 255.
   unsigned multiplier() const { return multiplier_; }
-  /// The day by the meter's clock is another one than at the last reading of it. Told once.
+  /// Returns true once after the meter's date has changed.
   bool TakeNewDay() { return std::exchange(new_day_, false); }
   const DeviceTrouble& trouble() const { return trouble_; }
-  /// The answer to whatever a meter of another type was asked: it is asked for its type alone,
-  /// until that is right.
+  /// Returns the answer to any request to a meter of a wrong type.
   Answer OtherType() const;
 
  private:
@@ -95,7 +93,7 @@ class Identification {
   bool asked_variant_ = false;
   bool asked_ratios_ = false;
   unsigned multiplier_ = 1;
-  Bytes day_;  ///< BCD day, month, year
+  Bytes day_;  ///< the meter's date: BCD day, month, year
   bool new_day_ = false;
   DeviceTrouble trouble_;
 };

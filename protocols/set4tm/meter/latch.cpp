@@ -9,17 +9,17 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-constexpr std::uint8_t kLatch = 0x08;    // of kWrite
-constexpr std::uint8_t kLatched = 0x14;  // of kRead
+constexpr std::uint8_t kLatch = 0x08;    // parameter of kWrite
+constexpr std::uint8_t kLatched = 0x14;  // parameter of kRead
 constexpr std::uint8_t kLatchTime = 0x50;
-/// A clock that was set back by less does not latch twice.
+/// A clock that is set back by less than this does not cause a second broadcast.
 constexpr Duration kGuard = 1s;
 
 }  // namespace
 
 Bytes LatchPdu() { return {kWrite, kLatch, 0x55, 0xAA, 0x33, 0xCC}; }
 
-/// The byte behind 08 is free on .03 and later.
+/// The byte after 08 may have any value on .03 and later, so it is not compared.
 bool IsLatch(View pdu) {
   return pdu.size() == 6 && pdu[0] == kWrite && pdu[1] == kLatch &&
          std::ranges::equal(pdu.subspan(3), Bytes{0xAA, 0x33, 0xCC});
@@ -43,7 +43,7 @@ std::optional<Instant> LineLatch::DueAt(Duration period) const {
   const Duration shown = base_.wall.time_since_epoch();
   const Duration next = (shown + kGuard) / period * period + period;
   const Instant due = clock_->instant + (next - clock_->wall.time_since_epoch());
-  // Where the clock was set far back.
+  // If the clock was set far back, the broadcast is still sent after two periods.
   return std::min(due, base_.instant + 2 * period);
 }
 

@@ -1,13 +1,14 @@
-// The broadcast by which all meters of a line keep the values of one moment, so that they can be
-// added up; and how it is known that a meter has heard it, for none answers.
+// The latch is a broadcast by which all meters of a line store their values of one moment, so that
+// the values can be added up. No meter answers the broadcast, so each is asked later whether it has
+// received it.
 //
-//   > FE 03 08 55 AA 33 CC C0 74     to all: keep powers, voltages, energies and the time
-//   > 05 08 14 50 8E 16              when did you do that last?
-//   < 05 00 00 12 02 01 09 02 EF DE  seven bytes, others than before the broadcast: it has heard it
+//   > FE 03 08 55 AA 33 CC C0 74     to all meters: store powers, voltages, energies and the time
+//   > 05 08 14 50 8E 16              ask the time of the latest latch
+//   < 05 00 00 12 02 01 09 02 EF DE  seven bytes; if they have changed, the broadcast was received
 //
-// Source: set-4tm reference, 9.1, 9.5 and 10. What the seven bytes mean is not looked at.
+// Source: set-4tm reference, 9.1, 9.5 and 10. The meaning of the seven bytes is not used.
 //
-// LatchedReads is one meter's part in the broadcast.
+// LineLatch decides when the broadcast is sent; LatchedReads handles it for one meter.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,110 +22,105 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// The PDU that latches.
 Bytes LatchPdu();
 bool IsLatch(View pdu);
-/// The PDU that asks for the time of the latest latch.
 Bytes AskLatchTime();
-/// Whether what the request reads was latched: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
+/// True if the request reads latched values: 08 14, 08 1B 01, 08 1B 03, 08 23 nn 01.
 bool ReadsLatched(View pdu);
 
-/// When the broadcast of one line is due: at whole multiples of a period since 1970 by this
-/// machine's clock.
+/// Decides when a line's broadcast is due: at whole multiples of a period since 1970.
 class LineLatch {
  public:
-  /// What this machine's clock shows. Before the first call nothing is due.
+  /// Call with the time of this machine. Before the first call no broadcast is due.
   void OnClock(Now now);
   std::optional<Instant> DueAt(Duration period) const;
-  /// OnClock was called with the moment at which its last byte arrives.
+  /// Call when a broadcast was sent, after OnClock with the time at which its last byte arrives.
   void OnSent();
 
-  /// How many were sent.
   unsigned number() const { return number_; }
-  /// When the latest was.
+  /// Time of the latest broadcast.
   WallTime sent_at() const { return base_.wall; }
 
  private:
-  std::optional<Now> clock_;  // latest
-  Now base_{};                // of the latest broadcast; before it, of the first OnClock
+  std::optional<Now> clock_;  // latest time of this machine
+  Now base_{};                // time of the latest broadcast; before it, of the first OnClock
   unsigned number_ = 0;
 };
 
-/// What the meters of a line share.
 struct MeterBus final : Bus {
   LineLatch latch;
 };
 
-/// One meter: whether what it has latched is of the line's latest broadcast. It is asked for its
-/// time once before a broadcast and once behind each. `number`: of the broadcasts so far.
+/// Decides whether the latched values of one meter are of the latest broadcast. The meter is asked
+/// once before a broadcast and once after each. `number`: broadcasts so far.
 class MeterLatch {
  public:
   bool WantsTime(unsigned number) const { return !refused_ && (asked_ != number || doubted_); }
-  /// It has told what there is to tell of this broadcast.
+  /// True if the meter was asked after the latest broadcast.
   bool Told(unsigned number) const { return asked_ == number; }
   void OnTime(View time, unsigned number);
-  /// It was silent: it may have been without power, and has to tell once more.
+  /// Call if the meter was silent: it may have been without power, so it must be asked again.
   void Doubt() { doubted_ = true; }
-  /// It did not answer.
+  /// Call if the question for the latch time failed.
   void OnFailure(unsigned number);
-  /// It does not tell.
+  /// Call if the meter refuses the question for the latch time.
   void OnRefused() { refused_ = true; }
   void ForgetRefusals() { refused_ = false; }
   bool refused() const { return refused_; }
-  /// It has heard the latest, and nobody else's since.
+  /// True if the meter has received the latest broadcast, and has not latched again since.
   bool Heard(unsigned number) const { return heard_ && asked_ == number && !doubted_; }
-  /// It is known that it has not.
+  /// True if it is certain that the meter has not received the latest broadcast.
   bool Missed(unsigned number) const { return missed_ && asked_ == number; }
-  /// Another meter may answer now.
   void Forget() { *this = {}; }
 
  private:
-  std::optional<unsigned> asked_;  // after so many broadcasts
-  std::optional<Bytes> time_;      // what it said then
+  std::optional<unsigned> asked_;  // number of broadcasts when the meter was last asked
+  std::optional<Bytes> time_;      // the latch time that it returned
   bool heard_ = false;
   bool missed_ = false;
   bool doubted_ = false;
   bool refused_ = false;
 };
 
-// One meter's part in the broadcast latch of its line: when the broadcast is sent, and
-// what is made of the values behind it.
+// LatchedReads handles the latch for one meter: it decides when the broadcast is sent, and which
+// latched values are valid after it.
 //
-//   FE 03 08 55 AA 33 CC   due, and the line is free
-//   05 08 14 50            other bytes than before: heard
-//   05 08 1B 03 00         good; of a meter that has not heard it: waiting, without a value
+//   FE 03 08 55 AA 33 CC   sent when due and the line is free
+//   05 08 14 50            bytes have changed: the broadcast was received
+//   05 08 1B 03 00         good; if the meter has not received the broadcast: waiting, no value
 //
-// From the reply to 08 14 50 on no value of the latch before is shown any more: all that is latched
-// waits, and is read again at once. Otherwise a value of 12:00 would stand beside one of 12:15.
+// After the reply to 08 14 50 no value of the previous latch is served: all latched points are set
+// to waiting, and are read again at once. Otherwise a value of 12:00 would appear beside one of
+// 12:15.
 class LatchedReads {
  public:
-  /// `period`: how often all meters of the line are told to latch; zero: never. `line` outlives it.
+  /// `period`: between broadcasts; zero: never. `line` must outlive this object.
   LatchedReads(Duration period, LineLatch& line) : period_(period), line_(line) {}
 
-  /// The broadcast is to be sent before anything else.
+  /// True if the broadcast must be sent before any other request.
   bool IsDue(Instant now) const;
-  /// When the broadcast or the question for its time is due next; empty: never.
+  /// Returns when the broadcast or the question for the latch time is due. Empty: never.
   std::optional<Instant> DueAt() const;
-  /// The meter tells when it has latched.
+  /// True if the meter reports its latch time.
   bool tells() const { return period_ != Duration::zero() && !meter_.refused(); }
-  /// It is to be asked for that before the next latched value is read.
+  /// True if the latch time must be asked before the next latched value is read.
   bool WantsTime() const { return tells() && meter_.WantsTime(line_.number()); }
 
   void OnClock(Now arrives) { line_.OnClock(arrives); }
   void OnSent() { line_.OnSent(); }
-  /// A request was sent and not answered; `asked`: what it was.
+  /// Call if a request was sent and not answered. `asked`: its PDU.
   void OnFailure(View asked);
   void OnRefused() { meter_.OnRefused(); }
   void ForgetRefusals() { meter_.ForgetRefusals(); }
   void OnReconnect() { meter_.Forget(); }
 
-  /// What the reply says of the latch, and of the latched values that it brings.
+  /// Updates the state from a reply, and sets the quality of the latched values in it.
   void Take(Reply& reply, const PointReads& reads);
-  /// For the status; empty: nothing was learned.
+  /// Describes the state, for the status. Empty: nothing to report.
   std::string Learned() const;
 
  private:
-  /// What was read of the latch before, but for what `answer` brings itself.
+  /// Adds a waiting reading for each latched point that `answer` does not contain.
   static void Drop(Answer& answer, const PointReads& reads);
 
   const Duration period_;

@@ -1,4 +1,3 @@
-// Groups points into requests, and finds the points that a reply serves.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/plan.h"
 
@@ -10,8 +9,6 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The mask of 08 23: bit numbers of float parameters, both ways.
-
 namespace {
 
 constexpr std::size_t kMaskAt = 4;
@@ -19,7 +16,7 @@ constexpr std::size_t kMaskSize = 8;
 constexpr std::size_t kRequestSize = kMaskAt + kMaskSize;
 constexpr std::uint8_t kNone = 0xFF;
 
-/// From the lowest bit of m8 to the highest of m2.
+/// Parameters by bit, from the lowest bit of m8 to the highest of m2.
 constexpr std::array<std::uint8_t, 56> kByBit = {
     0x00, 0x01, 0x02, 0x03, 0x04,  0x05,  0x06,  0x07,   // m8: P, Q
     0x08, 0x09, 0x0A, 0x0B, 0x30,  0x31,  0x32,  0x33,   // m7: S, cos
@@ -30,7 +27,7 @@ constexpr std::array<std::uint8_t, 56> kByBit = {
     0xE4, 0xE5, 0xE6, 0xE7, kNone, kNone, kNone, kNone,  // m2: Q of losses
 };
 
-/// Modes whose phase field 0 acts as phase 1: voltage, current, distortion, and the averaged ones.
+/// True for modes in which phase 0 means phase 1: voltage, current, distortion, averaged values.
 bool ZeroIsPhaseOne(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;
   return mode == 1 || mode == 2 || mode == 8 || mode == 0xA || mode == 0xB;
@@ -39,7 +36,7 @@ bool ZeroIsPhaseOne(std::uint8_t parameter) {
 bool HasPhases(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;
   if (mode == 4 || mode == 7 || mode == 9) return false;  // frequency, temperature
-  // Positive sequence, unbalance and battery are one value each.
+  // Positive sequence, unbalance and battery have one value each.
   return !(ZeroIsPhaseOne(parameter) && (parameter & 0x0CU) >= 8U);
 }
 
@@ -53,7 +50,7 @@ std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset) {
   if ((pdu[2] != 0 && !group) || offset / 4 > (group ? 3U : 0U)) return std::nullopt;
   std::uint8_t parameter = pdu[3];
   if (!HasPhases(parameter)) {
-    // All phase fields of these mean the same.
+    // For these parameters the phase has no meaning.
     return static_cast<std::uint8_t>(ZeroIsPhaseOne(parameter) ? parameter & 0xFCU
                                                                : parameter & 0xF0U);
   }
@@ -100,7 +97,7 @@ std::vector<unsigned> MaskBits(View pdu) {
 
 namespace {
 
-constexpr std::uint8_t kTemperature = 0x70;  // the parameter
+constexpr std::uint8_t kTemperature = 0x70;  // a parameter of 08 1B
 constexpr std::uint8_t kAskTemperature = 0x01;
 constexpr std::uint8_t kAskOne = 0x11;
 constexpr std::uint8_t kAskFour = 0x16;
@@ -134,7 +131,7 @@ std::optional<Field> AsInteger(const Field& field) {
   if (field.decoder != Decoder::float_le) return std::nullopt;
   const auto parameter = ParameterAt(field.pdu, field.offset);
   if (!parameter) return std::nullopt;
-  // There is no integer of it among the others.
+  // 08 11 and 08 16 do not contain the temperature.
   if (*parameter == kTemperature) return Field{{kRead, kAskTemperature}, Decoder::i8, 1, 0};
   const bool group = field.pdu[2] == 2;
   const Bytes pdu = {kRead, group ? kAskFour : kAskOne, field.pdu[3]};
@@ -214,7 +211,7 @@ std::vector<std::size_t> PointFields::MaskedPoints(config::Group group) const {
     points.push_back(point);
     bits.insert(*bit);
   }
-  if (bits.size() < 2) points.clear();  // one value alone is cheaper as 08 1B
+  if (bits.size() < 2) points.clear();  // a single value is cheaper by 08 1B
   return points;
 }
 

@@ -13,8 +13,8 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// The question of another master to the same meter is as long as the reply to such a question. No
-/// check value tells them apart.
+/// True if `body` looks like a request of another master to the same meter. Such a request may have
+/// the length of the reply, and its check value is correct, too.
 ///
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
@@ -22,7 +22,7 @@ bool IsQuestionLike(View pdu, View body) {
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
-  // Codes of measures: phase in the low bits. Other integers of three bytes may begin so.
+  // A parameter has the phase in its low bits. Other bytes may belong to an integer reply.
   return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
 }
 
@@ -57,7 +57,8 @@ Reply ReplyReader::Read(View request, View frame) const {
                       (extended ? "; if it is the right one, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
-  // A float read and its reply are equally long; only the link test is answered by its own bytes.
+  // The request for a float is as long as its reply. Only the reply to a link test equals its
+  // request.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
     return unexpected("the request came back; does the adapter echo? set `echo: strip`");
   }
@@ -115,7 +116,7 @@ void ReplyReader::ReadData(Reply& reply) const {
   const auto matches = fields_.Matches(reply.pdu);
   for (const Match& match : matches) {
     Decoded decoded = DecodeField(match.field, reply.data, known);
-    // By the table of another type a bit would be called what it is not.
+    // The table of another type would give the bit a wrong name.
     if (IsFlag(match.field) && !identification_.KnowsStatusWord()) {
       decoded = {{}, {Quality::bad_configuration, Reason::not_fitted}};
     }
@@ -124,9 +125,9 @@ void ReplyReader::ReadData(Reply& reply) const {
   if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
 }
 
-/// CRC-16 has no final XOR: before a zero, C8 03 09 30 C8 (two bytes of data) is a good frame of
-/// three as well, C8 03 09 30 C8 00. Whether one follows is not known here, so it may answer
-/// either.
+/// CRC-16 has no final XOR, so a zero after a good frame gives a good frame again: C8 03 09 30 C8
+/// has two data bytes, and C8 03 09 30 C8 00 has three. It is unknown here whether a zero follows,
+/// so the frame is accepted if one of the two forms fits.
 Outcome ReplyReader::Check(View request, View frame) const {
   const Outcome outcome = Read(request, frame).answer.outcome;
   if (outcome != Outcome::unexpected) return outcome;
@@ -204,7 +205,7 @@ bool PointReads::ReadsLatched(std::size_t query) const {
   return set4tm::ReadsLatched(fields_.PduOf(plan_, query));
 }
 
-/// What it does not give so, it may give by 08 1B.
+/// Ends the trial of a masked read. If a value is not good, 08 1B is used, which may return it.
 Answer PointReads::TakeTrial(Answer answer) {
   const bool whole = std::ranges::all_of(
       answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });

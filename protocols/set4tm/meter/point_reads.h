@@ -1,11 +1,11 @@
-// By which requests the points of one meter are read: floats together by mask (08 23), one by one
-// (08 1B), or as integers where the type of the meter has no floats. Whether it knows masks is
-// tried once:
+// PointReads decides which requests read the points of one meter: floats together by mask (08 23),
+// one by one (08 1B), or as integers if the meter's type has no floats. It tries once whether the
+// meter supports masks:
 //
 //   > 05 08 23 01 00 …   in place of > 05 08 1B 00 11
-//   < all values good    from now on by mask       < refused, silent, or a value missing   08 1B
+//   < all values good: read by mask from now on       < refused, silent, or a value missing: 08 1B
 //
-// ReplyReader says what a frame means for its request.
+// ReplyReader decodes replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,22 +21,21 @@
 
 namespace baudgate::protocols::set4tm {
 
-// What a frame from a meter means for the request that it answers, whatever the session:
+// ReplyReader decodes the reply to a request, without the state of the session:
 //
 //   > 05 08 00 66 01   < 05 00 89 A2 61 …     data: the serial number
 //   > 05 08 00 66 01   < 05 05 81 C3          status 05: the channel is closed
-//
 
 struct Reply {
   Answer answer;
-  View pdu;                            ///< of the request; empty when the frame does not answer it
-  std::optional<std::uint8_t> status;  ///< a one-byte reply
-  View data;                           ///< any other
+  View pdu;  ///< PDU of the request; empty if the frame does not answer it
+  std::optional<std::uint8_t> status;  ///< the status, if the reply has one byte
+  View data;                           ///< the data of any other reply
 };
 
 class ReplyReader {
  public:
-  /// All outlive it.
+  /// The references must outlive this object.
   ReplyReader(const Settings& settings, const PointFields& fields,
               const Identification& identification)
       : settings_(settings), fields_(fields), identification_(identification) {}
@@ -57,7 +56,7 @@ class ReplyReader {
 
 class PointReads {
  public:
-  /// All outlive it.
+  /// The references must outlive this object.
   PointReads(const config::Device& device, const Settings& settings,
              const Identification& identification);
 
@@ -68,25 +67,23 @@ class PointReads {
     Bytes pdu;
     bool tries_masks = false;
   };
-  /// The request that reads a query. A masked read has no number yet.
+  /// Returns the request that reads a query. A masked read has no number yet.
   Read ReadOf(std::size_t query) const;
-  /// The meter repeats the number of a masked read, so a late reply to the one before is found out.
+  /// Numbers a masked read. The meter repeats the number, so a late reply is detected.
   void Number(Bytes& pdu);
-  /// Whether `pdu` reads the query as it is read when nothing is tried.
+  /// True if `pdu` is the planned request of the query, not a trial.
   bool Reads(View pdu, std::size_t query) const;
-  /// What is kept by a latch, by query.
   bool ReadsLatched(std::size_t query) const;
 
-  /// `answer` answers a read that tried masks.
   Answer TakeTrial(Answer answer);
   void EndTrial() { tries_masks_ = false; }
-  /// As the type of the meter says. True: the queries are others now.
+  /// Chooses floats or integers by the meter's type. Returns true if the queries have changed.
   bool ChooseIntegers();
 
-  /// Older firmware refuses masked reads that a newer one knew: the points are not to blame.
+  /// Call if a planned masked read was refused (older firmware). The points are kept.
   void OnMasksRefused() { UseMasks(false); }
   void OnRefused(std::size_t query, Instant now) { plan_.OnRefused(query, now); }
-  // True: the queries are others now.
+  // These two return true if the queries have changed.
 
   bool OnAnswered(std::size_t query, Instant now) {
     return plan_.OnAnswered(query, now) != PlanChange::nothing;
@@ -94,19 +91,18 @@ class PointReads {
   bool OnHeard(std::size_t query, Instant now) {
     return plan_.OnHeard(query, now) != PlanChange::nothing;
   }
-  /// Masked reads that were refused are tried again.
   void TryMasks() { tries_masks_ = MasksMayHelp(); }
-  /// True: the queries are others now.
+  /// Returns true if the queries have changed.
   bool ForgetRefusals();
   void OnReconnect();
-  /// For the status; empty: nothing was learned.
+  /// Describes what was learned, for the status. Empty: nothing.
   std::string Learned() const;
 
  private:
   void UseMasks(bool masked);
-  /// Only where they save requests.
+  /// True if masked reads are allowed and would save requests.
   bool MasksMayHelp() const;
-  /// The masked read to try in place of the query.
+  /// Returns the masked read to try in place of the query. Nothing: none is tried.
   std::optional<Bytes> Trial(std::size_t query) const;
 
   const Settings& settings_;
@@ -116,8 +112,8 @@ class PointReads {
   PduPlan plan_;
   bool masked_ = false;       ///< floats are read by 08 23
   bool integers_ = false;     ///< integers are read in place of floats
-  bool tries_masks_ = false;  ///< whether it knows that is not known yet
-  std::uint8_t number_ = 0;   ///< of the latest masked read
+  bool tries_masks_ = false;  ///< it is unknown yet whether the meter supports masked reads
+  std::uint8_t number_ = 0;   ///< number of the latest masked read
 };
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,4 +1,3 @@
-// The `read` grammar: parsing, printing, and which type a decoder's value has.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 
@@ -16,7 +15,7 @@ struct DecoderRow {
   Decoder decoder;
   std::string_view name;
   ValueKind kind;
-  std::size_t size;  ///< data bytes; 0 = the (n) of the form
+  std::size_t size;  ///< data bytes; 0: the n in name(n)
   Measure measure = Measure::plain;
 };
 
@@ -96,14 +95,14 @@ Error Wrong(std::string_view read, const std::string& why) {
   return Error{"read \"" + std::string(read) + "\": " + why};
 }
 
-/// The last data byte that the field touches, plus one.
+/// Returns the number of data bytes up to the end of the field.
 std::size_t EndOf(const Field& field) {
   if (field.decoder == Decoder::flag) return (field.offset + 7) / 8;
   const std::size_t size = RowOf(field.decoder).size;
   return field.offset + (size == 0 ? field.count : size);
 }
 
-/// "bcd(2)@0" into the field.
+/// Parses a decoder such as "bcd(2)@0" into `field`.
 Status ParseDecoder(std::string_view read, std::string_view text, Field& field) {
   const auto at = text.find('@');
   std::string_view name = text.substr(0, at);
@@ -212,8 +211,8 @@ Status CheckType(const Field& field, const config::Point& point) {
 
 namespace {
 
-/// By the RWRI byte (reference, 9.5): powers, losses, voltages and currents; no angle, distortion,
-/// frequency or battery.
+/// Returns the measure of a float by its RWRI byte (reference, 9.5). Powers, losses, voltages and
+/// currents are multiplied by ratios; angles, distortion, frequency and battery are not.
 Measure MeasureOfFloat(std::uint8_t parameter) {
   const unsigned kind = (parameter >> 2U) & 3U;
   switch (parameter >> 4U) {

@@ -1,5 +1,4 @@
-// The `read` grammar of points, "08 1B 00 11 float_le@0", and the decoders behind it: from the data
-// bytes of a reply to a value, and back for the twin.
+// Parses `read` texts, "08 1B 00 11 float_le@0", into a request, a decoder and an offset.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -42,29 +41,28 @@ enum class Decoder : std::uint8_t {
   alarm,
 };
 
-/// Where a value stands: the request's PDU and the place in the reply's data.
+/// The place of a value: the request's PDU, and the offset in the reply's data.
 struct Field {
   Bytes pdu;
   Decoder decoder = Decoder::u8;
-  std::size_t offset = 0;  ///< first data byte = 0; of `flag`: E-01 = 1
+  std::size_t offset = 0;  ///< first byte of the value, from 0; for `flag` its number, E-01 is 1
   std::size_t count = 0;   ///< bytes of bcd(n) and text_cp1251(n)
 };
 
-/// An error names the part that is wrong and what would be right.
+/// The error names the wrong part and what would be correct.
 Result<Field> ParseField(std::string_view read);
-/// `write` of a point that corrects the clock.
+/// The `write` text of a point that corrects the clock.
 inline constexpr std::string_view kCorrectsClock = "03 0B";
-/// The form that ParseField reads: "08 1B 00 11 float_le@0".
+/// Returns the text that ParseField accepts: "08 1B 00 11 float_le@0".
 std::string FieldText(const Field& field);
-/// Whether `read` is a field, its value can be of the point's type, and nothing is written.
+/// Checks that `read` fits the point's type, and that only the clock correction is written.
 Status CheckPoint(const config::Point& point);
-/// Whether the field's value can be a point of this type.
 Status CheckType(const Field& field, const config::Point& point);
-/// What its bytes can say; of what is multiplied by constants any number.
+/// Returns which numbers the field can contain; any, if it is multiplied by constants.
 config::RawNumbers NumbersOf(const Field& field);
-/// Which constants the value needs.
+/// Returns the kind of quantity, which decides the constants that the value needs.
 Measure MeasureOf(const Field& field);
-/// Whether it is a named bit of the status word, or stands for all of them.
+/// True for a bit of the status word, and for `alarm`, which combines them.
 bool IsFlag(const Field& field);
 std::span<const DecoderSpec> DecoderSpecs();
 

@@ -19,7 +19,6 @@ constexpr std::size_t kTime = 7;
 constexpr std::size_t kInteger = 3;
 constexpr std::uint8_t kStatusJournal = 0x3C;
 
-/// The reading of one reply, put together value by value.
 class Printed {
  public:
   Printed(View pdu, View data, const Scale& scale)
@@ -32,7 +31,7 @@ class Printed {
   Field FieldAt(Decoder decoder, std::size_t offset, std::size_t count = 0) const {
     return {pdu_, decoder, offset, count};
   }
-  /// What a point of this decoder would read.
+  /// Adds the value that a point with this decoder would read.
   void Add(Decoder decoder, std::size_t offset, std::size_t count = 0) {
     const Field field = FieldAt(decoder, offset, count);
     AddDecoded(FieldText(field), DecodeField(field, data_, scale_));
@@ -40,7 +39,7 @@ class Printed {
   void AddDecoded(std::string label, Decoded decoded) {
     readings_.push_back({kNoPoint, std::move(decoded.value), decoded.quality, std::move(label)});
   }
-  /// What no decoder of points reads.
+  /// Adds a value that no decoder of points reads.
   void AddNamed(std::string_view what, Value value, Quality quality = Quality::good) {
     readings_.push_back(
         {kNoPoint, std::move(value), quality, ToHex(pdu_) + " " + std::string(what)});
@@ -69,7 +68,8 @@ std::string DirectionOf(std::uint8_t first) {
          ((first & 0x40U) != 0 ? "reverse" : "forward");
 }
 
-/// Primary where the ratios are known, else secondary, else the bare count; and the direction bits.
+/// Adds an integer (primary if the ratios are known, else secondary, else the count) and its
+/// direction.
 void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
   const Field field = printed.FieldAt(IntegerDecoder(parameter), offset);
   const std::string place = "@" + std::to_string(offset);
@@ -123,15 +123,15 @@ void AddJournal(Printed& printed, std::uint8_t journal) {
   }
 }
 
-/// "2002-08-14T14:00" of BCD minute, hour, day, month, year.
+/// Returns "2002-08-14T14:00" from BCD minute, hour, day, month, year.
 Decoded DecodeMoment(std::uint8_t minute, View hour_and_date) {
   Bytes bytes = {minute, hour_and_date[0], 0x01};
   Append(bytes, hour_and_date.subspan(1, 3));
   return DecodeField({{}, Decoder::time_min, 0, 0}, bytes, {});
 }
 
-/// A load profile has a header each hour: hour, date, season, minutes of a slice, and the sum of
-/// these six bytes.
+/// Adds memory bytes. The header of a load profile is hour, date, season, minutes of a slice, and
+/// their sum.
 void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
   const View data = printed.data().subspan(std::min(from, printed.data().size()));
   const bool profile = memory == 0x03 || memory == 0x08 || memory == 0x09;
@@ -171,7 +171,7 @@ void AddVariant(Printed& printed) {
   }
 }
 
-/// Minute (bit 7: the memory has wrapped), hour, day, month, year, and where the slice will stand.
+/// Adds a pointer: minute (bit 7: wrapped), hour, day, month, year, address of the next slice.
 void AddPointer(Printed& printed) {
   const Decoded moment = DecodeMoment(printed.at(0) & 0x7FU, printed.data().subspan(1));
   printed.AddNamed("current slice", moment.value, moment.quality);
@@ -179,7 +179,7 @@ void AddPointer(Printed& printed) {
   printed.Add(Decoder::u16_be, 5);
 }
 
-/// Values by mask: each under the `read` that a point of it has.
+/// Adds the values of a masked read, each with the `read` text of a point for it as label.
 void AddMasked(Printed& printed, View pdu) {
   constexpr unsigned kTimeBit = 63;
   std::size_t at = 1;

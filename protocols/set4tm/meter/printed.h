@@ -1,6 +1,5 @@
-// What the data of a reply says when no point of the device reads it, for `baudgate decode`: by the
-// layouts that the reference prints, and as bytes where it prints none. Data comes from replies
-// with a good checksum; polling asks this file for nothing that a point is given.
+// Decodes replies that no point reads, for `baudgate decode`: by the layouts in the reference, or
+// as bytes if the reference has none. Polling uses it only for values without a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,15 +11,15 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Values with labels. A label is the `read` of a point where one could read the value:
-/// "08 1B 00 11 float_le@0". `scale`: for integers, as far as it is known.
+/// Returns values with labels. If a point could read a value, the label is its `read` text: "08 1B
+/// 00 11 float_le@0". `scale`: the constants for integers, as far as they are known.
 std::vector<Reading> ReadPrinted(View pdu, View data, const Scale& scale);
 
-/// "E-05 E-40" of the five bytes of a status word (reference, 9.4), as .02M and .03M number them.
+/// Returns the flags in a status word, "E-05 E-40", numbered as for .02M, .03M (reference, 9.4).
 std::string FlagsOf(View word);
 
-/// Whether so many data bytes may answer `pdu` in a capture: as the reference says, as it says of
-/// older meters, or any where it says nothing.
+/// True if a reply to `pdu` may have `length` data bytes in a capture: the length in the reference,
+/// the length of older meters, or any length if the reference does not define it.
 bool MayAnswer(View pdu, std::size_t length);
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,5 +1,4 @@
-// The options of a SET-4TM meter: their table for users, and the same as a struct for the code.
-// They come from the configuration and go to the conversation and the twin.
+// The options of a SET-4TM meter: OptionTable lists them for users, Settings contains their values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,19 +17,19 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The enumerators of choices stand in the order of their words in the table.
+// The enumerators must be in the order of their words in the option table.
 
-/// What the meter's floats are.
+/// Whether the meter's floats are primary or secondary values.
 enum class Floats : std::uint8_t { primary, secondary };
-/// Whether 08 23 is used.
+/// Whether masked reads (08 23) are used.
 enum class Snapshot : std::uint8_t { automatic, on, off };
 
-/// Energies at its begin are a billing reading.
+/// A billing reading contains the energies at the beginning of each period.
 enum class BillingPeriod : std::uint8_t { day, month };
 
 struct Settings {
   Bytes password;                              ///< six bytes
-  std::optional<std::uint32_t> serial_number;  ///< the meter that must answer
+  std::optional<std::uint32_t> serial_number;  ///< serial number of the meter that must answer
   std::optional<double> meter_constant;
   std::optional<double> voltage_ratio;
   std::optional<double> current_ratio;
@@ -39,24 +38,24 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::optional<CivilZone> time_zone;  ///< of its clock
-  Duration correct_clock{};       ///< from such a drift on the gateway corrects it; zero: never
-  Duration correct_clock_most{};  ///< up to such a one
-  Duration latch{};               ///< how often all meters of the line are told to; zero: never
-  int journal_records = 10;       ///< in each journal
-  std::vector<unsigned> load_profiles;  ///< 1 to 3, that are read; empty: none is
-  std::vector<BillingPeriod> billing;   ///< whose readings are kept; empty: none are
-  int billing_tariffs = 4;              ///< of them, beside the sum
-  int load_records = 8192;              ///< in the memory of each, hours' headers included
-  std::vector<std::uint8_t> types;      ///< type codes of 08 12; empty: any
+  std::optional<CivilZone> time_zone;   ///< zone of the meter's clock
+  Duration correct_clock{};             ///< smallest drift that the gateway corrects; zero: never
+  Duration correct_clock_most{};        ///< largest drift that the gateway corrects
+  Duration latch{};                     ///< time between latch broadcasts to the line; zero: never
+  int journal_records = 10;             ///< number of records in each journal
+  std::vector<unsigned> load_profiles;  ///< load profiles to read, 1 to 3; empty: none
+  std::vector<BillingPeriod> billing;   ///< periods whose billing readings are read; empty: none
+  int billing_tariffs = 4;              ///< tariffs in billing readings, in addition to the sum
+  int load_records = 8192;              ///< records per load profile, hour headers included
+  std::vector<std::uint8_t> types;      ///< allowed type codes of 08 12; empty: any
 
-  /// What need not be asked of the meter.
+  /// Returns the constants in the options, which need not be asked from the meter.
   Scale scale() const;
 };
 
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
-/// Whether the password is one.
+/// Checks options such as the password, types and time zone.
 Status CheckSettings(const config::Options& options);
 
 }  // namespace baudgate::protocols::set4tm

@@ -1,4 +1,3 @@
-// Status byte to outcome, quality, patience and a sentence for the log.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/status.h"
 

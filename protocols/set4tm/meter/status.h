@@ -1,5 +1,5 @@
-// Explain says what the one-byte status of a SET-4TM means for the exchange, the points and the
-// next request. The functions behind it are small steps that the parts of the conversation share.
+// Explain returns what the one-byte status of a SET-4TM means for the exchange, the points and the
+// next request. The functions below it are shared by the parts of the conversation.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Low nibbles of the status byte (reference, chapter 6).
+/// Low four bits of the status byte (reference, chapter 6).
 enum StatusCode : std::uint8_t {
   kOk = 0x0,
   kNotAllowed = 0x1,
@@ -37,15 +37,13 @@ constexpr std::uint8_t CodeOf(std::uint8_t status) { return status & 0x0FU; }
 struct StatusMeaning {
   Outcome outcome = Outcome::ok;
   std::string reason;              ///< empty when ok
-  std::optional<Quality> quality;  ///< of the points that were asked for
-  Duration wait{};                 ///< seconds of the high nibble, or our own patience
-  std::string_view remedy{};       ///< for `baudgate status`
+  std::optional<Quality> quality;  ///< quality of the requested points
+  Duration wait{};  ///< pause that the meter asks for (high four bits, in s), or a longer one
+  std::string_view remedy{};  ///< advice for `baudgate status`
 };
 
-/// `opening`: the status answers a request to open the channel, where 3 means the password.
+/// `opening`: the request was to open the channel, where code 3 means a wrong password.
 StatusMeaning Explain(std::uint8_t status, bool opening);
-
-// Small words that the parts of the meter's conversation share.
 
 inline const Bytes kAskSerial = {kRead, kSerialNumber};
 
@@ -59,14 +57,14 @@ inline bool IsJournal(View pdu) {
 
 inline bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
-/// The task goes on, and this exchange brought nothing that anybody else need know.
+/// Returns an answer without readings, after which the task continues.
 inline Answer AskAgain() {
   Answer answer;
   answer.then = Then::ask_again;
   return answer;
 }
 
-/// Whatever this meter was asked: its values are not those of the configured one.
+/// Returns the answer to any request while a wrong meter is connected.
 inline Answer NotThisMeter(Duration wait, const std::string& reason) {
   Answer answer;
   answer.outcome = Outcome::refused;
@@ -75,7 +73,7 @@ inline Answer NotThisMeter(Duration wait, const std::string& reason) {
   return answer;
 }
 
-/// "load_1 read to …, no load_2: it refuses it". Empty texts are left out.
+/// Joins texts that are not empty: "load_1 read to …, no load_2: it refuses it".
 inline std::string Listed(const std::vector<std::string>& texts) {
   std::string list;
   for (const std::string& text : texts) {

@@ -1,5 +1,4 @@
-// The data bytes of a reply to values and back, by the decoder of a field. FromCp1251 and ToCp1251
-// convert texts.
+// Converts reply data to values and back, by a field's decoder, and Windows-1251 texts to UTF-8.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,16 +11,16 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Windows-1251 text of a meter (its metering point's name) to and from UTF-8.
+// Texts of a meter (the name of its metering point) are in Windows-1251.
 
-/// Up to the first zero byte, without blanks at the end; control bytes become '?'.
+/// Converts the text up to the first zero byte, without trailing blanks. Control bytes become '?'.
 std::string FromCp1251(View bytes);
-/// Characters that Windows-1251 does not have become '?'.
+/// Characters that Windows-1251 does not contain become '?'.
 Bytes ToCp1251(std::string_view utf8);
 
-/// Never a number for what the meter marks as missing, nor for a scale that is not known.
+/// Returns a bad quality, never a number, for a missing value or an unknown constant.
 Decoded DecodeField(const Field& field, View data, const Scale& scale);
-/// Writes `value` into the reply's data as the meter would; false leaves the data as it was.
+/// Writes `value` into the data as the meter would. Returns false, unchanged, if it does not fit.
 bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
 
 }  // namespace baudgate::protocols::set4tm

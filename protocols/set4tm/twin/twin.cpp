@@ -1,4 +1,3 @@
-// The simulated meter: addresses, channel of 20 s, password, and data out of the profile's points.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/twin/twin.h"
 
@@ -67,10 +66,10 @@ std::uint8_t TwinClock::Correct(std::chrono::seconds by, Instant now) {
 namespace {
 
 constexpr Duration kChannelLife = 20s;
-/// Class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; type 8.
+/// Variant: class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; type 8.
 constexpr std::uint8_t kVariantBytes[] = {0x10, 0x40, 0x80};
 constexpr std::uint8_t kUnitRatios[] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0};
-/// A NaN whose first byte says that the parameter is not supported (reference, 9.8).
+/// A NaN whose first byte means that the parameter is not supported (reference, 9.8).
 constexpr std::uint8_t kUnsupportedFloat[] = {0x01, 0x00, 0x80, 0x7F};
 
 void AppendFloat(Bytes& data, const std::optional<double>& value) {
@@ -82,7 +81,7 @@ void AppendFloat(Bytes& data, const std::optional<double>& value) {
   for (unsigned i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
 }
 
-/// The request of a float that reads it now.
+/// Returns the request that reads the present value in place of the latched one.
 Bytes Live(View pdu) {
   Bytes live(pdu.begin(), pdu.end());
   if (ReadsLatched(pdu)) live[2] &= 2U;
@@ -175,7 +174,7 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
   return data ? *data : Bytes{kNotAllowed};
 }
 
-/// Level 1 may correct the clock, and nothing else.
+/// Access level 1 may only correct the clock.
 std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   constexpr std::uint8_t kCorrectClock = 0x0B;
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
@@ -213,7 +212,7 @@ TwinLoad* MeterTwin::load(unsigned profile) {
   return found == loads_.end() ? nullptr : &found->second;
 }
 
-/// The time, the pointer and the interval of a load profile, and its memory.
+/// Answers requests for the time, for the pointer, interval and memory of a load profile.
 std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
   const bool of_latch = std::ranges::equal(pdu, AskLatchTime());
   const auto shown = clock_.At(of_latch ? latched_at_ : now);
@@ -276,7 +275,7 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
   for (const auto& point : points_.all()) {
     if (!point.read || !std::ranges::equal(point.read->pdu, pdu)) continue;
     found = true;
-    // Who it is follows from its configuration, what it measures from the points.
+    // Serial number and address follow from the configuration, measured values from the points.
     const Decoder decoder = point.read->decoder;
     if (identity && (decoder == Decoder::u32_be || decoder == Decoder::u8)) continue;
     EncodeField(*point.read, Measured(pdu, point, now), scale, data);

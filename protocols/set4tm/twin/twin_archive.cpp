@@ -14,7 +14,7 @@ using std::chrono::local_days;
 using std::chrono::months;
 using std::chrono::year_month_day;
 
-/// The latest such month that has begun.
+/// Returns the first day of the latest month with this number that has begun.
 std::optional<local_days> MonthOf(unsigned month, year_month_day today) {
   const year_month_day first = today.year() / std::chrono::month(month) / 1;
   if (!first.ok()) return std::nullopt;
@@ -60,7 +60,7 @@ std::optional<Bytes> TwinRegisters(View pdu, CivilZone::Civil now) {
 
 namespace {
 
-/// "reserve" and the status word, with E-01.
+/// Two reserved bytes and a status word with E-01.
 constexpr std::uint8_t kBatteryLow[kCivilSize] = {0, 0, 0x01, 0, 0, 0, 0};
 constexpr std::chrono::seconds kCorrection(10);
 
@@ -152,7 +152,7 @@ void TwinLoad::WriteHeader() {
   headed_ = true;
 }
 
-/// The slice under way is over.
+/// Ends the slice under way and writes it.
 void TwinLoad::Finish(bool powered) {
   if (!headed_) WriteHeader();
   Bytes record;

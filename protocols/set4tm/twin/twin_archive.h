@@ -1,6 +1,5 @@
-// What a simulated meter keeps of its energies: registers at the begin of months and days, which
-// follow from that begin alone. TwinJournals and TwinLoad are the journals and the load profiles of
-// the twin.
+// The archive of a simulated meter: energy registers at the beginning of months and days, which are
+// computed from the date alone, journals (TwinJournals) and load profiles (TwinLoad).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,11 +17,10 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Counts of A+, A-, R+, R- at the begin of that day, of all tariffs (0) or one.
+/// Returns the counts of A+, A-, R+, R- at the beginning of the day, for all tariffs (0) or one.
 std::array<std::uint32_t, 4> TwinCounts(std::chrono::local_days begin, unsigned tariff);
 
-/// The reply to 0A 83, 84 or 86 at that time by the meter's clock; empty: that is another
-/// request.
+/// Returns the reply to 0A 83, 84 or 86 at the meter's time `now`. Empty: `pdu` is another request.
 std::optional<Bytes> TwinRegisters(View pdu, CivilZone::Civil now);
 
 // The journals of a simulated meter: the last records of each, the newest at the last place.
@@ -30,12 +28,12 @@ class TwinJournals {
  public:
   TwinJournals(const CivilZone& zone, std::size_t records) : zone_(zone), most_(records) {}
 
-  /// By the codes of protocols/set4tm/archive/journals.h. False: there is no such journal.
+  /// Adds an event by the codes in archive/journals.h. Returns false if no such journal exists.
   bool Raise(const DeviceEvent& event, WallTime now);
-  /// The record that `pdu` asks for, zeros where it holds none; empty: nothing of this journal
-  /// has happened here, or it is none.
+  /// Returns the requested record; zeros if its place is empty. Nothing: no event was raised in
+  /// this journal, or `pdu` asks for no journal.
   std::optional<Bytes> Record(View pdu) const;
-  /// The meter keeps such a record, if only an empty one.
+  /// True if the meter has this record, even an empty one.
   bool Has(View pdu) const;
 
  private:
@@ -44,29 +42,29 @@ class TwinJournals {
   std::map<std::uint8_t, std::deque<Bytes>> journals_;
 };
 
-// A load profile of a simulated meter: a ring that fills with time, hours with headers, the pointer
-// where the next slice will stand. What a slice counts follows from its begin alone.
+// A load profile of a simulated meter: a ring of hours with headers that fills with time. The
+// pointer is the place of the next slice. The counts of a slice follow from its beginning alone.
 class TwinLoad {
  public:
   using Utc = CivilZone::Utc;
 
-  /// Its memory is empty, and the meter on since `begin`.
+  /// The memory is empty at first. The meter has been on since `begin`.
   TwinLoad(const CivilZone& zone, unsigned minutes, std::size_t bytes, Utc begin);
 
-  /// From the next hour on its header is written with the first slice: until then the pointer names
-  /// the place behind the last record.
+  /// From the next hour on each header is written with the first slice of its hour. Until then the
+  /// pointer names the place after the last record.
   void WriteHeadersLate() { late_ = true; }
-  /// Writes what is over by now.
+  /// Writes all slices that have ended before `now`.
   void Advance(Utc now);
-  /// The meter is without power, and its clock runs on: hours that it misses whole are not in its
-  /// memory, what it misses of others is incomplete.
+  /// Simulates a power failure while the clock runs on. Whole hours without power are missing from
+  /// the memory; other slices without power are incomplete.
   void PowerOff(Utc from, Utc to);
 
   unsigned minutes() const { return ring_.minutes; }
   Bytes Pointer() const;
   std::optional<Bytes> Memory(std::size_t address, std::size_t count) const;
 
-  /// P+, P-, Q+, Q- of the slice that begins then.
+  /// Returns P+, P-, Q+, Q- of the slice that begins at `begin`.
   static std::array<std::uint16_t, 4> PulsesOf(Utc begin);
 
  private:
@@ -79,13 +77,13 @@ class TwinLoad {
   CivilZone zone_;
   LoadRing ring_;
   Bytes memory_;
-  Utc slice_;                 // that is under way
-  std::size_t hour_ = 0;      // address of its header
-  std::size_t finished_ = 0;  // slices of the hour
-  bool incomplete_ = false;   // the slice under way
+  Utc slice_;                 // begin of the slice under way
+  std::size_t hour_ = 0;      // address of the header of the hour under way
+  std::size_t finished_ = 0;  // finished slices of the hour
+  bool incomplete_ = false;   // the slice under way is incomplete
   bool wrapped_ = false;
   bool late_ = false;    // see WriteHeadersLate
-  bool headed_ = false;  // the hour has its header
+  bool headed_ = false;  // the header of the hour is written
 };
 
 }  // namespace baudgate::protocols::set4tm
