@@ -19,7 +19,7 @@ namespace {
 constexpr const char* kMask = "***";
 constexpr int kDeepest = 64;
 constexpr std::size_t kMostText = 8 * 1024 * 1024;
-/// A shorter value is hidden behind its own key only: "1" stands everywhere.
+/// Shorter values are masked only at their own key, because a text such as "1" occurs everywhere.
 constexpr std::size_t kShortestCopy = 3;
 
 class Masker {
@@ -27,7 +27,7 @@ class Masker {
   explicit Masker(const std::set<std::string>& secrets)
       : secrets_(secrets), names_(secrets.begin(), secrets.end()) {}
 
-  /// False: it has no end.
+  /// Collects the values of secrets. False: the document is endless or too large.
   bool Collect(const YAML::Node& node, bool secret, int depth = 0) {
     if (depth > kDeepest || ++seen_ > kMostText) return false;
     if (node.IsScalar() && secret && node.Scalar().size() >= kShortestCopy) {
@@ -57,7 +57,8 @@ class Masker {
   }
 
  private:
-  /// In "{ password: SEC,RET }" the end is a key without a value.
+  /// In "{ password: SEC,RET }" the rest of the secret, RET, is a key without a value, so it is
+  /// masked.
   void EmitMap(const YAML::Node& node, YAML::Emitter& out) const {
     bool behind_secret = false;
     out << YAML::BeginMap;
@@ -82,11 +83,12 @@ class Masker {
   }
 
   bool IsSecret(const YAML::Node& key) const {
-    if (!key.IsScalar()) return true;  // nobody knows what that is
+    if (!key.IsScalar()) return true;  // a key that is no scalar may contain a secret
     return secrets_.contains(key.Scalar()) || !Nearest(key.Scalar(), names_).empty();
   }
 
-  /// "password:SECRET", where the blank is missing, is one word, and so is "pasword=SECRET".
+  /// Masks text behind a secret word: "password:SECRET" (missing blank) and "pasword=SECRET" are
+  /// single words in YAML.
   std::string Shown(const std::string& text) const {
     if (values_.contains(text)) return kMask;
     const std::string head = text.substr(0, text.find_first_of(":= \t"));
@@ -103,7 +105,7 @@ class Masker {
 
   const std::set<std::string>& secrets_;
   const std::vector<std::string_view> names_;
-  std::set<std::string> values_;  // of secrets
+  std::set<std::string> values_;  // values of secrets
   std::size_t seen_ = 0;
 };
 
@@ -134,7 +136,7 @@ namespace {
 
 constexpr std::uint16_t kFirstFreePort = 1024;
 constexpr std::uint16_t kAbovePrivileged = 1000;
-/// The sections that a trial may have.
+/// The sections that a trial keeps.
 const std::set<std::string> kSections = {"gateway", "lines",  "modbus", "web",
                                          "dds",     "events", "history"};
 
@@ -158,7 +160,7 @@ class Trial {
     for (std::size_t i = 0; i < lines.size(); ++i) {
       YAML::Node line = lines[i];
       line["port"] = places_.ports.at(i);
-      line.remove("parity");  // a pty carries every format, and switches no direction
+      line.remove("parity");  // a pty carries every format and has no direction to switch
       KeepFormat(line);
       for (const char* server : {"serial_server", "lend"}) {
         if (line[server] && line[server].IsMap()) MoveKey(line[server], "at");
@@ -197,7 +199,7 @@ class Trial {
     if (YAML::Node dds = root["dds"]) {
       dds.remove("peers");
       dds.remove("discovery_servers");
-      dds.remove("interfaces");  // which leaves loopback
+      dds.remove("interfaces");  // the default is loopback
     }
     for (const char* kept : {"events", "history"}) {
       if (root[kept] && root[kept].IsMap()) root[kept].remove("directory");
@@ -222,7 +224,7 @@ class Trial {
     gateway.remove("recordings");
   }
 
-  /// "0.0.0.0:502" becomes "127.0.0.1:1502", or the next port that is not given away yet.
+  /// Returns "127.0.0.1:1502" for "0.0.0.0:502", or the next port that is not used yet.
   std::string OnLoopback(const std::string& at) {
     const auto place = ParseHostPort(at);
     std::uint16_t port = place ? place->port : kFirstFreePort;
@@ -249,7 +251,7 @@ class Trial {
       if (IsSerial(one)) return;
       if (!one.IsMap()) return moved.push_back(OnLoopback(one.Scalar()));
       YAML::Node copy = YAML::Clone(one);
-      copy.remove("allow");  // nobody but this machine comes
+      copy.remove("allow");  // only this machine can connect
       MoveKey(copy, "at");
       moved.push_back(copy);
     };
@@ -265,7 +267,7 @@ class Trial {
     }
   }
 
-  /// A trial sends nothing to servers elsewhere.
+  /// Removes routes to servers, because a trial must not send anything to other machines.
   void KeepOwnRoutes(YAML::Node modbus) {
     YAML::Node kept(YAML::NodeType::Sequence);
     for (const auto& route : modbus["routes"]) {

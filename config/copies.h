@@ -1,6 +1,6 @@
-// A configuration that may be given away: without the values of secrets, and without comments,
-// which may have some as well. MakeTrialConfig makes a copy that runs beside the real gateway and
-// touches nothing of the plant.
+// Copies of a configuration. MaskedConfig makes a copy that may be given away, without secrets and
+// without comments, which may contain secrets too. MakeTrialConfig makes a copy that runs beside
+// the real gateway and does not touch the plant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,29 +14,27 @@
 
 namespace baudgate::config {
 
-/// The names of all options that a protocol declares secret.
 std::set<std::string> SecretKeys(const Catalog& catalog);
 
-/// The same YAML with "***" in place of what follows a secret key, or a key that is likely
-/// one misspelt, and of every copy of such a value. An error where it is no YAML, or grows without
-/// end.
+/// Returns the YAML with "***" instead of the values of secret keys, of keys that look like
+/// misspelt secret keys, and of copies of such values. Error: the text is no YAML, or an alias
+/// contains itself.
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets);
 
-// A copy of a configuration that runs beside the real gateway and touches nothing of the plant: the
-// lines' ports are those of simulated devices, outputs listen on loopback, and what is kept lies in
-// a folder of its own. For `baudgate simulate --write`.
+// The places that a trial configuration uses for `baudgate simulate --write`: ports of simulated
+// devices, outputs on loopback, and a separate folder for stored data.
 struct TrialPlaces {
-  std::vector<std::string> ports;  ///< of the lines, in the order of the file
-  std::filesystem::path profiles;  ///< what relative profile paths are relative to; absolute
-  std::filesystem::path state;     ///< where the trial keeps what it keeps
+  std::vector<std::string> ports;  ///< ports of the lines, in the order of the file
+  std::filesystem::path profiles;  ///< base of relative profile paths; absolute
+  std::filesystem::path state;     ///< folder for all data that the trial stores
 };
 
 struct TrialConfig {
   std::string yaml;
-  std::vector<std::string> left_out;  ///< a sentence each
+  std::vector<std::string> left_out;  ///< one sentence for each part that was left out
 };
 
-/// `yaml` is the text of a configuration that LoadText accepts. Comments are not copied.
+/// `yaml` must be a configuration that LoadText accepts. Comments are not copied.
 Result<TrialConfig> MakeTrialConfig(const std::string& yaml, const TrialPlaces& places);
 
 }  // namespace baudgate::config

@@ -31,7 +31,7 @@ struct Ratio {
   std::string unit;
 };
 
-/// "400 A", "10 kV".
+/// Reads "400 A" or "10 kV".
 std::optional<Ratio> ReadRatio(const Entry& entry, Problems& problems) {
   const auto text = ReadText(entry.value, entry.key, problems);
   if (!text) return std::nullopt;
@@ -67,12 +67,13 @@ void Apply(const Ratio& ratio, Point& point) {
   point.unit = ratio.unit;
 }
 
-/// A device's `ratios`: what its units are at this site, applied to every point that has them.
+/// Applies a device's `ratios`, the values of its units at this site, to every point that has such
+/// a unit.
 ///
 ///     ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
 ///
-/// `device.points` are complete. A unit that no point has is a problem, and so is a ratio that is
-/// not above 0 or that a point cannot take.
+/// `device.points` must be complete. Reports a unit that no numeric point has, and a ratio that is
+/// not above 0.
 void ApplyRatios(MapReader& map, Device& device) {
   const auto node = map.Get("ratios");
   if (!node) return;
@@ -111,7 +112,7 @@ void ReadAddress(MapReader& map, LineAddresses& addresses, const protocols::Prot
   }
 }
 
-// Null when the device names none, or one that cannot be found.
+// Returns null if the device names no profile, or one that cannot be found.
 const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protocol, Device& device,
                               LoadContext& context) {
   const auto node = map.Get("profile");
@@ -142,8 +143,8 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   return &context.profiles.emplace(key, std::move(profile)).first->second;
 }
 
-/// Times, retries and ages of the device. The line's timing and retries stay with the line, for its
-/// devices to fall back on. Returns the pace that stands above all points, whoever has set it.
+/// Reads times, retries and ages of the device. The line's timing and retries stay with the line as
+/// fallbacks. Returns the pace merged from device, profile and line.
 Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
@@ -184,11 +185,11 @@ void ReadDeviceOptions(MapReader& map, const protocols::Protocol* protocol,
   Override(device.options, ReadOptions(map, *protocol, protocols::OptionSpec::Scope::device));
 }
 
-/// What it may call itself, and what only others do.
+/// Returns the names that the device may report, and names of other device types.
 Identity IdentityOf(MapReader& map, const Profile& profile, const protocols::Protocol* protocol,
                     LoadContext& context) {
   Identity identity = ReadIdentity(map, profile.identity);
-  // Without a list of its own there is nothing that a name could contradict.
+  // Without names of its own type, a name cannot be a contradiction.
   if (!protocol || identity.ignore || identity.names.empty()) return identity;
   const auto [listed, is_new] = context.listed_names.try_emplace(std::string(protocol->name));
   if (is_new) listed->second = ListedNames(context.catalog, *protocol);
@@ -216,7 +217,7 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const protocols::Prot
   AssignIntervals(device, context.problems);
 }
 
-// The errors themselves stand in the profile, which does not know who uses it.
+// The errors are reported at the profile; this error names the device that uses it.
 void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& context) {
   if (!context.problems.HasErrorIn(raw.file) || !context.bad_profiles.insert(raw.file).second) {
     return;
@@ -225,7 +226,7 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
                                                     map.what() + " has errors; see " + raw.file);
 }
 
-// What a line is decides for all its devices whether there are serial settings.
+// The line decides whether there are serial settings, so all its devices must agree.
 void CheckOwnTcp(const protocols::Protocol& protocol, const LineContext& of, const Keys& keys,
                  Problems& problems) {
   CheckTcp(protocol, {}, keys, problems);
@@ -305,7 +306,7 @@ Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& cont
     ApplyRatios(map, device);
     ApplyWritePermit(map, device);
   } else {
-    // Which points it has nobody knows.
+    // The points are unknown, so these keys are accepted unchecked.
     for (const char* key : {"event_alarms", "ratios", "allow_when", "write"}) map.Get(key);
   }
   if (raw) BlameProfile(map, *raw, context);

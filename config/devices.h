@@ -1,5 +1,5 @@
-// ReadDevice reads one device of a line. Its own keys win over its profile, and its profile wins
-// over its line and protocol. YAML nodes come from config/lines.cpp.
+// `ReadDevice` reads one device of a line. The device's keys take precedence over its profile, the
+// profile over line and protocol.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,24 +10,24 @@
 
 namespace baudgate::config {
 
-/// The protocol that a `protocol:` names. Where it is not installed, a problem and the one that is
-/// meant, so that the rest is checked as well; null: none is near. `port`: of the line.
+/// Returns the protocol that `protocol:` names. If it is not installed, reports a problem and
+/// returns the most likely intended protocol, so that the rest can be checked; null: no name is
+/// similar. `port` is the line's port.
 const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string& port,
                                         LoadContext& context);
 
-/// What a device inherits from its line.
 struct LineContext {
   const Line& line;
-  const Pace& pace;                     ///< line before gateway
-  const Options& options;               ///< those of scope line that the line gives
-  const protocols::Protocol* protocol;  ///< null when the line's own could not be found
+  const Pace& pace;                     ///< of the line, else of the gateway
+  const Options& options;               ///< options of scope line that the line sets
+  const protocols::Protocol* protocol;  ///< null if the line's protocol was not found
   LineAddresses& addresses;
 };
 
-/// The default of `recheck`: jump, if neither a strong check value nor parity guards replies.
+/// Returns the default of `recheck`: jump, if replies have neither a strong check value nor parity.
 Recheck DefaultRecheck(const protocols::Protocol& protocol, const SerialSettings& serial);
 
-/// Its protocol and its options say whether its silence is normal.
+/// True if the silence of a device with this protocol and these options is normal.
 bool IsNeverOld(const protocols::Protocol& protocol, const Options& options);
 
 Device ReadDevice(const YamlNode& node, const LineContext& of, LoadContext& context);

@@ -17,14 +17,12 @@ namespace baudgate::config {
 
 namespace {
 
-/// One entry of event_alarms.
 struct EventAlarm {
-  std::optional<std::uint32_t> channel{};  ///< empty: of every channel
+  std::optional<std::uint32_t> channel{};  ///< empty: every channel
   std::uint32_t code = 0;
   AlarmPriority priority = AlarmPriority::none;
 };
 
-/// "2E17", "E3".
 std::optional<EventAlarm> ParseEventAlarm(std::string_view text) {
   const std::size_t mark = text.find('E');
   if (mark == std::string_view::npos) return std::nullopt;
@@ -39,7 +37,7 @@ std::optional<EventAlarm> ParseEventAlarm(std::string_view text) {
   return event;
 }
 
-/// Those that can be an alarm: "E1", "2E17".
+/// Returns the events that can be alarms: "E1", "2E17".
 std::vector<std::string> AlarmEventsIn(const std::vector<EventText>& table) {
   std::vector<std::string> names;
   for (const EventText& one : table) {
@@ -146,7 +144,7 @@ void ReadEventAlarms(MapReader& map, Device& device) {
   for (const Entry& entry : ReadEntries(*node, "event_alarms", problems)) {
     if (const auto event = ReadEventAlarm(entry, device, problems)) events.push_back(*event);
   }
-  // Those of one channel come after those of all.
+  // Entries for one channel are applied after those for all channels, so they take precedence.
   std::stable_partition(events.begin(), events.end(),
                         [](const EventAlarm& one) { return !one.channel; });
   for (const EventAlarm& event : events) ApplyAlarm(event, device.event_texts);
@@ -160,13 +158,13 @@ void ReadEventAlarms(MapReader& map, Device& device) {
 namespace {
 
 constexpr std::size_t kMostEvents = 16;
-/// Longer texts leave no room for the point and its value.
+/// A longer text would leave no room for the point and its value.
 constexpr std::size_t kLongestEventText = 100;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 bool IsNumber(Type type) { return type != Type::string && type != Type::boolean; }
 
-/// The range of whole numbers and bits, in units of the value.
+/// Returns the range of a whole number or bit, in units of the value.
 std::pair<Decimal, Decimal> EndsOf(const Point& point) {
   const IntegerRange range = RangeOf(point);
   const Decimal a = range.lowest * point.scale + point.offset;
@@ -307,7 +305,7 @@ bool IsSame(const EventText& a, const EventText& b) {
   return a.channel == b.channel && a.code == b.code;
 }
 
-/// Without an end it only waits to be acknowledged.
+/// Checks `alarm` and `until` of a row. An alarm without `until` only waits to be acknowledged.
 void CheckAlarm(const EventText& one, const MapReader& map) {
   const auto error = [&](std::string_view key, const std::string& text) {
     map.problems().Error(map.MarkOf(key), std::string(key) + ": " + text);

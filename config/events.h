@@ -1,11 +1,11 @@
-// The key events: of the gateway, of a device, and the table of a profile.
+// Reads the key `events:` of the gateway and of a device, and the table `events:` of a profile.
 //
 //   events: {}                                      all devices whose profiles have a table
-//   events: { directory: /data/baudgate }           and where events.db lies
-//   - { name: feeder-1, …, events: on }             this one, or `off`: not this one
+//   events: { directory: /data/baudgate }           also sets the folder of events.db
+//   - { name: feeder-1, …, events: on }             this device; `off`: not this device
 //   events:                                         in a profile
 //     - { code: 1, text: "stage I> started", state: on }
-//     - { channel: 2, code: 1, text: "…" }          of one channel; state: message if not said
+//     - { channel: 2, code: 1, text: "…" }          one channel only; default of state: message
 //     - { code: 3, state: on, text: "…", alarm: high, until: 4 }
 //
 // ReadAlarmSetting reads the key `alarms:`, ReadEventAlarms the key `event_alarms:`, and
@@ -26,25 +26,24 @@ namespace baudgate::config {
 // The keys alarms: and event_alarms:.
 //
 //   alarms: high                              of gateway, line, device and route; or `off`
-//   alarms: { priority: low, delay: 5min }    each key for itself
-//   event_alarms: { "2E17": high, "E3": off } of a device: rows of the table of its profile
+//   alarms: { priority: low, delay: 5min }    each key overrides separately
+//   event_alarms: { "2E17": high, "E3": off } of a device: rows of its profile's table
 
-/// `above`: what counts where the key is silent.
+/// `above` has the values for keys that are not set here.
 AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above);
 
-/// `device` has its table of events, and it is known whether they are kept.
+/// Call it when `device.event_texts` and `device.events` are set.
 void ReadEventAlarms(MapReader& map, Device& device);
 
-// The key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high }, or a list of
-// these.
+// Reads the key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high }, or a list of
+// such maps. Reports all problems. All other keys of `point` must have been read.
 
-/// With every problem that they have; `point` is read but for them.
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
-/// `given`: the gateway has the key. `device` has its table and its points.
+/// `given`: the gateway has the key `events`. `device` must have its event table and its points.
 void ReadDeviceEvents(MapReader& map, bool given, Device& device);
-/// `records`: of the same profile.
+/// `records` are those of the same profile.
 std::vector<EventText> ReadEventTable(const YamlNode& node,
                                       const std::vector<RecordPattern>& records,
                                       Problems& problems);

@@ -42,7 +42,7 @@ std::vector<std::uint32_t> PointsOf(const RecordPattern& record, const Device& d
   return points;
 }
 
-/// Some event that is kept has it.
+/// True if a recorded event of the device uses the record.
 bool IsOwed(const std::string& record, const Device& device) {
   const auto has_it = [&](const auto& event) { return event.record == record; };
   if (device.events && std::ranges::any_of(device.event_texts, has_it)) return true;
@@ -114,7 +114,7 @@ constexpr std::uint64_t kMostLimit = 10'000'000 * kMegabyte;
 enum class Log : std::uint8_t { changes, all, off };
 
 struct Pattern {
-  std::array<std::string, 3> parts;  // of line, device and point
+  std::array<std::string, 3> parts;  // patterns of line, device and point
   Log log = Log::changes;
   std::optional<Decimal> deadband;
   HistoryPoint kept;
@@ -123,7 +123,6 @@ struct Pattern {
   bool used = false;
 };
 
-/// "500MB", "2GB".
 Result<std::uint64_t> ParseLimit(std::string_view text) {
   const Error none{Quoted(text) + " is no size; write for example 500MB or 2.5GB"};
   if (const std::string why = WhyLeadingZero(text); !why.empty()) {
@@ -140,7 +139,7 @@ Result<std::uint64_t> ParseLimit(std::string_view text) {
   return size;
 }
 
-/// Empty: it is no pattern, and that was said.
+/// Splits the text into three patterns. False: it has another form, which has been reported.
 bool Split(Pattern& pattern, Problems& problems) {
   std::string_view rest = pattern.text;
   for (std::size_t i = 0; i < pattern.parts.size(); ++i) {
@@ -237,7 +236,7 @@ History ReadHistory(const YamlNode& node, const Config& config, Problems& proble
   }
   map.Finish();
   Choose(patterns, config, history);
-  const bool whole = !problems.has_error();  // else points may be missing
+  const bool whole = !problems.has_error();  // after errors, points may be missing
   for (const Pattern& pattern : patterns) {
     if (pattern.used || !whole) continue;
     problems.Error(pattern.mark, "points: " + Quoted(pattern.text) +

@@ -1,11 +1,11 @@
-// The key history: which values are kept.
+// Reads the key `history`: which values are recorded.
 //
 //   history:
 //     points:
 //       - "bay-1.*.current_*"                       LINE.DEVICE.POINT, each with * and ?
-//       - { match: "io.ai-1.*", deadband: 0.5 }     of several that match the first counts
-//       - { match: "*.*.serial", log: off }         changes, if it is not said; all; off
-//     max_gap: 10min                                also at one of the points
+//       - { match: "io.ai-1.*", deadband: 0.5 }     the first entry that matches applies
+//       - { match: "*.*.serial", log: off }         log: changes (default), all or off
+//     max_gap: 10min                                also allowed at an entry of points
 //     directory: /data/baudgate
 //     limit: 1GB
 //     keep: 365d
@@ -24,7 +24,7 @@
 
 namespace baudgate::config {
 
-// The key records: of a profile: points that are read together behind an event, and kept with it.
+// The key `records:` of a profile: points that are read after an event and saved together with it.
 //
 //   records:
 //     trip: { points: [ trip_phases, "record?_*" ] }
@@ -33,15 +33,16 @@ namespace baudgate::config {
 
 std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems);
 
-/// A problem where there is no such record; an empty name is none.
+/// Reports a problem if there is no such record; an empty name is allowed.
 void CheckRecordName(const std::string& name, const Mark& mark,
                      const std::vector<RecordPattern>& records, Problems& problems);
 
-/// `device` has its points and knows whether it is asked for events. Its records that an event
-/// names; where they are kept their slow points become daily ones: they are read after the event.
+/// Sets `device.records` from the profile's patterns. `device` must have its points and its event
+/// settings. If a recorded event uses a record, the record's slow points become daily, because they
+/// are read after the event.
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems);
 
-/// After the lines, whose points it names.
+/// Reads `history`. Call it after the lines, whose points are matched.
 History ReadHistory(const YamlNode& node, const Config& config, Problems& problems);
 
 }  // namespace baudgate::config

@@ -33,7 +33,7 @@ std::optional<std::string> ReadName(MapReader& map, std::string_view example) {
 
 namespace {
 
-/// Empty: the port's own is none, and the gateway makes it.
+/// Empty: parity is made by the gateway, so the port's parity is not changed.
 using MapParity = std::optional<Parity>;
 constexpr MapParity kSoftware;
 constexpr std::array<Word<MapParity>, 11> kParities = {{{"none", Parity::none},
@@ -174,8 +174,8 @@ PortServer ReadPortServer(const YamlNode& node, const std::string& key, LoadCont
   return server;
 }
 
-/// `serial_server: { at: "127.0.0.1:4001", mode: rfc2217, busy: wait }`, or
-/// `lend: { at: "0.0.0.0:4001", for: 30min, allow: [10.0.0.7] }`.
+/// Reads `serial_server: { at: "127.0.0.1:4001", mode: rfc2217, busy: wait }`, or `lend: { at:
+/// "0.0.0.0:4001", for: 30min, allow: [10.0.0.7] }`.
 void ReadPortServers(MapReader& map, Line& line, LoadContext& context) {
   if (const auto node = map.Get("serial_server")) {
     line.serial_server = ReadPortServer(*node, "serial_server", context);
@@ -205,7 +205,8 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 
-// Buses of the devices' own protocols read their options from the line as well.
+// The Bus of a device's own protocol reads its options from the line, so the line needs their
+// defaults too.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
@@ -216,7 +217,8 @@ void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   Override(line.options, given);
 }
 
-// Whatever else is spoken there might be taken for what it says, and the other way round.
+// A device that sends unasked must be alone on its line, because its bytes could be mistaken for a
+// reply.
 void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems) {
   if (line.devices.size() < 2) return;
   for (const Device& device : line.devices) {

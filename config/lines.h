@@ -1,5 +1,4 @@
-// The section lines: lines, their devices, and what profiles add to them.
-// YAML nodes come from config/loader; structs go to config::Config. ReadName and ReadSerial read
+// Reads the section `lines`: lines, their devices, and their profiles. ReadName and ReadSerial read
 // single keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,44 +23,45 @@
 
 namespace baudgate::config {
 
-// The key `name` of lines and devices.
-
-/// The `name` that a line or device must have, checked; messages call it so from now on.
+/// Reads and checks the mandatory key `name` of a line or device. Later messages of `map` contain
+/// the name.
 std::optional<std::string> ReadName(MapReader& map, std::string_view example);
 
-// Serial settings, named times and periods, wherever they stand: gateway, line, profile, device.
-// YAML nodes come from the readers of those; structs go back to them.
+// The functions below read serial settings, named times and periods of the gateway, a line, a
+// profile or a device.
 
-/// "9600 7E1" put over `base`; what the text does not say stays.
+/// Parses "9600 7E1" and overrides these settings of `base`; all others stay.
 Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base);
 
-/// `serial:` as text or as a map { baud, data, parity, stop, … }, put over `base`.
+/// Reads `serial:`, a text or a map { baud, data, parity, stop, … }, and overrides `base`.
 SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems);
 
-/// Reads the keys beside `serial:` of a line: `parity: software`, `rs485: {…}`.
+/// Reads the keys of a line beside `serial:`: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
-/// `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which may stand in every one of
-/// these maps. `level`: whose map it is.
+/// Reads `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which are allowed in gateway,
+/// line, profile and device. `level` is the owner of the map.
 Pace ReadPace(MapReader& map, Level level);
 
-/// What the readers of one file share.
+/// State that the readers of one file share.
 struct LoadContext {
   LoadContext(const Catalog& catalog, std::filesystem::path base, Problems& problems)
       : catalog(catalog), base(std::move(base)), problems(problems), uniques(problems) {}
 
   const Catalog& catalog;
-  std::filesystem::path base;  ///< what relative profile paths are relative to
+  std::filesystem::path base;  ///< the base of relative profile paths
   Problems& problems;
   Uniques uniques;
-  Pace pace;            ///< what the gateway says for all lines
-  AlarmSetting alarms;  ///< the same
-  bool events = false;  ///< it has the key events:
+  Pace pace;            ///< the gateway's settings for all lines
+  AlarmSetting alarms;  ///< the gateway's settings for all lines
+  bool events = false;  ///< the gateway has the key `events:`
   std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
-  /// By protocol: names of devices, and the profile that lists them.
+  /// By protocol: names of device types, each with the profile that lists it.
   std::map<std::string, std::map<std::string, std::string>> listed_names;
-  std::set<std::string> bad_profiles;  ///< files whose first user has been told
-  std::size_t points = 0;              ///< of all devices so far; bounds what aliases can multiply
+  /// Files whose errors have been reported at a device that uses them.
+  std::set<std::string> bad_profiles;
+  /// Number of points of all devices so far; limits the size that YAML aliases can produce.
+  std::size_t points = 0;
 };
 
 std::vector<Line> ReadLines(const YamlNode& list, LoadContext& context);

@@ -47,7 +47,7 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   return config;
 }
 
-// yaml-cpp throws on access as well as on parsing; this is the edge where that ends.
+// yaml-cpp throws on access as well as on parsing; no exception passes this function.
 template <typename Read>
 void Guarded(const std::string& file, Problems& problems, Read read) {
   try {
@@ -146,7 +146,7 @@ Device DeviceFromProfile(const Profile& profile, const protocols::Protocol& prot
   device.options = DefaultOptions(protocol);
   Override(device.options, profile.options);
   device.points = profile.points;
-  Problems known;  // they were told when the profile was read
+  Problems known;  // problems were reported when the profile was read
   AssignIntervals(device, known);
   ResolveSentinels(device, &protocol, known);
   device.event_texts = profile.event_texts;

@@ -105,7 +105,7 @@ constexpr std::size_t kMostRules = 100;
 
 constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
 
-/// Sets the framing, and the serial settings that its masters usually have.
+/// Sets the framing, and the default serial settings for it.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
   listener.framing = framing;
   if (const protocols::Protocol* frames = catalog.FramesOf(framing))
@@ -142,7 +142,7 @@ void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
   listener.port = at->port;
 }
 
-// What may be written as a list or, when it is only one, without brackets.
+// Reads a list whose brackets may be omitted if it has one element.
 std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, std::size_t most,
                                const std::string& when_empty, Problems& problems) {
   if (node.kind() == YamlNode::Kind::scalar) return {node};
@@ -153,7 +153,7 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
   return some;
 }
 
-/// At least one.
+/// Reads a list with at least one network.
 std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
   std::vector<Network> networks;
   for (const YamlNode& range : ReadSome(
@@ -240,7 +240,8 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
   map.Read<&Listener::max_clients, &Listener::idle_timeout>(listener);
 }
 
-// Lines know a third word: there the gateway asks and can fail an exchange whose echo is wrong.
+// Lines also allow `verify`: there the gateway sends requests and can fail an exchange whose echo
+// is wrong.
 void ReadEcho(MapReader& map, Listener& listener) {
   const auto node = map.Get("echo");
   if (!node) return;

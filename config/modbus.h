@@ -1,5 +1,5 @@
-// One entry of modbus.routes: which unit ids go to which line or server. ReadListener reads one
-// entry of modbus.listen.
+// `ReadRoute` reads one entry of modbus.routes: which unit ids go to which line or server.
+// ReadListener reads one entry of modbus.listen.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,17 +14,15 @@
 
 namespace baudgate::config {
 
-/// `lines`: those that it may lead to. A server that is one of `listeners` would ask itself.
+/// `lines` are the possible targets. A route to a server that is one of `listeners` is an error.
 Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
                 const std::vector<Line>& lines, LoadContext& context);
 
-// One entry of modbus.listen: which clients may ask there, in which protocol, and for what.
-
-/// A place alone ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
+/// Reads a listener: an address ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
-/// The networks and addresses that may connect. `[]` lets everybody in, as if it were left out.
+/// Reads the networks and addresses that may connect. `[]` allows everybody, like an absent key.
 std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems);
-/// Where this machine listens: "127.0.0.1:4001", "localhost:4001".
+/// Reads an address of this machine: "127.0.0.1:4001", "localhost:4001".
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,
                                        const std::string& example, Problems& problems);
 

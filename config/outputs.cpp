@@ -21,7 +21,8 @@ bool IsHere(const std::string& address) {
   return network && IsLoopback(*network);
 }
 
-/// A datagram from 127.0.0.1 never leaves this machine.
+/// Warns of a host that only loopback interfaces would have to reach: a datagram from 127.0.0.1
+/// never leaves this machine.
 void CheckReach(const Dds& dds, const std::string& host, const std::string& what, Mark mark,
                 Problems& problems) {
   if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
@@ -61,9 +62,9 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   dds.discovery_servers.push_back(*server);
 }
 
-/// Reads the hosts that are asked beside the multicast group, or in its place: `dds: { peers,
-/// discovery_servers, multicast }`. To be called after `interfaces` is read: warns about hosts that
-/// these do not reach.
+/// Reads the hosts that discovery asks besides the multicast group, or instead of it: `dds: {
+/// peers, discovery_servers, multicast }`. Call it after `interfaces` is read, because it warns of
+/// hosts that the interfaces do not reach.
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto peers = map.Get("peers")) {
     for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
@@ -88,9 +89,9 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestPath = 255;  // what goes to the DDS process
+constexpr std::size_t kLongestPath = 255;  // limit of the DDS process
 
-/// Absolute; relative ones are meant from the configuration's folder.
+/// Returns the absolute path; a relative `path` is relative to the configuration's folder.
 std::string PathOf(const std::string& path, const std::string& key, const Mark& mark,
                    LoadContext& context) {
   std::error_code error;
@@ -101,9 +102,9 @@ std::string PathOf(const std::string& path, const std::string& key, const Mark& 
   return {};
 }
 
-/// `dds: { security: … }`: a folder, or the files one by one. Paths come out absolute. The files
-/// are not opened here: a missing or wrong file does not make the configuration invalid. The
-/// running gateway and `baudgate check` report it.
+/// Reads `dds: { security: … }`: a folder, or the files one by one. Returns absolute paths. The
+/// files are not opened here, so a missing or wrong file does not make the configuration invalid;
+/// the running gateway and `baudgate check` report it.
 DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
   if (node.kind() == YamlNode::Kind::scalar) {
     const auto folder = ReadText(node, "security", context.problems);
@@ -132,7 +133,7 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
 
 constexpr std::size_t kMostHosts = 100;
 
-/// A name as browsers write it behind "http://", with or without a port.
+/// True for a host name as in a browser's address after "http://", with or without a port.
 bool IsHost(std::string_view text) {
   const auto fits = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == ':' ||
@@ -165,8 +166,8 @@ void ReadTokenFile(const YamlNode& node, Web& web, Problems& problems) {
   map.Finish();
 }
 
-/// The key web: the page for browsers, JSON for programs, metrics for Prometheus. A server that
-/// listens beyond loopback without a token is a problem.
+/// Reads the key `web`: the page for browsers, JSON for programs, metrics for Prometheus. A server
+/// that listens beyond loopback without a token is an error.
 ///
 ///   web:
 ///     listen: 127.0.0.1:8502
@@ -199,7 +200,7 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
 constexpr std::size_t kMostListeners = 64;
 constexpr std::size_t kMostRoutes = 256;
 constexpr std::size_t kMostInterfaces = 64;
-constexpr std::size_t kLongestSocketPath = 107;  // what sockaddr_un takes, without the last zero
+constexpr std::size_t kLongestSocketPath = 107;  // the size of sockaddr_un without the final zero
 
 }  // namespace
 
@@ -273,8 +274,8 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
 
 namespace {
 
-/// Linux gives ports of this range to programs that name none (its default; the run-time check of
-/// gateway/outputs/dds/fast/own_network.cpp asks the system).
+/// Warns if the domain's UDP port is in the range from which Linux assigns ports to programs (its
+/// default range; at run time gateway/outputs/dds/fast/own_network.cpp asks the system).
 void CheckPorts(const Dds& dds, MapReader& map) {
   constexpr int kFirst = 32768;
   constexpr int kLast = 60999;

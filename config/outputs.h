@@ -1,5 +1,4 @@
-// The sections gateway, modbus, dds and web: the gateway's name, whom it serves, and where it
-// passes Modbus requests on. YAML nodes come from config/loader; structs go to config::Config.
+// Reads the sections gateway, modbus, dds and web.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,15 +13,15 @@
 
 namespace baudgate::config {
 
-/// The daemon has no working directory of its own choosing. Empty when the key is absent or wrong.
+/// Reads an absolute path, because the daemon's working directory is not fixed. Returns an empty
+/// text if the key is absent or wrong.
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example);
-/// Name, recordings and socket go to `config`; returned is what the section says for all lines.
+/// Reads the section into `config` and returns its settings for all lines.
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
-/// After the lines: routes lead to them, and no port serves two masters.
+/// Call it after the lines, because routes lead to lines, and a port can have only one user.
 Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadContext& context);
-/// What applies where there is no `modbus:` at all: loopback, port 1502.
+/// Returns the settings that apply without `modbus:`: loopback, port 1502.
 Modbus DefaultModbus();
-/// The sections of all other outputs, each if it is there.
 void ReadOutputs(MapReader& map, Config& config, LoadContext& context);
 
 }  // namespace baudgate::config

@@ -34,7 +34,8 @@ constexpr std::array<Quality::Code, 8> kByCode = {
     Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
     Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
 
-// A sentinel cannot mean good, nor what the gateway alone may say (waiting, communication).
+// A sentinel cannot have a quality that is good, or that only the gateway sets (waiting,
+// communication).
 std::optional<Quality> QualityOfCode(std::string_view text) {
   if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
   const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);
@@ -124,8 +125,8 @@ Result<TypeText> ParseType(std::string_view text) {
 
 namespace {
 
-/// { 999: sensor_failure, 0x8000: out_of_service }: a quality by its name without "bad" or
-/// "uncertain", or its code in hex. What they stand for in this device: ResolveSentinels.
+/// Reads { 999: sensor_failure, 0x8000: out_of_service }: a quality by its name without "bad" or
+/// "uncertain", or its code in hex. ResolveSentinels converts the numbers later.
 std::vector<Sentinel> ReadSentinels(const YamlNode& node, Problems& problems) {
   std::vector<Sentinel> sentinels;
   for (const Entry& entry : ReadEntries(node, "sentinels", problems)) {
@@ -161,7 +162,7 @@ std::optional<OnFault> ReadOnFault(const YamlNode& node, Problems& problems) {
   });
 }
 
-/// [low, high], or one value that stays; of a string point the text.
+/// Reads [low, high], or one fixed value; for a string point, its text.
 std::optional<Simulate> ReadSimulate(const YamlNode& node, Type type, Problems& problems) {
   if (type == Type::string) {
     const auto text = ReadText(node, "simulate", problems);
@@ -222,7 +223,8 @@ void ReadPeriod(MapReader& map, Point& point) {
 
 void ReadPlace(MapReader& map, Point& point) {
   map.Read<&Point::modbus>(point);
-  // The Modbus contract: booleans stand in the bit tables unless they are told to take a register.
+  // The Modbus contract: booleans are in the bit tables unless the configuration puts them in a
+  // register.
   point.table = point.type == Type::boolean ? Table::bits : Table::registers;
   map.Read<&Point::table>(point);
 }
@@ -236,7 +238,7 @@ void ReadMeaning(MapReader& map, Point& point) {
   ReadPeriod(map, point);
   map.Read<&Point::scale, &Point::offset, &Point::deadband, &Point::jump>(point);
   const bool recheck = map.Read<&Point::recheck>(point);
-  // What counts as a jump matters only where jumps are read twice.
+  // `jump` has an effect only with recheck, so it switches recheck on.
   if (point.jump && !recheck && point.recheck == Recheck::off) point.recheck = Recheck::jump;
   Assign(point.description, map.Label("description"));
   if (const auto node = map.Get("sentinels")) {
@@ -281,7 +283,7 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
     const Status status = name ? CheckPointName(*name) : Status();
     if (!status) problems.Error(node->mark(), "name: " + status.error());
     if (!name || !status) {
-      // The rest of it is judged anyway, so that all errors are told at once.
+      // The nameless point stays in the list, so that all its errors are reported at once.
       point.name = "#" + std::to_string(++nameless);
       points.push_back(std::move(point));
       continue;
@@ -300,14 +302,14 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
 
 namespace {
 
-/// Neither `read` nor `type`: this means to change a point of the profile.
+/// True without `read`, `write` and `type`: the entry is a change to a point of the profile.
 bool OnlyChanges(const RawPoint& point) {
   return std::none_of(point.keys.begin(), point.keys.end(), [](const Entry& entry) {
     return entry.key == "read" || entry.key == "write" || entry.key == "type";
   });
 }
 
-/// Each says how often the point is read.
+/// True for `poll` and `group`, which exclude each other: each sets how often the point is read.
 bool Rivals(const std::string& a, const std::string& b) {
   return (a == "poll" && b == "group") || (a == "group" && b == "poll");
 }

@@ -1,6 +1,4 @@
-// Points as they stand in profiles and under a device's `points:`. YAML nodes come from
-// config/profile and config/lines; finished points go to config::Device. ParseType reads the key
-// `type`.
+// Reads points of profiles and of a device's `points:`. ParseType parses the key `type`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,21 +15,21 @@
 
 namespace baudgate::config {
 
-// The key `type` of a point.
+// The parts of the key `type` of a point.
 struct TypeText {
   Type type = Type::float32;
-  std::size_t text_length = 0;  ///< of string(n)
+  std::size_t text_length = 0;  ///< length in bytes of string(n)
   TimeType time_type = TimeType::none;
 };
 
-/// "float32", "string(16)"; or as IEC 61131-3 says it, in capitals: "REAL", "STRING[16]".
+/// Parses "float32" or "string(16)", or an IEC 61131-3 type in capitals: "REAL", "STRING[16]".
 Result<TypeText> ParseType(std::string_view text);
 
-/// "ms" of a time, "s" of a date; else nothing.
+/// Returns "ms" for times, "s" for dates; else an empty text.
 std::string_view UnitOf(TimeType type);
 
-/// A point before its values are read: merging a device's own keys over those of its profile is
-/// then a matter of keys, and every value keeps the place where it was written.
+/// A point whose values have not been parsed. So the keys of a device can override those of its
+/// profile one by one, and every value has the place where it was written.
 struct RawPoint {
   std::string name;
   Mark mark;
@@ -40,22 +38,24 @@ struct RawPoint {
 
 inline constexpr std::size_t kMostPoints = 20'000;
 
-/// A list of points. Reports what is no point, has no usable name, or has a name twice (case does
-/// not tell names apart).
+/// Reads a list of points. Reports entries that are no points, invalid names, and names that occur
+/// twice (compared without case).
 std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems);
 
-/// `base` with the keys of `over` put over points of the same name, and its new points at the end.
+/// Returns `base` with the keys of `over` in place of those of points with the same name; new
+/// points are appended.
 std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
                                   Problems& problems);
 
-/// The values of `raw`, one point each, with every problem that a point can have by itself or with
-/// the others of its device. Without a protocol its own checks are left out. `recheck`: of points
-/// that do not say it themselves.
+/// Parses `raw` into points. Reports every problem of a point and of its device's points together.
+/// If `protocol` is null, the protocol's own checks are left out. `recheck` is the default for
+/// points without that key.
 std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw,
                                const protocols::Protocol* protocol, Problems& problems,
                                Recheck recheck = Recheck::off);
 
-/// Gives each point with a `poll` of its own its place among the device's intervals.
+/// Sets `group` of each point with its own `poll`, and collects the different periods in the
+/// device's intervals.
 void AssignIntervals(Device& device, Problems& problems);
 
 }  // namespace baudgate::config

@@ -43,14 +43,14 @@ std::optional<OptionValue> ReadOption(const YamlNode& node, const protocols::Opt
   }
   const auto text = ReadText(node, name, problems);
   if (!text) return std::nullopt;
-  // A text is taken as it stands, commas and all; only where a list is meant they separate.
+  // A text is used unchanged, including commas; commas separate only the elements of a list.
   auto value = ParseOption(spec, *text);
   if (value) return std::move(*value);
   problems.Error(node.mark(), name + ": " + value.error());
   return std::nullopt;
 }
 
-/// Lists and pairs as `--set` takes them.
+/// Returns the value as written; lists and pairs in the form of `--set`.
 std::string WrittenText(const YamlNode& node, const OptionValue& value) {
   if (const auto* pairs = std::get_if<Pairs>(&value)) {
     std::string joined;
@@ -97,7 +97,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostNames = 64;
 constexpr std::size_t kLongestName = 64;
 
-/// Calls `take` with each entry of each profile.
+/// Calls `take` with each top-level entry of each profile.
 template <typename Take>
 void ReadEntriesOfAll(const Catalog& catalog, const protocols::Protocol& protocol, Take take) {
   for (const ProfileFile& file : catalog.Profiles(std::string(protocol.name))) {
@@ -110,7 +110,6 @@ void ReadEntriesOfAll(const Catalog& catalog, const protocols::Protocol& protoco
   }
 }
 
-/// `identity: ["SPAJ 140 C", "SPCJ 4D29"]`.
 std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& problems) {
   std::vector<std::string> names;
   for (const YamlNode& element : ReadList(node, "identity", kMostNames, problems)) {

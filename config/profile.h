@@ -1,6 +1,5 @@
-// Device profiles: config/profiles/<protocol>/<name>.yaml, found through the catalog or by path.
-// Files come from disk; what they say goes to the devices of config/lines. ReadOptions reads the
-// keys of a protocol, and ReadIdentity the key `identity`.
+// `ReadProfile` reads device profiles: config/profiles/<protocol>/<name>.yaml, found in the catalog
+// or by path. ReadOptions reads the keys of a protocol, and ReadIdentity the key `identity`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,38 +18,35 @@
 
 namespace baudgate::config {
 
-// The keys of a line or device that its protocol declares. YAML nodes come from config/lines,
-// config/devices and config/profile; values go to config::Options.
-
-/// The options of that scope that stand in `map`. Those of the other scope are refused, and the
-/// message says where they belong.
+/// Reads the options of `scope` in `map`. Options of the other scope are errors, whose message
+/// names the right place.
 Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
                     protocols::OptionSpec::Scope scope);
 
-// What devices call themselves: the key `identity` of profiles and devices, and what the other
-// installed profiles of a protocol list. YAML comes from profile and configuration; goes to the
-// conversations, which compare it with what the device says.
+// The names that devices report: the key `identity` of profiles and devices, and the names that the
+// other installed profiles of a protocol list. Conversations compare them with the name that a
+// device reports.
 
-/// A device's `identity:`, a list or `ignore`; without it the profile's names.
+/// Reads a device's `identity:`, a list or `ignore`; the default is the profile's names.
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile);
 
-/// Which installed profile that the protocol can use lists a name. Files that cannot
-/// be read list none.
+/// Returns for each listed name the installed profile that lists it, of all profiles that the
+/// protocol can use. Files that cannot be read are skipped.
 std::map<std::string, std::string> ListedNames(const Catalog& catalog,
                                                const protocols::Protocol& protocol);
-/// The same and their titles (`device:`), which no profile needs to list.
+/// Like ListedNames, but also with the profiles' titles (`device:`).
 std::map<std::string, std::string> NamesAndTitles(const Catalog& catalog,
                                                   const protocols::Protocol& protocol);
 
-/// A profile before its points are read, so that a device can put its own keys over them.
+/// A profile whose points have not been parsed, so that the keys of a device can override them.
 struct RawProfile {
   Profile profile;   ///< without points
-  std::string file;  ///< as its problems name it
+  std::string file;  ///< the file's name in problems
   std::vector<RawPoint> points;
 };
 
-/// What a device's `profile:` leads to: a name in the catalog, or a path (with a '/' or ending in
-/// .yaml) relative to `base`. An error names near misses and where was searched.
+/// Returns the file for a device's `profile:`: a name in the catalog, or a path (with a '/' or
+/// ending in .yaml) relative to `base`. The error contains similar names and the searched folders.
 Result<std::filesystem::path> LocateProfile(const std::string& profile,
                                             const protocols::Protocol& protocol,
                                             const Catalog& catalog,

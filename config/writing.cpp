@@ -36,7 +36,7 @@ std::optional<AllowWhen> ReadInterlock(const YamlNode& node, Problems& problems)
   return interlock;
 }
 
-/// " did you mean 'b'? can be written: a, b".
+/// Returns " did you mean 'b'? can be written: a, b".
 std::string WhatCan(std::string_view name, std::span<const std::string_view> names) {
   constexpr std::size_t kMostNamed = 12;
   if (names.empty()) return " can be written: none";
@@ -46,7 +46,7 @@ std::string WhatCan(std::string_view name, std::span<const std::string_view> nam
          std::to_string(names.size() - kMostNamed) + " more";
 }
 
-/// `write: [allow]`: the words that stand without brackets.
+/// True for the words that need no brackets; `write: [allow]` is a frequent mistake.
 bool IsPermit(std::string_view word) { return word == "allow" || word == "deny"; }
 
 void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
@@ -72,7 +72,7 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
   }
 }
 
-/// `max: 50`, or `max: pr1_maximum_frequency`.
+/// Reads `max: 50`, or `max: pr1_maximum_frequency`.
 void ReadLimit(MapReader& map, std::string_view key, std::optional<Decimal>& number,
                Shared<std::string>& point) {
   const auto node = map.Get(key);
@@ -85,7 +85,7 @@ void ReadLimit(MapReader& map, std::string_view key, std::optional<Decimal>& num
   }
 }
 
-/// "bay-1.feeder-1.local" in three parts.
+/// "bay-1.feeder-1.local" split into its parts.
 struct PointName {
   std::string_view line;
   std::string_view device;
@@ -107,7 +107,7 @@ std::optional<std::size_t> IndexOf(const std::vector<Named>& all, std::string_vi
   return static_cast<std::size_t>(found - all.begin());
 }
 
-/// The one that is named like that, or nearly so.
+/// Returns the element with this name, or else the one with the most similar name; null: none.
 template <typename Named>
 const Named* NearestOf(const std::vector<Named>& all, std::string_view name) {
   if (const auto exact = IndexOf(all, name)) return &all[*exact];
@@ -117,7 +117,7 @@ const Named* NearestOf(const std::vector<Named>& all, std::string_view name) {
   return near ? &all[*near] : nullptr;
 }
 
-/// " did you mean 'bay-1.feeder-1.local'?", or nothing.
+/// Returns " did you mean 'bay-1.feeder-1.local'?", or an empty text.
 std::string MeantPlace(const Config& config, std::string_view text) {
   const auto name = SplitName(text);
   const Line* const line = name ? NearestOf(config.lines, name->line) : nullptr;
@@ -148,14 +148,14 @@ class Resolver {
  public:
   Resolver(const Config& config, Problems& problems) : config_(config), problems_(problems) {}
 
-  /// `guarded`: the point that is written.
+  /// `guarded` is the point that has the interlock.
   void Resolve(AllowWhen& interlock, const Point& guarded) {
     const auto name = SplitName(interlock.point);
     const auto line = name ? IndexOf(config_.lines, name->line) : std::nullopt;
     const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
     const auto* points = device ? &config_.lines[*line].devices[*device].points : nullptr;
     const auto point = points ? IndexOf(*points, name->point) : std::nullopt;
-    // Which points it has nobody knows, and why was said.
+    // The device's points are unknown because of an error that is already reported.
     if (points != nullptr && points->empty() && problems_.has_error()) return;
     if (!point) {
       return Complain(interlock, "names no point;" + MeantPlace(config_, interlock.point) +
@@ -194,7 +194,7 @@ class Resolver {
   }
 
  private:
-  /// Those of a device stand at each of its points.
+  /// Reports a problem once, although an interlock of a device is copied to each of its points.
   void Complain(const AllowWhen& interlock, const std::string& why) {
     const std::string place = interlock.mark.ToString();
     if (place == last_) return;

@@ -1,5 +1,5 @@
-// What may be written: the keys of points and devices behind config::Writing. YAML comes from
-// config/points and config/devices; interlocks find their points when all lines have been read.
+// Reads the keys of points and devices that become config::Writing. Interlocks are resolved when
+// all lines have been read.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,14 +8,15 @@
 
 namespace baudgate::config {
 
-/// min, max, step, decimals, select, select_time and allow_when of a point. What is allowed is the
-/// device's affair.
+/// Reads min, max, step, decimals, select, select_time and allow_when of a point. Permission to
+/// write is read at the device.
 Writing ReadWriting(MapReader& map);
 
-/// `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the device.
+/// Reads `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the
+/// device.
 void ApplyWritePermit(MapReader& map, Device& device);
 
-/// Finds the points that interlocks name, and turns what they have to be into their types.
+/// Finds the points that interlocks name, and converts their expected values to the points' types.
 void ResolveInterlocks(Config& config, Problems& problems);
 
 }  // namespace baudgate::config

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Checks how the sources are written: clang-format over all of them, clang-tidy (.clang-tidy) over those of the product; that
-# each compiles alone, although CMake compiles several together; and the thread-safety marks of gateway/base/guarded.h.
+# Checks how the sources are written: the English of comments and documents (packaging/prose.py), clang-format over all sources,
+# clang-tidy (.clang-tidy) over those of the product; that each compiles alone, although CMake compiles several together; and the
+# thread-safety marks of gateway/base/guarded.h.
 #   packaging/lint.sh [BUILD_FOLDER]            all; another BUILD_FOLDER than build/release was configured by cmake
 #   packaging/lint.sh [BUILD_FOLDER] --changed [COMMIT]   only what differs from COMMIT (main)
 #   packaging/lint.sh [BUILD_FOLDER] --quick    format and English only: a quarter of a minute
@@ -39,13 +40,7 @@ if [ "${1:-}" = --alone ]; then
   exec packaging/compile_alone.py "$build/lint" ${2:+--latest "$2"} "${sources[@]}"
 fi
 
-# Slips of English, in documents and in the sentences that the program prints.
-slips='can not|be had|lest|a SPA|informations'
-if git grep -nwE "$slips" -- '*.md' || git grep -nE "^[^/]*\"[^\"]*\b($slips)\b" -- '*.cpp' '*.h' '*.js'; then
-  echo "lint: write these in plain English: cannot, be found, so that not, an SPA, information" >&2
-  exit 1
-fi
-echo "lint: no slip of English that is known here"
+packaging/prose.py
 
 files '*.h' '*.cpp' | xargs -r clang-format-14 --dry-run -Werror
 echo "lint: format is as .clang-format says"

@@ -1,5 +1,5 @@
-// Every protocol that the list in protocols/CMakeLists.txt names, in one process: for tests and
-// fuzz targets. The daemon knows none of them; it loads modules.
+// The list of all protocols of protocols/CMakeLists.txt in one process, for tests and fuzz targets.
+// The daemon does not use it: it loads modules.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,10 +10,9 @@
 
 namespace baudgate::protocols {
 
-/// In the order of the list.
 const std::vector<const Protocol*>& AllProtocols();
 
-/// Null: no protocol of that name.
+/// Returns the protocol of that name; null if there is none.
 const Protocol* FindProtocol(std::string_view name);
 
 }  // namespace baudgate::protocols

@@ -1,6 +1,5 @@
-// Cuts frames out of the bytes that come from a line, however they are split: the one buffering
-// loop around all frame rules. Bytes come from gateway/bus/exchange/line.h (or a twin), frames go
-// back to it.
+// `Assembler` buffers the bytes of a line and cuts frames out of them with a frame rule, however
+// the bytes are split. gateway/bus/exchange/line.h and twins feed it and take the frames.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +14,7 @@
 
 namespace baudgate::protocols {
 
-/// in == delivered + discarded + held(), always.
+/// Counts of bytes. Always: in == delivered + discarded + held().
 struct AssemblerCounters {
   std::uint64_t in = 0;
   std::uint64_t delivered = 0;
@@ -24,27 +23,27 @@ struct AssemblerCounters {
 
 class Assembler {
  public:
-  /// Drops what is held (counted as discarded) and starts afresh with this rule and expectation.
+  /// Drops the buffered bytes (counted as discarded) and restarts with this rule and expectation.
   void Begin(FrameRule rule, Expectation expect);
 
-  /// Memory stays below expect.max_bytes + bytes.size(): what overflows is discarded as corrupt
-  /// from the front, one byte at a time, so a frame after it can still be found.
+  /// Appends `bytes`. The buffer stays below expect.max_bytes + bytes.size(): excess bytes are
+  /// discarded as corrupt from the front, one at a time, so a frame behind them can still be found.
   void Feed(View bytes);
 
-  /// The next whole frame, if there is one. `idle`: the line is silent, so the rule may now decide
-  /// what it left open; bytes for which it still needs more are discarded as partial. `discarded`:
-  /// discarded bytes are appended to it; null: they are not wanted.
+  /// Returns the next whole frame, if there is one. `idle`: the line is silent, so the rule must
+  /// decide now; bytes for which it still needs more are discarded as partial. Discarded bytes are
+  /// appended to `discarded` unless it is null.
   std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }
-  /// Bytes that were fed since Begin.
+  /// Returns the number of bytes fed since Begin.
   std::size_t fed() const { return fed_; }
 
-  /// The worst that was discarded since Begin, and its reason: corrupt over unexpected over partial
-  /// over none.
+  /// Returns the worst outcome of discarded bytes since Begin: corrupt before unexpected before
+  /// partial before none. `why` is its reason.
   Outcome blame() const { return blame_; }
   std::string_view why() const { return why_; }
-  /// The same, and forgets it.
+  /// Returns blame() and resets it, with why().
   Outcome TakeBlame() {
     why_ = {};
     return std::exchange(blame_, Outcome::none);

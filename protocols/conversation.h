@@ -1,14 +1,14 @@
-// The contract of conversations. A conversation knows one device: which requests read its points,
-// what to send for a write, and what the replies mean. gateway/bus/jobs/job.h drives it, one
-// exchange after another, on the thread of its line. It has no thread, socket or clock of its own
-// and writes no log. docs: protocols/README.md, "Conversations".
+// The contract of conversations. A `Conversation` belongs to one device and defines which requests
+// read its points, what to send for a write, and what replies mean. gateway/bus/jobs/job.h calls
+// it, one exchange after another, on the thread of its line. It has no thread, socket or clock and
+// writes no log. docs: protocols/README.md, "The steps".
 //
 // A poll of one query, in calls:
 //   Queries()                → {{fast, {0, 1}}, {slow, {2}}}    points 0 and 1 share one request
 //   Ask({poll, query 0})     → Request "01 03 00 00 00 02 C4 0B"
 //   OnFrame(…, "01 03 04 …") → Answer {ok, readings {0: 235, 1: 17}}
-// When no good frame came, the poller repeats the request. When that has failed as well, it calls
-// OnFailure in place of OnFrame.
+// If no good frame comes, the poller repeats the request. If the repetition fails as well, the
+// poller calls OnFailure instead of OnFrame.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,105 +32,107 @@
 
 namespace baudgate::protocols {
 
-/// In place of an index into a device's points: none of them.
+/// The point index that stands for "no point of the device".
 inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 
-/// The most exchanges of a task, broadcasts included. A task that asks for more ends as unexpected.
+/// The largest number of exchanges in one task, broadcasts included. A task that asks for more ends
+/// as unexpected.
 inline constexpr int kMostSteps = 10;
 
 /// Points that one request reads together.
 struct Query {
-  config::Group group = config::Group::fast;  ///< of all its points: how often it is asked
-  std::vector<std::size_t> points{};          ///< indices into the device's points
+  /// The group of all its points; it decides how often the query is sent.
+  config::Group group = config::Group::fast;
+  std::vector<std::size_t> points{};  ///< indices into the device's points
 };
 
 struct PointValue {
   std::size_t point = kNoPoint;  ///< a point that may be written
-  Value value{};                 ///< raw, scale and offset are already taken out
+  Value value{};                 ///< raw: scale and offset have been removed
 };
 
-/// What the gateway wants of a device. Mostly one exchange; several if a session must be opened
-/// first, or a password closed after a write.
+/// A job that the gateway gives to a conversation. Most tasks take one exchange. A task takes
+/// several if a session must be opened first, or a password closed after a write.
 struct Task {
   enum class Kind : std::uint8_t {
-    poll,        ///< read Queries()[query]
-    probe,       ///< find out with one short exchange whether the device is there
-    write,       ///< write `value` to `point`, and leave the device as it was found
-    events,      ///< take the events since the last time out of the device
+    poll,        ///< read the points of Queries()[query]
+    probe,       ///< find out with one short exchange whether the device answers
+    write,       ///< write `value` to `point`, then close any session or password that was opened
+    events,      ///< read the events that the device has recorded since the last such task
     background,  ///< one low-priority exchange, see Conversation::BackgroundDue
   };
   Kind kind = Kind::poll;
   std::size_t query = 0;         ///< polls only: less than Queries().size()
   std::size_t point = kNoPoint;  ///< writes only: a point that may be written
-  Value value{};                 ///< writes only: raw, scale and offset are already taken out
-  /// Writes only: further writes in the same exchange. WritesTogether has said that they fit.
+  Value value{};                 ///< writes only: raw, scale and offset have been removed
+  /// Writes only: further writes in the same exchange, as many as WritesTogether has allowed.
   std::vector<PointValue> also{};
 };
 
 struct Request {
   Bytes bytes{};  ///< the whole frame, checksum included
-  /// What the same task has sent before, if that decides what the reply says: "select channel 3"
-  /// before "read". Requests with equal bytes and other contexts are other questions, and a request
-  /// with a context is not repeated without it.
+  /// Earlier bytes of the same task, if they decide what the reply means: "select channel 3" before
+  /// "read". Requests with equal bytes but different contexts are different requests. A request
+  /// with a context is never repeated alone: its context is sent again first.
   Bytes context{};
   Expectation expect{};
-  /// Probes only: the device answers with the same bytes every time, and answers nothing else with
-  /// them: its name or serial number, not a measurement. Other bytes come from another device. The
-  /// poller uses such replies to find out whether replies still come in the order of the requests.
+  /// Probes only: the device answers with the same bytes every time and gives these bytes to no
+  /// other request. Its name or serial number qualifies, a measurement does not. Other bytes come
+  /// from another device. The poller uses such replies to check that replies still come in the
+  /// order of the requests.
   bool steady = false;
-  /// The reply differs from the replies to all polls of the device, by its length or form, but is
-  /// not always the same. Example: a probe that reads three registers, where polls read two.
+  /// The reply differs in length or form from the replies to all polls of the device, but its bytes
+  /// may vary. Example: a probe that reads three registers, where polls read two.
   bool unlike_polls = false;
-  /// The reply is true whichever request it answers, so it does no harm late or twice.
+  /// The reply is correct for any request, so a late or repeated copy does no harm.
   bool any_order = false;
-  /// The reply carries the number of its request, as in Modbus TCP. So one that comes late or twice
-  /// on this connection is recognised. The number proves nothing of what is behind the next hop: a
-  /// converter may put the present number and unit before a late reply of its serial side.
+  /// The reply carries the number of its request, as in Modbus TCP, so a late or repeated reply on
+  /// this connection is recognised. The number proves nothing about the serial side of a converter:
+  /// a converter may put the current number and unit in front of a late reply.
   bool numbered = false;
-  /// Ends what an earlier request has begun, as "close the password" does. It is sent even if the
-  /// client has gone or the time for its task is over.
+  /// The request ends what an earlier request began, for example "close the password". It is sent
+  /// even if the client has disconnected or the task's time is over.
   bool closes = false;
-  /// It only makes a write possible, as a password does. When it fails, nothing has been written.
+  /// The request only prepares a write, as a password does. If it fails, nothing has been written.
   bool prepares = false;
-  /// It tells the time, or asks for it: Conversation::Stamp is called when it is sent.
+  /// The request sets or reads the device's time: Conversation::Stamp is called when it is sent.
   bool stamped = false;
-  /// The longest time until the first byte of this reply, if that is longer than the device's reply
-  /// time. Example: 5 s to clear all parameters, while reads take 500 ms.
+  /// The maximum time until the first byte of this reply, if longer than the device's reply time.
+  /// Example: 5 s to clear all parameters, while reads take 500 ms.
   Duration reply{};
-  /// The silence that the device needs before this request, if that is longer than usual.
+  /// The silence that the device needs before this request, if longer than usual.
   Duration quiet{};
 
   bool AsksTheSameAs(const Request& other) const {
     return bytes == other.bytes && context == other.context;
   }
-  /// No reply to a poll could pass for the reply to this.
+  /// True if no reply to a poll can be mistaken for the reply to this request.
   bool is_proof() const { return steady || unlike_polls || any_order; }
 };
 
-/// One value out of a reply, still raw: the gateway applies scale, offset and sentinels.
+/// One value from a reply, still raw: the gateway applies scale, offset and sentinels.
 struct Reading {
   std::size_t point = kNoPoint;  ///< index into the device's points
-  Value value{};                 ///< empty: only the quality is known
+  Value value{};                 ///< empty: there is no value, only a quality
   Quality quality = Quality::good;
-  std::string label{};  ///< if no point fits (`baudgate decode`): the item in the protocol's words
+  std::string label{};  ///< without a point (`baudgate decode`): the item's name in the protocol
 };
 
-/// A time as a device has reported it: "12.345" of a minute is {12345ms, 1min}, a whole date is the
-/// time since 1970 and no period. Whether the device's clock is right is not known here.
+/// A time as a device reports it. "12.345" within a minute is {12345ms, 1min}; a full date is the
+/// time since 1970 with period zero. The device's clock may be wrong.
 struct SaidTime {
   Duration time{};
-  Duration period{};  ///< the time is known modulo this; zero: it is known whole
+  Duration period{};  ///< the time is known modulo this period; zero: the full time is known
 };
 
-/// An event that a device reports.
+/// An event that a device has recorded and reports.
 struct DeviceEvent {
   std::uint32_t channel = 0;  ///< 0: the device as a whole
-  std::uint32_t code = 0;     ///< the device's own; 0: it cannot be read, only `text` is known
+  std::uint32_t code = 0;  ///< the device's event number; 0: unreadable, only `text` is available
   std::optional<SaidTime> time{};
-  std::string text{};  ///< further words of the device; mostly empty
+  std::string text{};  ///< further text from the device; mostly empty
 };
 
-/// One value of a PastRecord.
 struct PastValue {
   std::string name{};  ///< "active_import"
   Value value{};
@@ -138,218 +140,226 @@ struct PastValue {
   std::string unit{};
 };
 
-/// Values that a device has measured and kept itself, by its own clock: half an hour of a load
-/// profile, the energies at the beginning of a month.
+/// Values that a device has measured and stored by its own clock: half an hour of a load profile,
+/// or the energies at the beginning of a month.
 struct PastRecord {
   std::string series{};  ///< "load_1", with values such as "load_1.active_import"; "month"
   Duration begin{};      ///< since 1970
-  Duration span{};       ///< zero: its values were read off at one moment, and belong together
-  std::vector<PastValue> values{};  ///< none: they are lost
+  Duration span{};       ///< zero: a snapshot, all values belong to one moment
+  std::vector<PastValue> values{};  ///< empty: the device has lost them
 };
 
-/// Events that one reply has taken out of a device, the oldest first. The device forgets them when
-/// it is asked for more: the poller does so only when they are saved
+/// Events from one reply of a device, the oldest first. The device deletes them when it is asked
+/// for the next ones, so the poller asks only after they have been saved
 /// (gateway/bus/devices/poller_listener.h).
 struct EventBatch {
   std::vector<DeviceEvent> events{};
   std::vector<PastRecord> past{};
-  std::string said{};    ///< the batch as it came: one that comes twice is recognised by it
-  bool again = false;    ///< this may be the last batch again
-  bool drained = false;  ///< nothing is left in the device: no event is older than this exchange
+  std::string said{};  ///< the batch as received; equal text identifies a repeated batch
+  bool again = false;  ///< true: this may be a repetition of the last batch
+  /// True: the device has no more events, so later events are newer than this exchange.
+  bool drained = false;
 };
 
-/// How a task goes on after an exchange.
+/// The continuation of a task after an exchange.
 enum class Then : std::uint8_t {
-  done,       ///< it has ended
-  ask_again,  ///< call Ask once more with the same task: the next exchange
-  replan,     ///< it has ended, and Queries() has changed
-  restart,    ///< the same, and all of them are due at once: they read something else now
+  done,       ///< the task has ended
+  ask_again,  ///< the task goes on: call Ask again with the same task for the next exchange
+  replan,     ///< the task has ended, and Queries() has changed
+  restart,  ///< like replan, and all queries are due at once because they now read different points
 };
 
-/// What a reply means. The outcome of a task is the outcome of its last Answer. So when a write was
-/// refused and a closing exchange follows it, the Answer to the closing exchange says refused
+/// The meaning of a reply. The outcome of a task is the outcome of its last Answer. So if a write
+/// was refused and a closing exchange follows, the Answer to the closing exchange returns refused
 /// again.
 struct Answer {
   Outcome outcome = Outcome::ok;
   std::string reason{};  ///< one sentence for the log; empty when ok
-  /// What a user can do about it, for `baudgate status`: "look at its display"; empty: of a device
-  /// that is busy, to ask it less often; else, to compare it with its profile.
+  /// The advice to the user in `baudgate status`: "look at its display". Empty: the default advice.
+  /// It is to poll less often if the device is busy, else to compare the device with its profile.
   std::string remedy{};
   std::vector<Reading> readings{};
-  /// What stands where a number belongs, and is none: "0,52"; nothing: that does not occur.
+  /// The text found in place of a number: "0,52". Nothing: numbers are well-formed.
   std::optional<std::string> no_number{};
   Then then = Then::done;
-  /// A write was refused, but something may have changed: an analog output that went to its limit.
+  /// The write was refused, but may have changed something: an analog output that went to its
+  /// limit.
   bool may_have_acted = false;
-  Duration wait{};  ///< the device wants no request for this time: "busy, ask me in 2 s"
-  /// For tasks of events and tasks in the background. An answer with a batch ends the task.
+  Duration wait{};  ///< the device must get no request for this time: "busy, ask me in 2 s"
+  /// Only for tasks of events and background tasks. An answer with a batch ends the task.
   std::optional<EventBatch> batch{};
 };
 
-/// What is wrong with a device as a whole, by its own words. As long as it is, no value of it is
-/// good, whatever its replies say.
+/// A fault of the whole device, from its own replies. While it lasts, none of the device's values
+/// is good, even if replies to polls look correct.
 struct DeviceTrouble {
-  Reason reason = Reason::none;  ///< one that ConcernsDevice; none: its values are good
-  std::string text{};  ///< "type 0D, the profile says 08"; without a reason it is a remark
+  Reason reason = Reason::none;  ///< a reason for which ConcernsDevice is true; none: no fault
+  std::string text{};  ///< "type 0D, the profile says 08"; with Reason::none: a remark only
 
   explicit operator bool() const { return reason != Reason::none; }
 };
 
-/// How messages that a device sends unasked are recognised: readers of tags and bar codes, weighing
-/// indicators. gateway/bus/exchange/line.h receives them, also during an exchange.
+/// How to recognise messages that a device sends unasked: readers of tags and bar codes, weighing
+/// indicators. gateway/bus/exchange/line.h receives such messages, also during an exchange.
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< reply: standing
-  Duration idle{};       ///< silence that ends a message: the rule is asked once more
-  Duration whole{};      ///< a message that takes longer from its first byte is damaged
-  /// A message is recognised by its beginning. Else it begins where the one before ended, or after
-  /// a silence of the line.
+  Duration idle{};   ///< the silence that ends a message: then the rule is called with idle = true
+  Duration whole{};  ///< the maximum duration of a message; a longer one is damaged
+  /// True: a message is recognised by its first byte. False: a message begins where the previous
+  /// one ended, or after a silence of the line.
   bool marked = false;
 };
 
-/// The engine keeps these promises: the device's address, options and points have passed the checks
-/// of the Protocol; indices in a Task are valid at Ask and OnFrame; OnFrame and OnFailure follow
-/// the Ask or Instead that gave their request; a frame is one that the reply rule took for whole.
-/// If Queries() has changed while a reply was awaited, the Task has the new number of its query. If
-/// that is gone, Interpret is called in place of OnFrame, and OnFailure names a query that there is
-/// not.
+/// The conversation with one device. The caller guarantees: the device's address, options and
+/// points have passed the checks of the Protocol; indices in a Task are valid at Ask and OnFrame;
+/// OnFrame and OnFailure follow the Ask or Instead that returned their request; every frame was
+/// accepted by the reply rule.
+/// If Queries() changes while a reply is awaited, the Task gets the new index of its query. If the
+/// query no longer exists, Interpret is called instead of OnFrame, and OnFailure gets an invalid
+/// query index.
 class Conversation {
  public:
   virtual ~Conversation() = default;
 
-  /// The requests that read all readable points, in the order of asking. They stay the same until
-  /// an Answer or OnFailure says replan or restart, or OnReconnect, ForgetRefusals or Recall is
-  /// called.
+  /// Returns the requests that read all readable points, in the order of polling. The result
+  /// changes only when an Answer or OnFailure returns replan or restart, and by OnReconnect,
+  /// ForgetRefusals and Recall.
   virtual std::span<const Query> Queries() const = 0;
 
-  /// The device has events, and the user wants them: tasks of events come as often as fast polls,
-  /// and again as soon as a batch is kept. Called whenever Queries() is.
+  /// True if the device has events and the user wants them. Tasks of events then come as often as
+  /// fast polls, and again as soon as a batch is saved. Called whenever Queries() is.
   virtual bool HasEvents() const { return false; }
 
-  /// From when on it wants a task in the background; empty: it wants none. Such tasks come when
-  /// nothing else of the line is due soon, at least once a minute, and never while a batch is not
-  /// kept yet. Called after each task, and when a batch is kept.
+  /// Returns the earliest time of the next background task; empty: none is wanted. Background tasks
+  /// run when no other job of the line is due soon, at least once a minute, and never while a batch
+  /// is unsaved. Called after each task, and when a batch has been saved.
   virtual std::optional<Instant> BackgroundDue() const { return std::nullopt; }
 
-  /// `said` of its newest batch of events on the disk (EventBatch::said); empty: there is none.
-  /// Called when the store of events is open, with what it holds from before a restart, and
-  /// whenever a batch is kept; HasEvents is asked again after it. For devices that never forget
-  /// events: their conversations see by it which ones they have delivered. Until it is called such
-  /// a conversation has no events.
+  /// `said` is EventBatch::said of the newest saved batch of events; empty: none is saved. Called
+  /// when the event store has been opened (with the batch from before a restart) and whenever a
+  /// batch is saved; HasEvents is called afterwards. A conversation with a device that never
+  /// deletes events uses this to find out which events are already delivered, and returns false
+  /// from HasEvents until the first call.
   virtual void OnEventsKept(std::string_view /*said*/) {}
 
-  /// The next request for `task`. That may be one which the task itself does not name, such as a
-  /// login; then the Answer to it says ask_again. The request may wait, behind a probe or until its
-  /// device is no longer busy: then Ask is called for it again, or the task ends without a word. So
-  /// what a conversation counts, it counts in OnFrame, OnSent and OnFailure. An error, one
-  /// sentence, ends the task as unsupported: the value does not fit what is written.
+  /// Returns the next request for `task`. A request that the task does not name is allowed, such as
+  /// a login; its Answer then returns ask_again. The returned request may never be sent: it may
+  /// wait behind a probe or for a busy device, after which Ask is called again or the task ends
+  /// without a call. So a conversation must count requests in OnFrame, OnSent and OnFailure, not
+  /// here. An error, one sentence, ends the task as unsupported: the value cannot be written.
   virtual Result<Request> Ask(const Task& task, Instant now) = 0;
 
-  /// How many of these writes, from the first on, one exchange carries: "1WS4:0.9/S5:1.2" two.
+  /// Returns how many of these writes, from the first on, fit in one exchange: 2 for
+  /// "1WS4:0.9/S5:1.2".
   virtual std::size_t WritesTogether(std::span<const PointValue> writes) const {
     return std::min<std::size_t>(writes.size(), 1);
   }
 
-  /// A whole frame came that answers `request`, as Check has said: an ok reply, or a refusal.
+  /// Called for a whole frame that answers `request` according to Check: an ok reply, or a refusal.
   virtual Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) = 0;
 
-  /// `request` was a broadcast (Expectation::Reply::none), and is sent. ask_again: the task goes on
-  /// after it; what it began with is then the next request.
+  /// Called when `request`, a broadcast (Expectation::Reply::none), has been sent. ask_again: the
+  /// task continues, and Ask is called for its next request.
   virtual Then OnSent(const Task&, const Request&, Instant) { return Then::done; }
 
-  /// A stamped request is sent now: writes its bytes again, as many as before. `arrives`: when the
-  /// last of them is out; `character`: the time of one on this line.
+  /// Called when a stamped request is about to be sent: writes the time into its bytes, whose
+  /// number must not change. `arrives`: when the last byte will have been sent; `character`: the
+  /// duration of one character on this line.
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
-  /// Whether this machine's clock is known to be right (synchronised). Before the first call it is
-  /// not.
+  /// Tells whether this machine's clock is synchronised. Before the first call it counts as not
+  /// synchronised.
   virtual void OnHostClock(bool /*right*/) {}
 
-  /// `request` has failed, and is not repeated any more. The outcome is why: no_reply, partial,
-  /// corrupt, unexpected; busy: the request was not sent, for its time was over or it was
-  /// forbidden. ask_again: another exchange closes what is open. Also called after an OnFrame that
-  /// gave a batch, if it cannot be known whose reply that was: the batch is not kept. Not called
-  /// where the port is lost: then OnReconnect follows.
+  /// Called when `request` has failed and is not repeated any more. The outcome is the cause:
+  /// no_reply, partial, corrupt, unexpected; or busy: the request was not sent, because its time
+  /// was over or it was forbidden. ask_again: another exchange must close what is open. Also called
+  /// after an OnFrame that gave a batch, if the reply may belong to another request: the batch is
+  /// then discarded. Not called if the port is lost: OnReconnect follows instead.
   virtual Then OnFailure(const Task&, const Request&, Outcome, Instant) { return Then::done; }
 
-  /// What to send before a failed request is repeated, or in place of one that is not repeatable.
-  /// Examples: a DCON broadcast that is due; the SPA command L takes events out of the device, B
-  /// gives the last answer to L again. Empty: it is repeated, or the exchange has failed.
+  /// Returns the request to send before a failed request is repeated, or instead of a request that
+  /// is not repeatable. Examples: a DCON broadcast that is due; SPA command B, which returns the
+  /// last answer to L again, because L removes events from the device. Empty: the request is
+  /// repeated, or the exchange has failed.
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
-  /// Not null: the device sends unasked. The result does not change. Its silence is then no
-  /// failure: only Queries() are asked of it, and there may be none.
+  /// Not null: the device sends unasked; the result never changes. Silence of such a device is no
+  /// failure: it is asked only Queries(), which may be empty.
   virtual const Standing* Listens() const { return nullptr; }
-  /// A whole message has come unasked. Readings and a batch of events are taken as those of a
-  /// reply; an outcome that is not ok counts it as damaged. What its batch has `said` is not
-  /// compared: every batch is kept, and OnEventsKept is called for each. `received`: its last byte.
+  /// Called for a whole message that came unasked. Readings and events are stored like those of a
+  /// reply. An outcome other than ok counts the message as damaged. `said` of its batch is not
+  /// compared with earlier batches: every batch is saved, and OnEventsKept is called for each.
+  /// `received`: the time of its last byte.
   virtual Answer OnUnasked(View /*message*/, Now /*received*/) { return {}; }
-  /// When OnDue is to be called next; empty: not before a message has come. Called after each of
-  /// the two.
+  /// Returns when OnDue must be called; empty: not before the next message. Called after each
+  /// OnUnasked and OnDue.
   virtual std::optional<Instant> DueAt() const { return std::nullopt; }
   virtual Answer OnDue(Now /*now*/) { return {}; }
 
-  /// The port was opened again, or the device has stopped answering. Another device may be
-  /// connected now: forget open sessions and what was learned, such as "does not know command 5".
+  /// Called when the port was reopened, or the device has stopped answering. Another device may be
+  /// connected now: forget open sessions and everything learned, such as "does not know command 5".
   virtual void OnReconnect() {}
 
-  /// A person has taken the device into use: what was given up is tried again, for example a
-  /// password that was refused.
+  /// Called when a person has enabled the device: retry what was given up, for example a password
+  /// that was refused.
   virtual void OnEnabled() {}
 
-  /// Called after each reply and failure. It outlives OnReconnect: the conversation itself clears
-  /// it.
+  /// Returns the fault of the whole device. Called after each reply and failure. OnReconnect does
+  /// not clear it: the conversation clears it by itself.
   virtual const DeviceTrouble& trouble() const {
     static const DeviceTrouble kNone;
     return kNone;
   }
 
-  /// What is kept over restarts of the program, one line in its own words: "serial 12345". Called
-  /// after each reply and failure, after OnEnabled and OnUnsettledWrite. Empty: nothing.
+  /// Returns the text to keep over restarts of the program, one line: "serial 12345". Empty:
+  /// nothing to keep. Called after each reply and failure, after OnEnabled and OnUnsettledWrite.
   virtual const std::string& Memory() const {
     static const std::string kNothing;
     return kNothing;
   }
-  /// What Memory returned before the restart, for the same gateway, line, device, protocol, address
-  /// and profile; it may be empty. Called before anything else, and never if nothing can be kept. A
-  /// text that the conversation does not understand counts as empty.
-  /// `now`: for civil times in it.
+  /// Gets the text of Memory from before the restart, for the same gateway, line, device, protocol,
+  /// address and profile; it may be empty. Called before any other function, and never if nothing
+  /// can be stored. A text that the conversation cannot parse counts as empty. `now`: for civil
+  /// times in the text.
   virtual void Recall(std::string_view /*memory*/, Now /*now*/) {}
 
-  /// A write that was begun before a restart has not ended, as far as the audit knows: a session or
-  /// a password may still be open in the device. Called once, so Memory must hold it until the
-  /// device answers.
+  /// Called once if, according to the audit, a write from before a restart has not ended: a session
+  /// or a password may still be open in the device. Memory must record this until the device
+  /// answers.
   virtual void OnUnsettledWrite() {}
 
-  /// One of the latest replies on the line was to another request, perhaps a refusal. What was
-  /// refused is asked again. True: Queries() has changed.
+  /// Called when a recent reply on the line belonged to another request, so a recorded refusal may
+  /// be wrong. Refused items are asked again. True: Queries() has changed.
   virtual bool ForgetRefusals() { return false; }
 
-  /// What the outcome of OnFrame would be, without any effect. The poller calls it before OnFrame,
-  /// and for requests that were sent earlier, to find out to which one this reply belongs. It may
-  /// be stricter, and return unexpected for a text where a number was asked for: such a reply is
-  /// taken only if no other is owed.
+  /// Returns the outcome that OnFrame would give, without any effect. The poller calls it before
+  /// OnFrame, and for earlier requests, to find out to which request a reply belongs. It may be
+  /// stricter than OnFrame and return unexpected, for example for a text where a number was asked
+  /// for: such a reply is accepted only if no other reply is outstanding.
   virtual Outcome Check(View request, View frame) const = 0;
 
-  /// What a reply to a request means: for `baudgate decode`, for routed requests, and for a frame
-  /// that OnFrame cannot be asked about. The same checks and readings as in OnFrame, but no task
-  /// and no memory. What fits no point gets a label.
+  /// Returns the meaning of a reply: for `baudgate decode`, for routed requests, and for a frame
+  /// whose task no longer exists. Checks and readings are those of OnFrame, but no state changes.
+  /// An item without a point gets a label.
   virtual Answer Interpret(View request, View frame) = 0;
 
-  /// The times that the device needs at least, as it has reported itself; empty: as configured. The
-  /// longer one counts. `character`: the time of one on its line. Called whenever trouble() is.
+  /// Returns the minimum times that the device itself has reported; empty: none. The longer of
+  /// these and the configured times apply. `character`: the duration of one character on its line.
+  /// Called whenever trouble() is.
   virtual config::Timing LeastTimes(Duration character) const {
     static_cast<void>(character);
     return {};
   }
 
-  /// For the status: what was learned of how the device must be asked, such as "at most 4 items in
-  /// one request". Empty: nothing.
+  /// For the status: what was learned about how to ask this device, such as "at most 4 items in one
+  /// request". Empty: nothing.
   virtual std::string WhatIsLearned() const { return {}; }
-  /// For the status, of a device that sends unasked: what points read and never came, with a
-  /// remedy, such as "no MDA comes: switch it on at the device". Empty: nothing.
+  /// For the status of a device that sends unasked: items that points need but that never came,
+  /// with a remedy, such as "no MDA comes: switch it on at the device". Empty: nothing.
   virtual std::string WhatIsMissing() const { return {}; }
-  /// It should be told the time, and this machine's clock is not known to be right.
+  /// True if the device's clock should be set, but this machine's clock is not synchronised.
   virtual bool LacksTime() const { return false; }
 };
 

@@ -1,7 +1,7 @@
-// The keys that a protocol adds to devices in the configuration, such as `checksum: true`: one row
-// for each, made by the functions below. The configuration reads and checks them by these rows;
-// protocols/common/settings.h puts them into a struct of the protocol, and ParsedOptions carries
-// that struct through the gateway.
+// The options that a protocol adds to devices in the configuration, such as `checksum: true`. An
+// OptionSpec describes one option; the functions below make it. The configuration reads and checks
+// options by their OptionSpec, protocols/common/settings.h fills a struct of the protocol with
+// them, and ParsedOptions carries the struct through the gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,23 +25,24 @@ struct OptionSpec {
     description,
   };
   enum class Scope : std::uint8_t {
-    device,  ///< stands at devices and in profiles; at a line it holds for all its devices
-    line,    ///< stands at lines only
+    device,  ///< allowed at devices and in profiles; at a line, it is the default of all its
+             ///< devices
+    line,    ///< allowed at lines only
   };
   std::string_view name{};
   Kind kind = Kind::text;
-  std::string_view fallback{};  ///< as the user would write it; of texts and pairs: with commas
+  std::string_view fallback{};  ///< the default, as a user would write it; of texts and pairs:
+                                ///< separated by commas
   std::string_view help{};      ///< one sentence
   Scope scope = Scope::device;
-  double minimum = 0;  ///< of integer and real; no bounds where minimum = maximum
+  double minimum = 0;  ///< bounds of integer and real; no bounds if both are equal
   double maximum = 0;
-  std::string_view choices{};  ///< of choice, separated by commas
-  bool secret = false;         ///< the value is never shown, in no log and by no command
+  std::string_view choices{};  ///< the words of a choice, separated by commas
+  bool secret = false;         ///< true: no log and no command shows the value
 };
 
 namespace option {
 
-/// true or false.
 constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec;
   spec.name = name;
@@ -51,7 +52,7 @@ constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std:
   return spec;
 }
 
-/// A whole number from `low` to `high`, both allowed; 0 and 0: any number.
+/// A whole number from `low` to `high` inclusive; 0 and 0: any number.
 constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
                              double high, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -61,7 +62,7 @@ constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, d
   return spec;
 }
 
-/// A decimal number; bounds as for Integer.
+/// A decimal number with the bounds of Integer.
 constexpr OptionSpec Real(std::string_view name, std::string_view fallback, double low, double high,
                           std::string_view help) {
   OptionSpec spec = Integer(name, fallback, low, high, help);
@@ -69,21 +70,20 @@ constexpr OptionSpec Real(std::string_view name, std::string_view fallback, doub
   return spec;
 }
 
-/// "50ms", "2s".
+/// A duration: "50ms", "2s".
 constexpr OptionSpec Time(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::duration;
   return spec;
 }
 
-/// Any text.
 constexpr OptionSpec Text(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::text;
   return spec;
 }
 
-/// A list of texts; `fallback` separated by commas.
+/// A list of texts; `fallback` is separated by commas.
 constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -91,8 +91,8 @@ constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// Words that the user chooses, each with a text: { channel: 2 }, or "channel=2". A device's are
-/// put over those of its profile.
+/// A map of words to texts, both chosen by the user: { channel: 2 }, or "channel=2". Pairs of a
+/// device override those of its profile.
 constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -100,14 +100,14 @@ constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// A part of the file that the protocol reads itself (Protocol::describe).
+/// A part of the file that the protocol parses by itself (Protocol::describe).
 constexpr OptionSpec Described(std::string_view name, std::string_view help) {
   OptionSpec spec = Flag(name, "", help);
   spec.kind = OptionSpec::Kind::description;
   return spec;
 }
 
-/// One word of several; `choices` separated by commas: "auto,a,b".
+/// One word out of `choices`, which are separated by commas: "auto,a,b".
 constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
                             std::string_view choices, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -116,13 +116,13 @@ constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// The same option, for the line as a whole: it stands at lines only.
+/// Makes an option one that is allowed at lines only.
 constexpr OptionSpec OnLine(OptionSpec spec) {
   spec.scope = OptionSpec::Scope::line;
   return spec;
 }
 
-/// The same option, never shown: Secret(Text("password", …)).
+/// Makes an option secret: Secret(Text("password", …)).
 constexpr OptionSpec Secret(OptionSpec spec) {
   spec.secret = true;
   return spec;
@@ -130,16 +130,16 @@ constexpr OptionSpec Secret(OptionSpec spec) {
 
 }  // namespace option
 
-// The options of a device as its protocol uses them. Protocol::parse makes them once a device;
-// every function of the protocol that depends on options gets them. Only the protocol knows their
-// type:
+// The parsed options of a device. Protocol::parse makes them once for each device, and every
+// function of the protocol that depends on options gets them. Their type is private to the
+// protocol:
 //
 //   ParsedOptions::Of(Settings{.checksum = true})      in `parse`
 //   options.As<Settings>().checksum                    in `expect`
 //
 class ParsedOptions {
  public:
-  /// For a protocol without options.
+  /// Makes the value for a protocol without options.
   ParsedOptions() = default;
 
   template <typename Settings>
@@ -149,7 +149,7 @@ class ParsedOptions {
     return options;
   }
 
-  /// `Settings`: the type that the protocol's `parse` has given to Of.
+  /// `Settings` must be the type that the protocol's `parse` passed to Of.
   template <typename Settings>
   const Settings& As() const {
     return *static_cast<const Settings*>(settings_.get());

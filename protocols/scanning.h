@@ -1,6 +1,6 @@
-// The contract of scans: what `baudgate scan` may ask on an unknown bus, and what the replies mean.
-// Nothing else is ever sent there. A rule lists only requests that no device of any protocol, in
-// any mode, takes for a write. Applied by gateway/tools/scan.
+// The contract of scans: the requests that `baudgate scan` may send on an unknown bus, and the
+// meaning of the replies. The scan sends nothing else. A rule contains only requests that no device
+// of any protocol, in any mode, treats as a write. Used by gateway/tools/scan.
 //
 //   Ask(1, mode 0, question 0)  → "$01M\r"        what is your name?
 //   Judge(…, "!017017\r")       → a device, "7017"
@@ -21,52 +21,52 @@
 
 namespace baudgate::protocols {
 
-/// A setting of devices of the protocol that decides how they answer, and the option that the
-/// configuration needs for it. No key: the options' defaults.
+/// A setting of devices that decides how they answer, as the option that the configuration needs
+/// for such a device. Empty key: all options have their defaults.
 struct ScanMode {
   std::string_view key{};    ///< "checksum"
   std::string_view value{};  ///< "true"
 };
 
-/// What a whole frame says about its sender.
+/// The conclusion from a whole frame about its sender.
 struct Sighting {
   enum class What : std::uint8_t {
-    nothing,  ///< no device of this protocol is proven by it
-    maybe,    ///< the request itself would look alike
+    nothing,  ///< the frame proves no device of this protocol
+    maybe,    ///< the request itself looks like this frame, so it may be an echo
     device,
   };
   What what = What::nothing;
-  std::string identity{};  ///< its name for itself; empty: it has none
+  std::string identity{};  ///< the name that the device reports; empty: none
   std::vector<std::string>
-      names{};  ///< names under which profiles may list it; the identity is one of them
-  /// A point that any such device has, as a line of a configuration. For devices without a profile.
-  /// Empty: there is none.
+      names{};  ///< names by which a profile may list the device, including the identity
+  /// A point that every such device has, as a line of a configuration, for devices without a
+  /// profile. Empty: there is none.
   std::string point{};
 };
 
 struct ScanRule {
-  /// Settings that its devices have, the usual ones first.
+  /// Serial settings that its devices can have, the most common first.
   std::span<const config::SerialSettings> serials{};
   unsigned first_address = 1;
   unsigned last_address = 255;
-  std::span<const ScanMode> modes{};  ///< the usual one first; at least one
-  std::size_t quick_modes = 1;        ///< how many of them are tried if time is short
-  /// The questions, in their order. A device that has answered one of them is there; the others are
-  /// then asked for its name.
+  std::span<const ScanMode> modes{};  ///< the most common first; at least one
+  std::size_t quick_modes = 1;        ///< how many modes are tried if time is short
+  /// The number of questions; they are asked in order. A device that has answered one question is
+  /// present; the others are then asked to learn its name.
   std::size_t questions = 1;
-  /// Which of them a silent address is asked, as bits: all that may find a device, and those used
-  /// if time is short.
+  /// Bit masks of the questions for an address that has not answered yet: `finds` has all that may
+  /// find a device, `quick_finds` those used if time is short.
   std::uint32_t finds = 1;
   std::uint32_t quick_finds = 1;
-  /// A protocol for which one of the questions would be a write: its devices are found first, and
-  /// then never asked. Empty: there is none.
+  /// The protocol for which one of the questions would be a write. Devices of that protocol are
+  /// searched for first and get no question of this one. Empty: there is none.
   std::string_view never_at{};
-  Duration usual{};  ///< most devices begin to answer within this time
-  /// For devices that report their type only with a password.
+  Duration usual{};  ///< most devices begin their reply within this time
+  /// The profile for devices that report their type only with a password.
   std::string_view assumed_profile{};
 
   Bytes (*ask)(unsigned address, std::size_t mode, std::size_t question) = nullptr;
-  /// `frame`: cut by the reply rule for `request`. Pure.
+  /// Judges `frame`, which the reply rule has cut after `request`. Pure.
   Sighting (*judge)(View request, View frame, std::size_t mode) = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// A TCP port that is open for a server, before anybody is accepted there.
+// `ListenSocket` opens a TCP port for a server, before the server accepts clients.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,14 +15,14 @@
 
 namespace baudgate::transports {
 
-// Small messages go out at once over a TCP connection, and a peer that has vanished without a word
-// is noticed within about 25 s, where TCP alone would wait for hours.
+// `KeepWatch` sets up a TCP connection: small messages are sent at once, and a peer that vanished
+// without closing the connection is noticed within about 25 s instead of hours.
 
 inline void KeepWatch(int socket) {
   constexpr int kIdleSeconds = 10;
   constexpr int kIntervalSeconds = 5;
   constexpr int kProbes = 3;
-  constexpr unsigned kUserTimeoutMs = 15'000;  // unacknowledged data, and probes alike
+  constexpr unsigned kUserTimeoutMs = 15'000;  // applies to unacknowledged data and to probes
   const auto set = [socket](int level, int name, auto value) {
     (void)setsockopt(socket, level, name, &value, sizeof value);
   };
@@ -44,14 +44,14 @@ class ListenSocket {
     return *this;
   }
 
-  /// An IPv6 address takes clients of both kinds where the system allows it. The error says what is
-  /// wrong with the place and what to do; `key` is where the configuration says the place, as
+  /// Opens the port. An IPv6 address also accepts IPv4 clients if the system allows it. The error
+  /// names the fault and the remedy; `key` is the configuration key of the address, such as
   /// "web.listen".
   static Result<ListenSocket> Open(const asio::ip::tcp::endpoint& at, std::string_view key);
   bool is_open() const { return descriptor_ >= 0; }
-  /// The one that the system has chosen, where 0 was asked for.
+  /// Returns the port number. If 0 was requested, the system has chosen it.
   std::uint16_t port() const;
-  /// The caller owns the descriptor from now on.
+  /// Passes the descriptor to the caller, who must close it.
   int Release() { return std::exchange(descriptor_, -1); }
 
  private:
@@ -59,12 +59,12 @@ class ListenSocket {
   int descriptor_ = -1;
 };
 
-/// Opens `acceptor` at `at`: errors as above.
+/// Opens `acceptor` at `at`; errors as for ListenSocket::Open.
 Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& at,
               std::string_view key);
 
-/// The address can leave the machine while a socket listens there: no client reaches it until the
-/// address is back, and the system reports nothing. The error says so.
+/// Returns an error if this machine no longer has the address on which `acceptor` listens. Clients
+/// cannot connect until the address is back, and the system does not report this.
 Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor);
 
 }  // namespace baudgate::transports

@@ -17,8 +17,8 @@ void LoopThread::Start() {
 
 void LoopThread::Run() {
   pthread_setname_np(pthread_self(), name_.substr(0, 15).c_str());
-  // The gaps between frames are a few milliseconds: the default slack of 50 us on every timer
-  // shows.
+  // The gaps between frames are a few milliseconds, so the default timer slack of 50 us would be
+  // noticeable.
   prctl(PR_SET_TIMERSLACK, 1UL);
   io_.run();
 }

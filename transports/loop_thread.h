@@ -1,5 +1,5 @@
-// An event loop with a thread of its own: for ports whose driver may block, and for many lines that
-// never block. Everything that is made on io() runs on this thread.
+// `LoopThread` is an event loop with its own thread: one for each port whose driver may block, and
+// one for many lines that never block. All handlers of io() run on this thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,9 +15,8 @@
 
 namespace baudgate::transports {
 
-// Something done on the thread of a loop, for a thread that waits for it.
-
-/// The loop runs, and this is not its thread.
+/// Runs `call` on the thread of `io` and waits until it has returned. The loop must be running, and
+/// the caller must be on another thread.
 template <typename Call>
 void RunOn(asio::io_context& io, Call call) {
   const auto done = std::make_shared<std::promise<void>>();
@@ -30,19 +29,19 @@ void RunOn(asio::io_context& io, Call call) {
 
 class LoopThread {
  public:
-  /// `name` as `top -H` shows it; the kernel keeps 15 bytes. Nothing runs before Start.
+  /// `name` is the thread's name in `top -H`; the kernel keeps 15 bytes. Nothing runs before Start.
   explicit LoopThread(std::string name);
   ~LoopThread() { Stop(); }
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;
 
-  /// What uses it ends before this object does, or after Stop.
+  /// Objects that use io() must end before this object, or after Stop.
   asio::io_context& io() { return io_; }
-  /// Again: nothing. Throws std::system_error, as the constructor does, where the system has no
-  /// threads or file descriptors left.
+  /// Starts the thread; a second call has no effect. Like the constructor, throws std::system_error
+  /// if the system has no threads or file descriptors left.
   void Start();
-  /// Runs what is queued already, then `last`, then nothing any more, and waits for that; from any
-  /// thread but the loop's own.
+  /// Runs the handlers that are queued already, then `last`, stops the loop, and waits for its end.
+  /// May be called from any thread but the loop's own.
   void Stop(std::function<void()> last = {});
 
  private:
@@ -50,7 +49,8 @@ class LoopThread {
 
   const std::string name_;
   asio::io_context io_{1};
-  asio::steady_timer first_{io_};  // takes the loop's descriptors now, not at the first real timer
+  // Allocates the loop's descriptors now, not at the first real timer.
+  asio::steady_timer first_{io_};
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::thread thread_;
 };

@@ -1,4 +1,3 @@
-// Parity bits by counting ones; bytes come from the line or from its port.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/parity.h"
 
@@ -57,7 +56,7 @@ Status CheckSoftwareParity(const config::SerialSettings& serial) {
                "; remove `parity: software`"};
 }
 
-// A three-state reader of the marks that n_tty writes; bytes come from read() on the port.
+// The decoder is a state machine with three states for the marks that the kernel's n_tty writes.
 
 void ParmrkDecoder::Damage(Bytes& characters) {
   ++damaged_;
@@ -84,7 +83,7 @@ Bytes ParmrkDecoder::Decode(View bytes) {
         } else if (byte == 0x00) {
           state_ = State::after_ff_00;
         } else {
-          // The kernel writes no other mark; whatever this is, it is no clean character.
+          // The kernel writes no other mark, so this is treated as damage.
           Damage(characters);
         }
         break;

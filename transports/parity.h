@@ -1,6 +1,6 @@
-// Parity made and checked in software, for 7E1 and 7O1 devices on ports that know 8N1 only: seven
-// data bits, and the parity bit in the place of the eighth. Bytes come from and go to a transport.
-// ParmrkDecoder reads the marks that a Linux tty puts into its input.
+// `SoftwareParity` makes and checks parity bits for 7E1 and 7O1 devices on ports that support only
+// 8N1: seven data bits, and the parity bit as the eighth. ParmrkDecoder decodes the marks that a
+// Linux tty puts into its input.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace baudgate::transports {
 
-// What stands in the place of a character that arrived damaged (parity, framing, break).
-
-/// Not dropped: without a checksum ">+12.3" with one digit missing is still a valid number. 0xFF is
-/// no character of any ASCII protocol, and one changed byte never passes a CRC-16.
+/// The byte that replaces a character damaged by parity, framing or break. The character is not
+/// dropped, because ">+12.3" with a missing digit would still be a valid number if there is no
+/// checksum. 0xFF occurs in no ASCII protocol, and one wrong byte never passes a CRC-16.
 inline constexpr std::uint8_t kDamaged = 0xFF;
 
-/// The low seven bits with the parity bit on top. Parity none: the byte as it is.
+/// Returns the low seven bits with the parity bit on top. Parity none: returns the byte unchanged.
 std::uint8_t WithParity(std::uint8_t character, config::Parity parity);
 
-/// The low seven bits, or nothing when the parity bit is wrong. Parity none: the byte as it is.
+/// Returns the low seven bits, or nothing if the parity bit is wrong. Parity none: returns the byte
+/// unchanged.
 std::optional<std::uint8_t> WithoutParity(std::uint8_t byte, config::Parity parity);
 
 class SoftwareParity {
@@ -29,7 +29,7 @@ class SoftwareParity {
   explicit SoftwareParity(config::Parity parity = config::Parity::none) : parity_(parity) {}
 
   Bytes Encode(View characters) const;
-  /// A character with wrong parity becomes kDamaged and is counted.
+  /// Replaces characters with wrong parity by kDamaged and counts them.
   Bytes Decode(View bytes);
   std::uint32_t errors() const { return errors_; }
 
@@ -38,20 +38,19 @@ class SoftwareParity {
   std::uint32_t errors_ = 0;
 };
 
-/// What the port has to be set to for these settings: 8N1 in place of 7E1 with software parity.
+/// Returns the settings for the port itself: with software parity, 8N1 instead of 7E1.
 config::SerialSettings OnTheWire(const config::SerialSettings& serial);
 
-/// Software parity exists for seven data bits with even or odd parity only.
+/// Checks that software parity is used with seven data bits and even or odd parity only.
 Status CheckSoftwareParity(const config::SerialSettings& serial);
 
-// Reads the marks that a Linux tty in PARMRK mode puts into its input: FF FF is a received FF,
-// FF 00 x is a character x with wrong parity or framing, FF 00 00 also a break. Bytes come from
-// read() on the port and go on as characters.
+// Decodes the input of a Linux tty in PARMRK mode: FF FF is a received FF, FF 00 x is a character x
+// with wrong parity or framing, FF 00 00 may also be a break.
 class ParmrkDecoder {
  public:
-  /// Any fragmentation gives the same characters. A marked character becomes kDamaged.
+  /// Returns the characters, with kDamaged for each marked character. The result does not depend on
+  /// how the bytes are split.
   Bytes Decode(View bytes);
-  /// Damaged characters and breaks so far.
   std::uint32_t damaged() const { return damaged_; }
 
  private:

@@ -11,20 +11,20 @@
 
 namespace baudgate::transports {
 
-// One inotify descriptor on the folders of the port's path: where the port is a link, on those of
-// its target as well; where a folder is missing, on the nearest one above it that exists.
+// PortWatch has one inotify descriptor. It watches the folder of the port's path; if the port is a
+// link, also the folder of its target; if a folder is missing, its nearest existing parent.
 
 namespace {
 
 namespace fs = std::filesystem;
 
-/// As many links as a path may have; more is a circle.
+/// The maximum number of links to follow; more links form a circle.
 constexpr int kMostLinks = 8;
 constexpr std::uint32_t kNews =
     IN_CREATE | IN_MOVED_TO | IN_ATTRIB | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
 
-/// File systems whose changes come from elsewhere than this kernel's calls: proc, sysfs, NFS, CIFS,
-/// SMB2, 9P, FUSE.
+/// False for file systems where changes can happen without a call to this kernel, so inotify does
+/// not report them: proc, sysfs, NFS, CIFS, SMB2, 9P, FUSE.
 bool TellsChanges(const fs::path& folder) {
   struct statfs info {};
   if (statfs(folder.c_str(), &info) != 0) return false;
@@ -62,7 +62,7 @@ void PortWatch::Stop() {
   watched_.clear();
 }
 
-/// Follows the path again: a link may lead elsewhere, a folder may have come or gone.
+/// Sets the watches again, because a link may have changed, or a folder may have come or gone.
 bool PortWatch::Renew() {
   const std::vector<WatchedFolder> before = std::exchange(watched_, {});
   std::error_code error;
@@ -93,7 +93,8 @@ bool PortWatch::WatchEntry(const fs::path& path) {
       if (!TellsChanges(folder)) return false;
       watched_.push_back({watch, entry.filename().string()});
       std::error_code error;
-      // What came between the attempt further down and this one would go unheard.
+      // If the missing folder was created before the watch on its parent was set, no event comes:
+      // try it again.
       if (entry == path || !fs::is_directory(entry, error)) return true;
       entry = path;
       continue;
@@ -137,7 +138,7 @@ bool PortWatch::Matters(std::size_t size) const {
 
 namespace {
 
-/// A missing port that cannot be watched is looked for so often.
+/// The period of checks for a missing port that cannot be watched.
 constexpr Duration kLookForPort = 500ms;
 
 }  // namespace
@@ -167,7 +168,7 @@ void PortKeeper::OnOpened() {
 bool PortKeeper::OnDown(const std::string& reason) {
   if (!network_ && !told_.contains(reason)) told_.clear();
   const bool news = told_.insert(reason).second;
-  // First watched, then looked at: what comes between is not lost.
+  // The watch is started before the port is checked, so that no change between them is lost.
   const bool watching = !network_ && (watch_.watching() || watch_.Start());
   if (!IsMissing()) {
     TryIn(ladder_.Next());
@@ -186,7 +187,7 @@ void PortKeeper::TryIn(Duration wait) {
   });
 }
 
-/// The port has appeared, or somebody has been given the right to it.
+/// The port has appeared, or its access rights have changed.
 void PortKeeper::OnPortChange() {
   waiting_.reset();
   timer_.cancel();
@@ -194,7 +195,7 @@ void PortKeeper::OnPortChange() {
   Try();
 }
 
-/// A port that is still missing has nothing new to tell.
+/// Opens the port unless it is missing. A missing port is already reported.
 void PortKeeper::Try() {
   if (!IsMissing()) return open_();
   ladder_.Reset();
@@ -208,7 +209,8 @@ bool PortKeeper::IsMissing() const {
 
 namespace {
 
-/// A pty may bring bytes faster than a busy server takes them. No frame survives what is dropped.
+/// The maximum number of bytes on their way to the server's thread; further bytes are dropped. A
+/// pty may bring bytes faster than a busy server takes them.
 constexpr std::size_t kMostUnheard = 64 * 1024;
 
 }  // namespace

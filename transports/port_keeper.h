@@ -1,7 +1,7 @@
-// Decides when a port that is absent, was lost or could not be opened is tried again: as soon as
-// its device file appears or its rights change, else step by step, until it has
-// worked. Used by the owner of the port's transport. ReopenLadder says when to try again, PortWatch
-// when a port may have changed, and PortThread runs a port on a thread of its own.
+// `PortKeeper` decides when to open a port again that is absent, was lost or could not be opened:
+// as soon as its device file appears or its rights change, else after growing waits, until the port
+// has worked. The owner of the port's transport uses it. ReopenLadder computes the waits, PortWatch
+// reports changes of the device file, and PortThread runs a port on its own thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,9 +30,8 @@
 
 namespace baudgate::transports {
 
-// When a lost port is tried again: at once where its device file has just appeared, else in growing
-// steps with jitter, so that many lines behind one dead server do not knock in step. The sixth of
-// the named times. Time is an argument.
+// ReopenLadder computes the waits between attempts to open a port. They grow and have jitter, so
+// that many lines behind one dead server do not connect at the same moment. Time is an argument.
 class ReopenLadder {
  public:
   static constexpr Duration kFirst = 500ms;
@@ -40,14 +39,15 @@ class ReopenLadder {
 
   explicit ReopenLadder(std::uint32_t seed) : random_(seed) {}
 
-  /// The wait before the next try: 0.5 s, 1 s, 2 s … 30 s, each 10 % shorter or longer at random.
+  /// Returns the wait before the next attempt: 0.5 s, 1 s, 2 s … 30 s, each changed by up to 10 %
+  /// at random.
   Duration Next() {
     const Duration step = next_;
     next_ = std::min(2 * next_, kLast);
     std::uniform_real_distribution<double> jitter(0.9, 1.1);
     return Duration(static_cast<std::int64_t>(static_cast<double>(step.count()) * jitter(random_)));
   }
-  /// The port has worked, or its file has appeared again.
+  /// Restarts with the first wait. To be called when the port has worked, or its file has appeared.
   void Reset() { next_ = kFirst; }
 
  private:
@@ -55,29 +55,29 @@ class ReopenLadder {
   Duration next_ = kFirst;
 };
 
-// Says when a port that is absent, or that could not be opened, may have changed: its device file
-// or a link to it has appeared, or its rights have changed. Hears it from inotify and calls the
-// line's owner.
+// PortWatch reports when a port that is absent, or could not be opened, may have changed: its
+// device file or a link to it has appeared, or its rights have changed. It uses inotify.
 class PortWatch {
  public:
-  /// `on_change` is called from the loop, never from within a call. The io_context outlives the
-  /// watch, which may be stopped from on_change, but not destroyed.
+  /// `on_change` is called from the loop, never inside a call to this object. The io_context must
+  /// outlive the watch. on_change may stop the watch, but not destroy it.
   PortWatch(asio::io_context& io, std::string port, std::function<void()> on_change);
   ~PortWatch() { Stop(); }
   PortWatch(const PortWatch&) = delete;
   PortWatch& operator=(const PortWatch&) = delete;
 
-  /// Everything from now on is heard: look at the port after this, not before. False: this cannot
-  /// be watched (a file system without such news, or no more watches): look from time to time.
+  /// Starts the watch. Check the port after this call, so that no change is lost. False: the port
+  /// cannot be watched (unsuitable file system, or no watches left), so the caller must check
+  /// periodically.
   bool Start();
   void Stop();
-  /// Started, and able to hear.
+  /// True if started and still able to report changes.
   bool watching() const { return running_ != nullptr; }
 
  private:
   struct WatchedFolder {
     int watch = -1;
-    std::string name;  // of the entry in the watched folder that matters
+    std::string name;  // entry in the watched folder whose changes are reported
   };
   bool Renew();
   bool WatchEntry(const std::filesystem::path& path);
@@ -87,31 +87,36 @@ class PortWatch {
   const std::string port_;
   const std::function<void()> on_change_;
   asio::posix::stream_descriptor inotify_;
-  std::shared_ptr<char> running_;  // gone = stopped
+  std::shared_ptr<char> running_;  // null: stopped
   std::vector<WatchedFolder> watched_;
   alignas(8) std::array<char, 4096> events_{};
 };
 
-/// What the owner of a port tells of it, so that it is opened again when that may help.
+/// The owner of a port reports the port's state here, so that the port is opened again when it may
+/// succeed.
 class PortRetries {
  public:
   virtual ~PortRetries() = default;
-  /// A device file that opens works. A server does not: one that is taken accepts, and closes.
+  /// The port has been opened. A device file then counts as working. A server does not: if it is in
+  /// use, it accepts the connection and closes it.
   virtual void OnOpened() = 0;
-  /// The port has worked: tries start again at the first step, and every trouble is a new one.
+  /// Data has been exchanged: the next attempts begin with the first wait, and every reason counts
+  /// as new.
   virtual void OnWorked() = 0;
-  /// From now on the port is opened whenever that may help. Returns whether the trouble is news, so
-  /// that one trouble is one line in the log: another than the one before, and with a server, whose
-  /// refusals and losses take turns by chance, none since it last worked.
+  /// The port is down; from now on it is opened whenever that may succeed. Returns true if `reason`
+  /// should be logged because it is new: for a device file, if it differs from the previous one;
+  /// for a server, if it has not occurred since the server last worked, because refusals and losses
+  /// alternate there.
   [[nodiscard]] virtual bool OnDown(const std::string& reason) = 0;
-  /// The port is opened no more, and the next trouble is a new one.
+  /// Stops the attempts to open the port; the next reason counts as new.
   virtual void Stop() = 0;
 };
 
 class PortKeeper final : public PortRetries {
  public:
-  /// `open` is called from the loop, never from within a call. The io_context outlives the keeper,
-  /// which may be stopped from `open`, but not destroyed. A `tcp://` port is never absent.
+  /// `open` is called from the loop, never inside a call to this object. The io_context must
+  /// outlive the keeper. `open` may stop the keeper, but not destroy it. A `tcp://` port is never
+  /// absent.
   PortKeeper(asio::io_context& io, std::string port, std::function<void()> open);
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
@@ -133,22 +138,22 @@ class PortKeeper final : public PortRetries {
   asio::steady_timer timer_;
   PortWatch watch_;
   ReopenLadder ladder_;
-  std::shared_ptr<char> waiting_;  // gone = the timer's end means nothing
-  std::set<std::string> told_;     // troubles
+  std::shared_ptr<char> waiting_;  // null: the running timer has no effect
+  std::set<std::string> told_;     // reasons that OnDown has returned as new
 };
 
-// A serial port with a thread of its own, for opening a sick driver may block it: then it blocks
-// this thread, and not the clients of the Modbus server. What happens at the port goes to
+// PortThread runs a serial port on its own thread, because a faulty driver may block it for a long
+// time; so the clients of the Modbus server are not blocked. Events of the port go to
 // gateway/outputs/modbus/serial/serial_listener.cpp on the server's thread.
 
-/// All its functions belong to the server's thread.
+/// All its public functions must be called on the server's thread.
 class PortThread final : private TransportListener {
  public:
-  /// Called on the server's thread, in the order in which things happened.
+  /// Callbacks, called on the server's thread in the order of the events.
   class Owner {
    public:
     virtual void OnOpened(const std::string& description) = 0;
-    /// The port could not be opened, or is gone; `is_news` as PortKeeper::OnDown has it.
+    /// The port could not be opened, or is lost; `is_news` is the result of PortKeeper::OnDown.
     virtual void OnDown(const std::string& reason, bool is_news) = 0;
     virtual void OnBytes(View bytes, Instant at) = 0;
 
@@ -157,19 +162,20 @@ class PortThread final : private TransportListener {
   };
   using MakePort = std::function<std::unique_ptr<Transport>(asio::io_context&, TransportListener&)>;
 
-  /// The server's io_context and the owner outlive the thread. Throws as LoopThread::Start does.
+  /// The server's io_context and the owner must outlive this object. Throws as LoopThread::Start
+  /// does.
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 
-  /// A port that is absent or cannot be opened is tried again until Stop.
+  /// Opens the port; retries until Stop if the port is absent or cannot be opened.
   void Start();
-  /// Waits for the driver while that blocks the thread. The owner is called no more.
+  /// Stops; blocks as long as the driver blocks the port's thread. No callback comes afterwards.
   void Stop();
-  /// Nothing happens while the port is closed.
+  /// Sends `bytes`; drops them while the port is closed.
   void Send(Bytes bytes);
 
  private:
-  // On its own thread.
+  // Called on the port's thread.
   void OnOpened() override;
   void OnOpenFailed(const std::string& reason) override { Down(reason); }
   void OnBytes(View bytes) override;
@@ -187,9 +193,9 @@ class PortThread final : private TransportListener {
   Owner& owner_;
   LoopThread loop_{"modbus serial"};
   std::unique_ptr<Transport> port_;
-  PortKeeper keeper_;                     // while the port is down
+  PortKeeper keeper_;                     // used while the port is down
   std::atomic<std::size_t> unheard_ = 0;  // bytes on their way to the server's thread
-  std::shared_ptr<char> running_;         // gone = stopped
+  std::shared_ptr<char> running_;         // null: stopped
 };
 
 }  // namespace baudgate::transports

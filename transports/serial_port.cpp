@@ -1,4 +1,5 @@
-// Bytes come from a tty: marks and software parity are taken out here, before the line sees them.
+// `SerialPort` reads and writes a tty. It decodes marks and software parity before the line gets
+// the bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/serial_port.h"
 
@@ -29,7 +30,7 @@
 
 namespace baudgate::transports {
 
-// open(2), flock(2) and TIOCEXCL on the port, and the words for each way in which they fail.
+// OpenExclusive uses open(2), flock(2) and TIOCEXCL; each kind of failure has its text.
 
 namespace {
 
@@ -47,7 +48,7 @@ std::string NotSerial(const std::string& port) {
   return port + " is not a serial port: correct port";
 }
 
-/// What stands in the place of the port, and what to do; empty: a device, or nothing.
+/// Returns an error text if the path is something else than a device; empty: a device, or nothing.
 std::string OtherThing(const std::string& port) {
   struct stat info {};
   if (stat(port.c_str(), &info) != 0) return {};
@@ -73,8 +74,8 @@ std::string HowToAllow(const std::string& port) {
   return "add the user of the gateway to group " + group;
 }
 
-/// The process that holds a flock on the same inode, from /proc/locks:
-/// "1: FLOCK  ADVISORY  WRITE 1234 00:05:87 0 EOF". Nothing when it is of another pid namespace.
+/// Returns the process that holds a flock on the same inode. Nothing if the process is in another
+/// pid namespace. Reads /proc/locks: "1: FLOCK  ADVISORY  WRITE 1234 00:05:87 0 EOF".
 std::optional<pid_t> LockHolder(int fd) {
   struct stat info {};
   if (fstat(fd, &info) != 0) return std::nullopt;
@@ -112,10 +113,10 @@ Status Lock(int fd, const std::string& port) {
     if (errno == EWOULDBLOCK) return Error{Conflict(port, LockHolder(fd))};
     return Error{"cannot lock " + port + ": " + std::strerror(errno)};
   }
-  // On a pty the flag would outlive us for as long as the other side keeps the pair open.
+  // On a pty the flag would stay set after our close, as long as the other side is open.
   if (IsPty(fd)) return {};
   int exclusive = 0;
-  // Root may open a port that another program holds exclusively; it must not disturb that one.
+  // Root can open a port that another program holds exclusively, but must not disturb that program.
   if (ioctl(fd, TIOCGEXCL, &exclusive) == 0 && exclusive != 0) {
     return Error{Conflict(port, std::nullopt)};
   }
@@ -176,7 +177,8 @@ void ReleaseLocks(int fd) {
   (void)flock(fd, LOCK_UN);
 }
 
-// Descriptors wait in one queue for at most kMostClosers threads, which end when it is empty.
+// Descriptors wait in one queue for at most kMostClosers threads. A thread ends when the queue is
+// empty.
 
 namespace {
 
@@ -205,14 +207,15 @@ void Work(const std::shared_ptr<Queue>& queue) {
 }  // namespace
 
 void CloseElsewhere(int fd) {
-  // Shared by all lines of the process, and owned by the threads as well: they may outlive main().
+  // Shared by all lines of the process, and owned by the threads too, because they may outlive
+  // main().
   static const std::shared_ptr<Queue> queue = std::make_shared<Queue>();
   const MutexLock lock(queue->mutex);
   queue->waiting.push_back(fd);
   if (queue->threads >= kMostClosers) return;
   if (StartDetached("close port", [shared = queue] { Work(shared); })) {
     ++queue->threads;
-  } else if (queue->threads == 0) {  // otherwise a thread that runs closes it
+  } else if (queue->threads == 0) {  // otherwise a running thread closes it
     queue->waiting.pop_back();
     close(fd);
   }
@@ -222,8 +225,8 @@ namespace {
 
 using Descriptor = asio::posix::stream_descriptor;
 
-/// So many requests in a row that were given up before they were out, and the user should hear of
-/// it: as each is thrown away, neither kStall nor kMostUnsent ever comes about.
+/// The number of consecutive requests, given up before they were sent, after which the port counts
+/// as stuck. Each such request is discarded, so kStall and kMostUnsent are never reached.
 constexpr int kMostStuck = 5;
 
 class SerialPort final : public Transport {
@@ -263,22 +266,22 @@ class SerialPort final : public Transport {
   static void CloseDescriptor(int fd);
 
   const std::string port_;
-  const config::SerialSettings own_;  ///< at each Open
+  const config::SerialSettings own_;  ///< the settings at each Open
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
   std::shared_ptr<StreamPump<Descriptor>> session_;
-  std::shared_ptr<char> attempt_;  ///< held while an Open is under way; gone = cancelled
+  std::shared_ptr<char> attempt_;  ///< held while an Open is pending; null: cancelled
   bool keeps_bit_rate_ = false;
-  int stuck_ = 0;                ///< requests in a row that were given up before they were out
-  bool passed_on_ = false;       ///< to a client
-  Instant out_at_{};             ///< by then the UART has sent all that its driver gave it
-  bool settings_known_ = false;  ///< the port is set to serial_, not to the rest of a failed Apply
-  std::optional<TtyMode> mode_;  ///< as the driver has taken these settings
+  int stuck_ = 0;                ///< consecutive requests that were given up before they were sent
+  bool passed_on_ = false;       ///< the port is lent to a client
+  Instant out_at_{};             ///< when the UART will have sent all bytes that were written
+  bool settings_known_ = false;  ///< false: a failed Apply may have changed the port
+  std::optional<TtyMode> mode_;  ///< the settings as the driver has accepted them
   ParmrkDecoder marks_;
   SoftwareParity parity_;
-  std::uint32_t earlier_parity_errors_ = 0;  ///< before the last Apply
-  std::optional<PortCounters> at_open_;      ///< nothing = the driver does not count
+  std::uint32_t earlier_parity_errors_ = 0;  ///< those before the last Apply
+  std::optional<PortCounters> at_open_;      ///< nothing: the driver does not count
 };
 
 void SerialPort::Open() {
@@ -345,7 +348,7 @@ void SerialPort::Close() {
 }
 
 void SerialPort::CloseDescriptor(int fd) {
-  // The kernel would wait for output that a stopped flow control never lets go.
+  // Without the flush, the kernel would wait for output that a stopped flow control never releases.
   FlushAll(fd);
   ReleaseLocks(fd);
   if (IsPty(fd)) {
@@ -367,9 +370,9 @@ void SerialPort::DropUnsent() {
   const int fd = session_->stream().native_handle();
   const bool held_here = session_->DropUnsent();
   stuck_ = held_here || UnsentOutput(fd) > 0 ? stuck_ + 1 : 0;
-  // Even if nothing seems to be left: a pty does not tell.
+  // Flush even if nothing seems to be left, because a pty does not report its unsent bytes.
   FlushOutput(fd);
-  // What a driver does not let go can only be got rid of by closing the port.
+  // Output that the driver cannot discard is only removed by closing the port.
   if (UnsentOutput(fd) > 0 || stuck_ >= kMostStuck) session_->EndSoon(asio::error::timed_out);
 }
 
@@ -392,7 +395,8 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
   return {};
 }
 
-/// A pty does not tell what the other side has not read yet, and a flush would take that away.
+/// A pty does not report what the other side has not read yet, and a flush would discard it, so
+/// output is not flushed.
 Status SerialPort::Reset(const config::SerialSettings& serial) {
   if (!session_) return {};
   if (IsPty(session_->stream().native_handle())) {
@@ -417,7 +421,7 @@ std::optional<std::string> SerialPort::Restore() {
   LetOutputGo(fd);
   const auto now = TtyMode::Read(fd);
   if (!now || *now == *mode_) return std::nullopt;
-  // What cannot be set again is seen, and said, the next time.
+  // If the settings cannot be set again, the next call detects and reports the change again.
   const auto damage = passed_on_ ? Damage::as_it_is : Damage::marked;
   if (ApplySerialSettings(fd, OnTheWire(serial_), port_, damage)) FlushInput(fd);
   return mode_->ChangesTo(*now);
@@ -431,8 +435,8 @@ Status SerialPort::PassOn() {
   return Apply(serial_);
 }
 
-/// A driver counts neither the characters in its UART nor, of most USB adapters, those in the
-/// adapter: they need their time on the wire.
+/// A driver counts neither the characters in its UART nor, with most USB adapters, those in the
+/// adapter, so their transmission time is awaited as well.
 bool SerialPort::IsDrained() const {
   if (!session_) return true;
   if (session_->unsent() > 0 || UnsentOutput(session_->stream().native_handle()) > 0) return false;
@@ -470,7 +474,7 @@ void SerialPort::OnStreamEnd(const std::error_code& error) {
   const bool full = error == asio::error::timed_out || error == asio::error::no_buffer_space;
   Close();
   if (full) return listener_.OnStuck(StuckText());
-  // Linux reports a vanished adapter as end of file, EIO or ENODEV, depending on the driver.
+  // Linux reports a removed adapter as end of file, EIO or ENODEV, depending on the driver.
   listener_.OnLost(port_ + " is gone (" + error.message() + "); was the adapter unplugged?");
 }
 
@@ -486,7 +490,7 @@ PortCounters SerialPort::Counters() const {
   const auto now =
       session_ && at_open_ ? ReadDriverCounters(session_->stream().native_handle()) : std::nullopt;
   if (now) {
-    // Unsigned differences stay right when the driver's totals wrap.
+    // Unsigned differences stay correct when the driver's totals wrap.
     counters.parity = now->parity - at_open_->parity;
     counters.framing = now->framing - at_open_->framing;
     counters.overrun = now->overrun - at_open_->overrun;

@@ -1,6 +1,5 @@
-// A tty or pty as a transport: bytes come from and go to the device file of the configuration.
-// OpenExclusive opens a tty for this program alone, and CloseElsewhere closes descriptors away from
-// the line's thread.
+// `MakeSerialPort` makes a transport for a tty or pty. OpenExclusive opens a tty for this program
+// alone, and CloseElsewhere closes descriptors on another thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,34 +13,32 @@
 
 namespace baudgate::transports {
 
-// Opens a tty for this program alone, and says in words why that did not work.
-
-/// Opens without waiting for a carrier and takes the exclusive locks. The descriptor is the
-/// caller's.
+/// Opens the port without waiting for a carrier and takes the exclusive locks. The caller owns the
+/// descriptor. The error names the fault and the remedy.
 Result<int> OpenExclusive(const std::string& port);
 
-/// Gives the locks back; to be called before a close that may take long, so that the next open
-/// (ours or a vendor tool's) does not have to wait for it.
+/// Releases the locks. Call it before a close that may take long, so that the next open (by this
+/// program or another) succeeds meanwhile.
 void ReleaseLocks(int fd);
 
-/// Whether people in this group may use a port of this mode. Not so where it is root's.
+/// True if members of this group may use a port with this mode. False for root's group.
 bool IsGroupForPorts(gid_t group, mode_t mode);
-/// Commands that give the port to such a group.
+/// Returns shell commands that give the port to such a group.
 std::string HowToGive(const std::string& port);
 
-/// A sentence for the log about a failed open(2): what is wrong and what to do.
+/// Returns a sentence for the log about a failed open(2), with a remedy.
 std::string OpenErrorText(const std::string& port, int error);
 
-// Closes file descriptors away from the line's thread: Linux waits up to 30 s in close() of a
-// serial port whose output does not drain. Descriptors come from serial_port and end here.
+// CloseElsewhere exists because Linux waits up to 30 s in close() of a serial port whose output
+// does not drain.
 
-/// At most so many closes wait at the same time, in a thread each; further descriptors queue.
+/// The maximum number of closing threads; further descriptors queue.
 inline constexpr int kMostClosers = 8;
 
-/// Takes the descriptor over and returns at once. May be called from any thread.
+/// Closes `fd` on another thread and returns at once. May be called from any thread.
 void CloseElsewhere(int fd);
 
-/// `listener` outlives the transport.
+/// `listener` must outlive the transport.
 std::unique_ptr<Transport> MakeSerialPort(std::string port, const config::SerialSettings& serial,
                                           asio::io_context& io, TransportListener& listener);
 

@@ -1,4 +1,3 @@
-// Talks to the tty driver by ioctl only; what goes in comes from the configuration.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/serial_settings.h"
 
@@ -9,8 +8,8 @@
 #include <cerrno>
 #include <cstring>
 
-// The kernel's own termios, because the C library's knows no free bit rates and refuses 7E1 on a
-// pty that was opened before; the two headers cannot be included together.
+// <asm/termbits.h> is the kernel's termios. The C library's termios has no free bit rates and
+// refuses 7E1 on a pty that was opened before. The two headers cannot be included together.
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
 #include <linux/serial.h>
@@ -30,7 +29,7 @@ namespace {
 constexpr int kHighestBaud = 921600;
 constexpr int kLowestBaud = 300;
 constexpr unsigned kFirstPtyMajor =
-    136;  // UNIX98 pty slaves, Documentation/admin-guide/devices.txt
+    136;  // the device numbers of UNIX98 pty slaves, Documentation/admin-guide/devices.txt
 constexpr unsigned kLastPtyMajor = 143;
 constexpr int kBaudTolerancePerMille = 30;
 constexpr int kFewestDataBits = 5;
@@ -44,11 +43,11 @@ Error NotTaken(const std::string& port, const std::string& what) {
 }
 
 void SetRaw(termios2& mode) {
-  // INPCK also without parity: framing errors are marked by the same switch.
+  // INPCK is needed without parity as well, because it also marks framing errors.
   mode.c_iflag = INPCK | PARMRK;
   mode.c_oflag = 0;
   mode.c_lflag = 0;
-  // Carrier is ignored, or an unconnected DCD would block and hang up the port.
+  // CLOCAL ignores the carrier; else an unconnected DCD would block and hang up the port.
   mode.c_cflag = (mode.c_cflag & HUPCL) | CREAD | CLOCAL;
   mode.c_cc[VMIN] = 1;
   mode.c_cc[VTIME] = 0;
@@ -82,7 +81,7 @@ Status CheckRange(const config::SerialSettings& serial) {
   return {};
 }
 
-/// The driver counts whole milliseconds; a shorter delay than asked for would cut bits.
+/// Rounds up to whole milliseconds, as the driver needs: a shorter delay would cut off bits.
 std::uint32_t Milliseconds(Duration delay) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
 }
@@ -100,7 +99,7 @@ config::Rs485 FromDriver(const serial_rs485& mode) {
 Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) {
   serial_rs485 mode{};
   if (!wanted.enabled) {
-    // Ports that never heard of RS-485 are fine when nobody asks for it.
+    // A port without RS-485 support is no error here.
     const bool on = ioctl(fd, TIOCGRS485, &mode) == 0 && (mode.flags & SER_RS485_ENABLED) != 0;
     if (!on) return {};
     mode.flags &= ~static_cast<__u32>(SER_RS485_ENABLED);
@@ -126,7 +125,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
                "use an adapter that switches direction by itself"};
 }
 
-/// Best effort: many drivers have no such flag, and they then need none or have it elsewhere.
+/// Errors are ignored: many drivers have no such flag, and need none or have the setting elsewhere.
 void ApplyLowLatency(int fd, bool wanted) {
   serial_struct driver{};
   if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;
@@ -230,7 +229,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   SetRaw(mode);
   SetFormat(mode, serial);
-  // A pty damages nothing. There the switch tells the twin at its far end.
+  // A pty damages nothing; there INPCK tells the parity to the twin at the far end.
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
   if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
@@ -238,7 +237,7 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
 
   termios2 actual{};
   if (ioctl(fd, TCGETS2, &actual) != 0) return NotTaken(port, "to read its settings back");
-  // Not a matter of the driver but of the tty layer: true on a pty as well.
+  // These flags belong to the tty layer, not to the driver, so the check is valid on a pty as well.
   if (((actual.c_iflag ^ wanted) & (INPCK | PARMRK)) != 0) {
     return Error{port + " does not mark damaged characters"};
   }
@@ -267,7 +266,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 std::optional<PortCounters> ReadDriverCounters(int fd) {
   serial_icounter_struct counted{};
   if (ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
-  // A break is a framing error that lasts longer.
+  // A break is a long framing error.
   return PortCounters{.parity = static_cast<std::uint32_t>(counted.parity),
                       .framing = static_cast<std::uint32_t>(counted.frame) +
                                  static_cast<std::uint32_t>(counted.brk),
@@ -323,7 +322,7 @@ namespace {
 
 using config::Parity;
 
-/// The parity that `device` has where nothing speaks against it.
+/// Returns the parity that the flags show; `device`'s parity if they leave it open.
 Parity ParityOf(const termios2& mode, Parity device) {
   const bool odd = (mode.c_cflag & PARODD) != 0;
   if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;
@@ -355,12 +354,12 @@ Status SetPtyFormat(int fd, const config::SerialSettings& serial) {
 config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device) {
   config::SerialSettings user = device;
   termios2 mode{};
-  // Zero is no rate: its user has hung up.
+  // A rate of zero means that the program at the far end has hung up.
   if (ioctl(fd, TCGETS2, &mode) != 0 || mode.c_ospeed == 0) return user;
   user.baud = static_cast<int>(mode.c_ospeed);
   user.parity = ParityOf(mode, device.parity);
   user.stop_bits = (mode.c_cflag & CSTOPB) != 0 ? 2 : 1;
-  // Seven data bits have a parity beside them, or nobody would use them.
+  // Seven data bits without parity are not used, so no parity means eight data bits.
   if (user.parity == Parity::none && device.parity != Parity::none) user.data_bits = 8;
   return user;
 }

@@ -1,6 +1,6 @@
-// Puts a tty into raw mode with the settings of the configuration and checks that the driver really
-// took them. Works on file descriptors; all calls return at once. SetPtyFormat and ReadPtyFormat
-// handle the settings of a pty, and TtyMode sees whether another program has changed them.
+// Puts a tty into raw mode with the configured settings and checks that the driver has accepted
+// them. The functions work on file descriptors and return at once. SetPtyFormat and ReadPtyFormat
+// handle the settings of a pty, and TtyMode detects changes by another program.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,91 +15,90 @@
 
 namespace baudgate::transports {
 
-/// A pty has no bit rate, parity or hang-up delay, and forgets such settings without saying so.
+/// True for a pty. A pty has no bit rate, parity or hang-up delay, and drops such settings without
+/// an error.
 bool IsPty(int fd);
 
-/// Characters with wrong parity or framing.
+/// How the tty delivers characters with wrong parity or framing.
 enum class Damage : std::uint8_t {
-  marked,    ///< by PARMRK, which parity.h reads
-  as_it_is,  ///< like all others, which costs the kernel less
+  marked,    ///< marked by PARMRK; parity.h decodes the marks
+  as_it_is,  ///< unmarked, which costs the kernel less
 };
 
-/// Everything in one go: raw mode, marks, speed and format, RS-485, low latency. `serial` is what
-/// the wire shall see (OnTheWire of parity.h). `port` is for messages.
+/// Applies all settings: raw mode, marks, speed and format, RS-485, low latency. `serial` is the
+/// format on the wire (OnTheWire of parity.h). `port` is the name for messages.
 Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port,
                            Damage damage = Damage::marked);
 
-/// Raw mode without anything else, for the far end of a pty.
+/// Sets raw mode only, for the far end of a pty.
 Status MakeRaw(int fd);
 
-/// Speed, format and flow control that the driver says it uses now.
+/// Returns speed, format and flow control that the driver reports.
 Result<config::SerialSettings> ReadSerialSettings(int fd);
 
-/// Whether a driver that was asked for one thing and reports another did well enough: the speed may
-/// differ by the rounding of its divider, nothing else may. The error says what to do.
+/// Checks that the settings that the driver reports match those that were asked for. The speed may
+/// differ by the rounding of the driver's divider. The error names the remedy.
 Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
                        const std::string& port);
 
-/// The same for RS-485: a driver that cannot do something leaves it out without an error. The
-/// error names each key that differs, and what it is with this driver.
+/// Checks RS-485 settings: a driver drops unsupported settings without an error. The error names
+/// each key that differs and its value in the driver.
 Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
                     const std::string& port);
 
 bool SameSettings(const config::SerialSettings& a, const config::SerialSettings& b);
 
-/// Totals since the driver was loaded; nothing where it does not count.
+/// Returns totals since the driver was loaded; nothing if the driver does not count.
 std::optional<PortCounters> ReadDriverCounters(int fd);
 
-/// Empty: a pty, or a driver that does not tell.
+/// Empty for a pty, or if the driver does not report modem lines.
 std::optional<ModemLines> ReadModemLines(int fd);
-/// A pty takes everything, and it has no effect there.
+/// Switches a signal. A pty accepts every call without effect.
 Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);
-/// As after the opening of a port: DTR and RTS on, but RTS where the driver uses it, no break. Best
-/// effort.
+/// Sets the signals as after the opening of a port: DTR on, RTS on unless the driver controls it,
+/// no break. Errors are ignored.
 void ResetSwitches(int fd, const config::SerialSettings& serial);
 
-/// Undoes tcflow(TCOOFF) of another program, which outlives that program. Flow control of the line
-/// stays as it is.
+/// Ends tcflow(TCOOFF) of another program, which would outlive that program. Flow control by the
+/// line is not changed.
 void LetOutputGo(int fd);
 
-/// Throws away what the port has received and nobody has read.
 void FlushInput(int fd);
-/// Throws away what it has not sent yet. How far that reaches depends on the driver: to all but the
-/// UART's own few bytes with the kernel's serial drivers, nowhere with most USB adapters (usbserial
-/// has no such call; cdc-acm has). Of a pty, seen with Linux 6.18: up to 4095 bytes that the kernel
-/// has put before the other side stay readable there, the rest is gone; and nobody who waits for
-/// room is woken.
+/// Discards bytes that have not been sent. The effect depends on the driver: the kernel's serial
+/// drivers discard all but the few bytes in the UART; most USB adapters discard nothing (usbserial
+/// has no such call; cdc-acm has). With a pty, seen with Linux 6.18, up to 4095 bytes stay readable
+/// at the other side, the rest is discarded, and a writer that waits for room is not woken.
 void FlushOutput(int fd);
-/// Both.
 void FlushAll(int fd);
-/// How much of the output the driver still holds; always 0 of a pty, whatever waits in it.
+/// Returns the number of output bytes in the driver; always 0 for a pty.
 std::size_t UnsentOutput(int fd);
 
-// What the program at the far end of a pty has set it to. A pty keeps bit rate, stop bits, PARODD,
-// CMSPAR and the input flags; it forgets data bits and PARENB.
+// Format of a pty, as the program at its far end has set it. A pty stores bit rate, stop bits,
+// PARODD, CMSPAR and the input flags; it drops data bits and PARENB.
 //
 //   PARODD                  odd parity
 //   CMSPAR                  space parity; with PARODD mark parity
-//   INPCK without PARODD    even parity: its user checks it
-//   PARMRK without INPCK    no parity: its user marks damaged characters and checks no parity
-//   none of these           it cannot be told whether there is even parity or none
+//   INPCK without PARODD    even parity: the program checks it
+//   PARMRK without INPCK    no parity: the program marks damaged characters and checks no parity
+//   none of these           even parity or none
 
-/// From now on a reader that sets nothing fits a device with these settings. `fd`: either side.
+/// Sets the pty so that a program that sets nothing matches a device with these settings. `fd` may
+/// be either side.
 Status SetPtyFormat(int fd, const config::SerialSettings& serial);
 
-/// What the reader of the pty has set, as far as that can be told; `device` says the rest. Of an
-/// `fd` that is no pty: `device`.
+/// Returns the format that the program has set, as far as it can be read; the rest comes from
+/// `device`. If `fd` is no pty, returns `device`.
 config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device);
 
-// The settings that a tty has at one moment, to see whether another program has changed them since:
-// stty, ModemManager, brltty, a getty. Any program that may open the port can.
+// TtyMode is a copy of a tty's settings at one moment, to detect later changes by another program:
+// stty, ModemManager, brltty, a getty. Any program that may open the port can change them.
 class TtyMode {
  public:
-  /// Empty: it is no tty, or it is gone.
+  /// Empty: `fd` is no tty, or the tty is gone.
   static std::optional<TtyMode> Read(int fd);
 
   bool operator==(const TtyMode&) const = default;
-  /// "9600 7E1 became 38400 8N1, echo is on": what differs in `now`.
+  /// Returns the differences in `now`: "9600 7E1 became 38400 8N1, echo is on".
   std::string ChangesTo(const TtyMode& now) const;
 
  private:

@@ -1,6 +1,5 @@
-// The read loop and the write queue of one open stream, the same for a tty and a TCP connection.
-// Bytes come from the stream and go to its owner, and the other way round; used by transports and
-// for the clients of a served port.
+// `StreamPump` is the read loop and write queue of one open stream, a tty or a TCP connection.
+// Transports use it, and the clients of a lent port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,21 +16,22 @@
 
 namespace baudgate::transports {
 
-/// More unsent bytes than this, and the other side is not taking data at all.
+/// The maximum number of unsent bytes; beyond it the other side counts as accepting no data.
 inline constexpr std::size_t kMostUnsent = 64 * 1024;
-/// How long a port may take no byte.
+/// The maximum time without progress while bytes wait to be written.
 inline constexpr Duration kStall = 10s;
 
-/// Kept alive by its own pending operations; after Stop it calls nothing, so its owner may be gone.
+/// The pending operations keep the pump alive. After Stop it makes no callback, so its owner may be
+/// destroyed.
 template <typename Stream>
 class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
  public:
   using OnRead = std::function<void(View)>;
-  /// timed_out and no_buffer_space mean that the stream takes no data.
+  /// timed_out and no_buffer_space mean that the stream accepts no data.
   using OnStreamEnd = std::function<void(const std::error_code&)>;
   using OnRoom = std::function<void()>;
 
-  /// `stall`: so long without one byte taken, and no more will be.
+  /// `stall`: the time without one byte written after which the stream counts as stuck.
   StreamPump(Stream stream, OnRead on_read, OnStreamEnd on_end, OnRoom on_room = {},
              Duration stall = kStall, std::size_t read_at_most = 4096)
       : stream_(std::move(stream)),
@@ -44,26 +44,27 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
 
   Stream& stream() { return stream_; }
   void Start() {
-    // Bytes are written when there is room, never left with an operation that might do so later.
+    // In non-blocking mode each write takes only what fits now, so no write is pending when bytes
+    // are dropped.
     std::error_code error;
     stream_.non_blocking(true, error);
     if (error) return EndSoon(error);
     if (!paused_) Read();
   }
 
-  /// Nothing is read while paused, but what is on its way already.
+  /// Stops or resumes reading. A read that has already begun still delivers its bytes.
   void Pause(bool paused) {
     paused_ = paused;
     if (!paused && !stopped_) Read();
   }
-  /// The other side may take its time.
+  /// True: the other side may accept no data for any time.
   void SetPatient(bool patient) {
     patient_ = patient;
     if (patient) stall_.cancel();
     if (!patient && !queue_.empty()) ArmStall();
   }
 
-  /// No callback from now on. The stream is the caller's to close.
+  /// No callback is made after this call. The caller must close the stream.
   void Stop() {
     stopped_ = true;
     stall_.cancel();
@@ -74,22 +75,22 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     if (bytes.size() > kMostUnsent - queue_.size()) return EndSoon(asio::error::no_buffer_space);
     if (queue_.empty()) ArmStall();
     Append(queue_, bytes);
-    // Even while waiting for room: a pty that has been flushed has some, and wakes nobody.
+    // Write even while waiting for room: a flushed pty has room, but reports none.
     Write();
   }
 
-  /// Forgets what the stream has not taken; says whether there was anything.
+  /// Discards the bytes that the stream has not accepted. True: there were some.
   bool DropUnsent() {
     if (queue_.empty()) return false;
     queue_.clear();
     stall_.cancel();
     return true;
   }
-  /// How many bytes the stream has taken altogether.
+  /// Returns the number of bytes that the stream has accepted in total.
   std::uint64_t taken() const { return taken_; }
   std::size_t unsent() const { return queue_.size(); }
 
-  /// The end, as of an error of the stream, but not from within the caller's call.
+  /// Ends the pump as if the stream had failed with `error`, but not inside the caller's call.
   void EndSoon(const std::error_code& error) {
     asio::post(stream_.get_executor(),
                [self = this->shared_from_this(), error] { self->End(error); });
@@ -160,10 +161,10 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   OnRoom on_room_;
   const Duration stall_time_;
   Bytes input_;
-  Bytes queue_;  ///< what the stream has not taken
+  Bytes queue_;  ///< bytes that the stream has not accepted
   std::uint64_t taken_ = 0;
-  bool waiting_ = false;  ///< for room in the stream
-  bool reading_ = false;  ///< an operation is under way
+  bool waiting_ = false;  ///< true: a wait for room is pending
+  bool reading_ = false;  ///< true: a read is pending
   bool paused_ = false;
   bool patient_ = false;
   bool stopped_ = false;

@@ -1,4 +1,4 @@
-// Look-up, connection with a deadline, then bytes to and from the socket.
+// `TcpClient` looks up the host, connects within a deadline, then transfers bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/tcp_client.h"
 
@@ -25,8 +25,6 @@
 #include "transports/stream_pump.h"
 
 namespace baudgate::transports {
-
-// The text comes from `port:` of a line and ends in a connection attempt.
 
 namespace {
 
@@ -68,7 +66,7 @@ Result<TcpAddress> ParseTcpPort(std::string_view port) {
   return TcpAddress{std::string(host), *number};
 }
 
-// Hosts wait in one queue for threads, which end when they find nothing to do.
+// Hosts wait in one queue for threads. A thread ends when the queue has nothing for it.
 
 namespace {
 
@@ -95,7 +93,7 @@ Result<HostNames::Addresses> AskSystem(const std::string& host) {
 struct HostNames::Waiter {
   Waiter(asio::io_context& its_io, Done its_done) : io(&its_io), done(std::move(its_done)) {}
   Mutex mutex;
-  asio::io_context* io BAUDGATE_GUARDED_BY(mutex);  // null: waits no more
+  asio::io_context* io BAUDGATE_GUARDED_BY(mutex);  // null: the caller does not wait any more
   Done done BAUDGATE_GUARDED_BY(mutex);
 };
 
@@ -103,7 +101,8 @@ struct HostNames::State {
   struct Host {
     std::vector<std::shared_ptr<Waiter>> waiters;
     bool running = false;
-    bool given_up = false;  // nobody had the patience for a look-up, and none was of use since
+    // All callers gave up during a look-up, and no look-up has succeeded since.
+    bool given_up = false;
   };
 
   explicit State(LookUp its_look_up) : look_up(std::move(its_look_up)) {}
@@ -118,7 +117,7 @@ struct HostNames::State {
   std::map<std::string, Host> hosts BAUDGATE_GUARDED_BY(mutex);
   std::deque<std::string> queue BAUDGATE_GUARDED_BY(mutex);
   std::size_t threads BAUDGATE_GUARDED_BY(mutex) = 0;
-  // Threads of these in look-ups of hosts that are given up.
+  // The number of these threads that look up hosts that were given up.
   std::size_t hanging BAUDGATE_GUARDED_BY(mutex) = 0;
 
   static void Begin(const std::shared_ptr<State>& state) BAUDGATE_REQUIRES(state->mutex);
@@ -128,7 +127,7 @@ struct HostNames::State {
   static void Answer(const std::shared_ptr<Waiter>& waiter, const Result<Addresses>& found);
 };
 
-/// Threads for what may be looked up now.
+/// Starts threads for the hosts that may be looked up now.
 void HostNames::State::Begin(const std::shared_ptr<State>& state) {
   for (auto at = state->queue.begin(); at != state->queue.end();) {
     Host& host = state->hosts[*at];
@@ -136,7 +135,7 @@ void HostNames::State::Begin(const std::shared_ptr<State>& state) {
       ++at;
       continue;
     }
-    // Without a thread the next question or answer tries again.
+    // If no thread can be started, the next Ask or the next end of a look-up tries again.
     if (!StartDetached("host names", [state, name = *at] { Run(state, name); })) return;
     ++state->threads;
     if (host.given_up) ++state->hanging;
@@ -178,7 +177,7 @@ void HostNames::State::Answer(const std::shared_ptr<Waiter>& waiter,
 
 void HostNames::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
                             const std::shared_ptr<Waiter>& waiter) {
-  Done dropped;  // destroyed outside the locks: it may own the ticket's owner
+  Done dropped;  // destroyed outside the locks, because it may own the owner of the ticket
   {
     const MutexLock lock(waiter->mutex);
     waiter->io = nullptr;
@@ -231,22 +230,23 @@ namespace {
 using asio::ip::tcp;
 
 constexpr std::chrono::seconds kConnectTimeout{5};  // name look-up and connection together
-/// A peer that is well may take so long to acknowledge (RFC 1122, 4.2.3.2). Small serial servers do
-/// take 250 ms, and a request to a silent device may be given up sooner than that.
+/// The time that a healthy peer may take to acknowledge (RFC 1122, 4.2.3.2). Small serial servers
+/// do take 250 ms, and a request to a silent device may be given up sooner.
 constexpr Duration kAckLimit = 500ms;
 
-/// A peer that vanished must be noticed, and a connection that is given up must not go on sending:
-/// whoever closes it, were it the end of the process, resets it, and the kernel forgets what it
-/// holds.
+/// Sets options so that a vanished peer is noticed, and so that a closed connection sends nothing
+/// more: every close, even the end of the process, resets the connection, and the kernel drops its
+/// buffer.
 void SetOptions(tcp::socket& socket) {
   const int fd = socket.native_handle();
   KeepWatch(fd);
-  // Not as asio's option: asio takes that back in its destructors.
+  // asio's own option would be undone in asio's destructors.
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   (void)setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 
-/// SIOCOUTQ: bytes that the peer has not acknowledged; SIOCOUTQNSD: those of them never sent.
+/// Returns a byte count of the send queue. SIOCOUTQ: bytes that the peer has not acknowledged;
+/// SIOCOUTQNSD: those that were never sent.
 std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
   int count = 0;
   const bool known = ioctl(socket.native_handle(), which, &count) == 0 && count > 0;
@@ -277,7 +277,8 @@ class TcpClient final : public Transport {
     if (session_) session_->Pause(paused);
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
-  /// The server has it, which may be slow to take it.
+  /// True if the server has acknowledged all bytes. It may still have to send them at its serial
+  /// port.
   bool IsDrained() const override {
     return !session_ || (session_->unsent() == 0 && Queued(session_->stream(), SIOCOUTQ) == 0);
   }
@@ -289,13 +290,13 @@ class TcpClient final : public Transport {
     if (session_ && output) session_->DropUnsent();
   }
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
-  /// What a serial server is set to nobody here knows.
+  /// The serial settings are those of the server, which are unknown here.
   std::string Describe() const override {
     return serial_.software_parity ? port_ + " " + serial_.ToString() : port_;
   }
 
  private:
-  /// One Open under way. Its handlers keep it alive; without an owner they do nothing.
+  /// A running Open. Its handlers keep it alive; they do nothing once `owner` is null.
   struct Attempt {
     Attempt(asio::io_context& io, TcpClient* client) : owner(client), socket(io), deadline(io) {}
     TcpClient* owner;
@@ -327,9 +328,10 @@ class TcpClient final : public Transport {
   std::shared_ptr<StreamPump<tcp::socket>> session_;
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
-  std::shared_ptr<char> awaiting_;  ///< held while the timer runs; gone = its end means nothing
-  Instant sent_at_{};               ///< the latest request
-  std::uint64_t given_up_ = 0;      ///< so many bytes of the connection, from its first one
+  std::shared_ptr<char> awaiting_;  ///< held while the timer runs; null: the timer has no effect
+  Instant sent_at_{};               ///< time of the latest request
+  /// Bytes up to this position of the connection's output were given up.
+  std::uint64_t given_up_ = 0;
 };
 
 void TcpClient::Open() {
@@ -426,7 +428,7 @@ void TcpClient::Abandon() {
 }
 
 void TcpClient::Fail(const std::string& reason, NoConnection why) {
-  // It may live in the attempt that goes now.
+  // `reason` may be part of the attempt, which is destroyed here.
   const std::string copy = reason;  // NOLINT(performance-unnecessary-copy-initialization)
   Abandon();
   listener_.OnNoConnection(copy, why);
@@ -449,8 +451,8 @@ void TcpClient::Send(View bytes) {
   session_->Send(serial_.software_parity ? View(parity_.Encode(bytes)) : bytes);
 }
 
-/// The kernel would repeat what has not arrived for seconds, and send what the peer had no room for
-/// whenever there is room. It takes nothing back, so the connection has to go.
+/// The kernel cannot withdraw bytes: it retransmits them for seconds, and sends them as soon as the
+/// peer has room. So the connection is closed unless the peer acknowledges them in time.
 void TcpClient::DropUnsent() {
   if (!session_) return;
   session_->DropUnsent();
@@ -464,7 +466,7 @@ std::uint64_t TcpClient::Acknowledged() const {
 
 void TcpClient::AwaitAcknowledgement() {
   awaiting_ = std::make_shared<char>();
-  // What has not even been sent is not about to be acknowledged.
+  // Bytes that were never sent cannot be acknowledged soon, so do not wait.
   const bool no_room = Queued(session_->stream(), SIOCOUTQNSD) > 0;
   ack_timer_.expires_at(no_room ? Instant{} : sent_at_ + kAckLimit);
   ack_timer_.async_wait([this, awaited = given_up_,

@@ -1,5 +1,5 @@
-// Raw TCP to a serial server as a transport: bytes come from and go to the server's serial port.
-// ParseTcpPort reads addresses, and HostNames looks up host names.
+// `MakeTcpClient` makes a transport over raw TCP to a serial server. ParseTcpPort parses addresses,
+// and HostNames looks up host names.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,40 +19,38 @@
 
 namespace baudgate::transports {
 
-// Reads "tcp://host:port" of a line's configuration; IPv6 addresses stand in brackets.
+// The parts of "tcp://host:port" in a line's configuration; IPv6 addresses are in brackets.
 struct TcpAddress {
   std::string host;  ///< name or address, without brackets
   std::uint16_t port = 0;
 };
 
-/// Whether the text claims to be such an address, right or wrong.
 bool IsTcpPort(std::string_view port);
 
 Result<TcpAddress> ParseTcpPort(std::string_view port);
 
-// Looks up the addresses of serial servers in threads of its own: the system's look-up blocks, for
-// half a minute where a name server is dead. Asked by tcp_client.cpp; answers come on the asker's
-// loop.
+// HostNames looks up addresses on its own threads, because the system's look-up blocks, for half a
+// minute if a name server is dead. Answers come on the caller's loop.
 
-/// A host that is asked for by many is looked up once. Threads exist only while there is something
-/// to look up.
+/// Simultaneous requests for one host share a look-up. Threads exist only while there are hosts to
+/// look up.
 class HostNames {
  public:
   using Addresses = std::vector<asio::ip::address>;
-  /// Blocks for as long as it likes, in any thread; an error is the system's own words.
+  /// Blocks without a time limit, on any thread. The error is the system's message.
   using LookUp = std::function<Result<Addresses>(const std::string& host)>;
   using Done = std::function<void(const Result<Addresses>&)>;
 
-  /// The most look-ups with a waiting caller that run at a time; further ones queue.
+  /// The maximum number of concurrent look-ups with a waiting caller; further look-ups queue.
   static constexpr std::size_t kMostAwaited = 4;
-  /// A host is given up when no caller waits any more. So many look-ups of such
-  /// hosts may hang beside those above; their names are begun again only while fewer than
-  /// kMostRetried do.
+  /// A host is given up when no caller waits for its look-up any more. At most kMostHanging
+  /// look-ups of such hosts may run in addition; a host that was given up is looked up again only
+  /// while fewer than kMostRetried such look-ups run.
   static constexpr std::size_t kMostHanging = 12;
   static constexpr std::size_t kMostRetried = 4;
 
-  /// Its holder waits for an answer; destroyed: it waits no more, and `done` is not called. Belongs
-  /// to the thread of the loop.
+  /// Held by the caller while it waits. If it is destroyed, `done` is not called. Use it on the
+  /// thread of the loop only.
   class Ticket {
    public:
     Ticket() = default;
@@ -70,23 +68,23 @@ class HostNames {
   HostNames(const HostNames&) = delete;
   HostNames& operator=(const HostNames&) = delete;
 
-  /// `done` is called once, on the thread of `io`, never from within this call. The loop outlives
-  /// the ticket.
+  /// Looks up `host`. `done` is called once, on the thread of `io`, never inside this call. The
+  /// loop must outlive the ticket.
   [[nodiscard]] Ticket Ask(const std::string& host, asio::io_context& io, Done done);
 
-  /// Those of the process, by the system's resolver.
+  /// The instance of the process, which uses the system's resolver.
   static HostNames& OfProcess();
 
  private:
   struct Waiter;
   struct State;
-  std::shared_ptr<State> state_;  // also the threads', which may outlive this
+  std::shared_ptr<State> state_;  // shared with the threads, which may outlive this object
 };
 
-/// `port` is "tcp://host:port"; one that cannot be read fails at every Open. `listener` outlives
-/// the transport. A server whose network path died silently is noticed within about 25 s; one that
-/// answers TCP but lost its serial side is for the line to notice: Close and Open again.
-/// `names` outlives the transport.
+/// `port` is "tcp://host:port"; an invalid text fails at every Open. `listener` and `names` must
+/// outlive the transport. A server whose network path died silently is noticed within about 25 s. A
+/// server that answers TCP but has lost its serial side is not noticed here: the line must notice
+/// it, then Close and Open again.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
                                          asio::io_context& io, TransportListener& listener,
                                          HostNames& names = HostNames::OfProcess());

@@ -1,4 +1,3 @@
-// Chooses the transport by the form of the configured port.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/transport.h"
 

@@ -1,5 +1,5 @@
-// The contract of transports: bytes to and from one line's wire. A transport knows nothing of
-// protocols. All calls and all callbacks happen on the thread of the line's io_context.
+// `Transport` is the interface to one line's wire: it sends and receives bytes and does not
+// interpret them. All calls and callbacks happen on the thread of the line's io_context.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,102 +14,104 @@
 
 namespace baudgate::transports {
 
-/// Why there is no connection to a server, as far as the network tells it.
+/// Why a connection to a server failed, as far as the network reports it.
 enum class NoConnection : std::uint8_t {
   other,
-  refused,      ///< its host is there, and nothing takes connections at that port
+  refused,      ///< the host answers, but no program accepts connections at that port
   unreachable,  ///< no host answers
 };
 
-/// The listener of a transport. No callback comes from within a call to the transport itself.
+/// The listener of a transport. No callback is made inside a call to the transport.
 class TransportListener {
  public:
   virtual ~TransportListener() = default;
   virtual void OnOpened() = 0;
-  /// Open did not succeed; the transport is closed again. `reason` is a sentence for the log that
-  /// says what to do: "no such port /dev/ttyUSB7; is the adapter plugged in?".
+  /// Open failed; the transport is closed. `reason` is a sentence for the log with a remedy: "no
+  /// such port /dev/ttyUSB7; is the adapter plugged in?".
   virtual void OnOpenFailed(const std::string& reason) = 0;
-  /// The same for a server.
+  /// Like OnOpenFailed, for a server.
   virtual void OnNoConnection(const std::string& reason, NoConnection /*why*/) {
     OnOpenFailed(reason);
   }
-  /// A character that came with a parity or framing error is 0xFF here: no protocol of ours takes
-  /// it for anything, and dropping it would make a shorter number of an unchecked one.
+  /// Received bytes. A character with a parity or framing error is 0xFF: 0xFF means nothing in any
+  /// supported protocol, and without it an unchecked number would lose a digit.
   virtual void OnBytes(View bytes) = 0;
-  /// All bytes of Send have been taken, after some had to wait.
+  /// All bytes given to Send have been passed to the system, after some had to wait.
   virtual void OnRoom() {}
-  /// The port or connection is gone (unplugged, hung up); the transport has closed itself.
+  /// The port or connection is lost (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
-  /// The port takes no data; the transport has closed itself.
+  /// The port accepts no data; the transport has closed itself.
   virtual void OnStuck(const std::string& reason) { OnLost(reason); }
-  /// The other end has closed the connection. `unread`: without having read all that was sent. The
-  /// transport has closed itself.
+  /// The peer has closed the connection. `unread`: it had not read all that was sent. The transport
+  /// has closed itself.
   virtual void OnEnded(const std::string& reason, bool /*unread*/) { OnLost(reason); }
 };
 
-/// Errors that the driver counts, since the port was opened; all zero where it does not.
+/// Error counts of the driver since the port was opened; all zero if the driver does not count.
 struct PortCounters {
   std::uint32_t parity = 0;
   std::uint32_t framing = 0;
   std::uint32_t overrun = 0;
-  std::uint32_t breaks = 0;  ///< of the framing errors
+  std::uint32_t breaks = 0;  ///< included in `framing`
 };
 
-/// What a client of a port may switch.
+/// A signal of a port that a client may switch.
 enum class PortSwitch : std::uint8_t { dtr, rts, break_signal };
 
 class Transport {
  public:
   virtual ~Transport() = default;
-  /// Ends in exactly one OnOpened or OnOpenFailed, unless Close comes first. The port has the
-  /// settings that it was made with, whatever Apply has set before; bytes that it held are dropped.
+  /// Opens the port with the settings of the constructor, whatever Apply has set before, and drops
+  /// old input. Exactly one OnOpened or OnOpenFailed follows, unless Close is called first.
   virtual void Open() = 0;
-  /// At once and without a callback; a driver that takes long to close does so elsewhere.
+  /// Closes at once and without a callback; a slow driver finishes closing on another thread.
   virtual void Close() = 0;
   virtual bool is_open() const = 0;
-  /// Hands the bytes over, all of them or OnLost. Only while open.
+  /// Sends all bytes; if that fails, OnLost follows. Only while open.
   virtual void Send(View bytes) = 0;
-  /// What was given to Send and has not left this machine yet never will: its request has been
-  /// given up. Where nothing else takes it back, the transport closes itself and OnLost follows.
-  /// What the other side has taken over and still holds is out of reach.
+  /// Discards bytes of Send that have not left this machine, because their request has been given
+  /// up. If the bytes cannot be withdrawn, the transport closes itself and OnLost follows. Bytes
+  /// that the other side has accepted cannot be withdrawn.
   virtual void DropUnsent() = 0;
-  /// Other settings on the open port, for buses that are switched per device. Takes effect at once,
-  /// without waiting for output: between exchanges only.
+  /// Changes the settings of the open port, for buses whose settings differ per device. The change
+  /// takes effect at once, without waiting for output, so call it only between exchanges.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
-  /// The open port is as after Open, whatever was set, switched, paused or sent meanwhile. What
-  /// IsDrained has said is out goes its way.
+  /// Puts the open port into the state after Open, with `serial`, whatever was set, switched,
+  /// paused or sent before. Bytes for which IsDrained was true are still transmitted.
   virtual Status Reset(const config::SerialSettings& serial) = 0;
-  /// Where another program has changed the settings of the open port, they are set again; says
-  /// what was changed: "echo is on, input comes by whole lines".
+  /// If another program has changed the settings of the open port, sets them again and returns what
+  /// was changed: "echo is on, input comes by whole lines". Else returns nothing.
   virtual std::optional<std::string> Restore() { return std::nullopt; }
   virtual PortCounters Counters() const { return {}; }
 
-  // For a port that is passed on to a client as it is (gateway/lines/serial_server).
-  /// Nothing is read from the port any more; what it receives meanwhile waits in its driver.
+  // The functions below are for a port that is lent to a network client
+  // (gateway/lines/serial_server).
+  /// Stops or resumes reading. While paused, received bytes wait in the driver.
   virtual void Pause(bool /*paused*/) {}
-  /// So many bytes of Send wait here.
+  /// Returns the number of bytes of Send that still wait in this program.
   virtual std::size_t Unsent() const { return 0; }
-  /// All that was sent has left this machine, as far as one can tell.
+  /// True if all bytes have left this machine, as far as this can be determined.
   virtual bool IsDrained() const { return Unsent() == 0; }
-  /// The port is a client's until Reset: flow control may hold output back for as long as it likes,
-  /// and damaged characters come as they are.
+  /// Lends the port to a client until Reset: flow control may hold output back without limit, and
+  /// damaged characters come unmarked.
   virtual Status PassOn() { return {}; }
-  /// What is waiting in these directions is thrown away.
+  /// Discards bytes that wait in these directions.
   virtual void Purge(bool /*input*/, bool /*output*/) {}
-  /// Empty: the port has none, or its driver does not tell.
+  /// Empty: the port has no modem lines, or its driver does not report them.
   virtual std::optional<ModemLines> ReadModemLines() const { return std::nullopt; }
-  /// The error: the driver refuses it. A pty, which has no such lines, takes everything.
+  /// Switches a signal. Error: the driver refuses it. A pty has no such signals and accepts every
+  /// call.
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
     return Error{"a connection to a serial server has no such line"};
   }
-  /// Characters take their time: a tty with a UART behind it, as far as one can tell.
+  /// True if bytes take time to transmit: a tty that has a UART, as far as this can be determined.
   virtual bool KeepsBitRate() const { return false; }
-  /// "serial /dev/ttyUSB0 9600 7E1", for logs.
+  /// Returns "serial /dev/ttyUSB0 9600 7E1", for logs.
   virtual std::string Describe() const = 0;
 };
 
-/// By the form of line.port (the io_context outlives the transport): "tcp://host:port" is a serial
-/// server; everything else is a tty or pty.
+/// Makes the transport for line.port: "tcp://host:port" is a serial server; every other text is a
+/// tty or pty. `io` and `listener` must outlive the transport.
 std::unique_ptr<Transport> MakeTransport(const config::Line& line, asio::io_context& io,
                                          TransportListener& listener);
 

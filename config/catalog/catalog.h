@@ -1,5 +1,5 @@
-// Catalog holds the installed protocol modules and device profiles. modules.h fills the catalog;
-// the loader reads it, and so do the commands that list modules and profiles.
+// `Catalog` contains the installed protocol modules and device profiles. modules.h fills it; the
+// loader and the commands that list modules and profiles read it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,54 +16,57 @@
 
 namespace baudgate::config {
 
-/// Profiles of this machine, which win over those that are shipped.
+/// The folder for profiles of this machine, which take precedence over the shipped ones.
 inline constexpr const char* kLocalProfiles = "/etc/baudgate/profiles";
 
 /// A profile file: <dir>/<protocol>/<name>.yaml.
 struct ProfileFile {
-  std::string
-      protocol;  ///< whose folder it stands in; others may use it, see Protocol::profiles_of
+  std::string protocol;  ///< the protocol whose folder contains the file; others may use it, see
+                         ///< Protocol::profiles_of
   std::string name;
   std::filesystem::path path;
 };
 
-/// Whether `profile:` means a file and not a name in the catalog: "./mine.yaml", "types/mine".
+/// True if `profile:` is a file path and not a name in the catalog: "./mine.yaml", "types/mine".
 bool IsProfilePath(const std::string& profile);
 
 struct Catalog {
   std::map<std::string, const protocols::Protocol*>
-      protocols;                                    ///< by name; the pointers live for ever
-  std::vector<std::filesystem::path> module_dirs;   ///< where protocols were looked for
-  std::vector<std::filesystem::path> profile_dirs;  ///< the first hit wins
+      protocols;  ///< by name; the pointers stay valid for the life of the program
+  std::vector<std::filesystem::path> module_dirs;  ///< the folders that were searched for protocols
+  /// The first folder with a file takes precedence.
+  std::vector<std::filesystem::path> profile_dirs;
 
-  /// Null when no module of that name is installed.
+  /// Returns null if no module of that name is installed.
   const protocols::Protocol* FindProtocol(const std::string& name) const;
-  /// The error says which are installed, and which of them is meant.
+  /// Like FindProtocol. The error names the installed protocols and the most likely intended one.
   Result<const protocols::Protocol*> NeedProtocol(const std::string& name,
                                                   const std::string& port = {}) const;
-  /// The installed protocol that a wrong name most likely means: a misspelt one, or what people
-  /// call it (Protocol::also_called). Null: none is near.
+  /// Returns the installed protocol that an unknown name most likely stands for: a similar name, or
+  /// an alternative name (Protocol::also_called). Null: no name is similar.
   const protocols::Protocol* MeantProtocol(const std::string& name,
                                            const std::string& port = {}) const;
-  /// The protocol that has the frames of this framing. Null when it is not installed, and for
-  /// Modbus TCP, which needs none.
+  /// Returns the protocol whose frames have this framing. Null if it is not installed, and for
+  /// Modbus TCP, which needs no protocol.
   const protocols::Protocol* FramesOf(modbus::Framing framing) const;
-  /// How their messages are known on lines of other protocols.
+  /// Returns the rules that recognise messages of each protocol on lines of other protocols.
   std::vector<protocols::ForeignRule> ForeignRules() const;
-  /// The folders that hold profiles of the protocol: its own, then that of Protocol::profiles_of.
+  /// Returns the folders with profiles for the protocol: its own, then that of
+  /// Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;
-  /// In the protocol's own folder first. Nothing when no directory has it.
+  /// Returns the profile's file; the protocol's own folder takes precedence. Nothing: no directory
+  /// contains the profile.
   std::optional<std::filesystem::path> FindProfile(const std::string& protocol,
                                                    const std::string& name) const;
-  /// Those that one protocol can use, or all when it is empty: by protocol and name, without hidden
-  /// duplicates.
+  /// Returns the profiles that one protocol can use, or all if `protocol` is empty. Sorted by
+  /// protocol and name; files that another one takes precedence over are left out.
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
-  /// The error: no protocol is installed at all, and where it was looked for.
+  /// Returns an error with the searched folders if no protocol is installed.
   Status HasProtocols() const;
 };
 
-/// From now on no problem shows the value of an option that its protocol calls secret.
+/// Registers all secret options, so that no problem shows their values from now on.
 void AddSecrets(const Catalog& catalog, Problems& problems);
 
 }  // namespace baudgate::config

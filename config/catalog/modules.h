@@ -1,6 +1,6 @@
-// Finds and loads protocol modules, and says where profiles are.
-// Search order: $BAUDGATE_MODULES, beside the binary, the install path; for profiles the same, with
-// /etc/baudgate/profiles before the shipped ones.
+// `LoadModules` finds and loads protocol modules and finds the folders of profiles. Search order of
+// modules: $BAUDGATE_MODULES, beside the binary, the install path. The order for profiles is the
+// same, with /etc/baudgate/profiles before the shipped ones.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,16 +14,16 @@ namespace baudgate::config {
 
 struct Modules {
   Catalog catalog;
-  /// Modules that were found and refused, each a sentence with its path: another interface version,
-  /// another compiler, not a module at all.
+  /// One sentence with the path for each module that was refused: another contract, another
+  /// compiler, no module.
   std::vector<std::string> refused;
 };
 
-/// Loads every module once; none is ever unloaded.
+/// Loads each module once and never unloads one.
 Modules LoadModules();
 
-/// Where profiles are looked for, the first hit wins. `roots` ends with the two places of what is
-/// shipped.
+/// Returns the folders of profiles; an earlier one takes precedence. The last two of `roots` must
+/// be those of the shipped profiles.
 std::vector<std::filesystem::path> ProfileFolders(const std::vector<std::filesystem::path>& roots);
 
 }  // namespace baudgate::config

@@ -47,7 +47,7 @@ Result<OptionValue> ParseReal(const protocols::OptionSpec& spec, std::string_vie
   return OptionValue(*value);
 }
 
-/// A password may begin with zeros.
+/// A secret may begin with zeros, because passwords do.
 Result<OptionValue> ParseNumber(const protocols::OptionSpec& spec, std::string_view text) {
   const std::string zero = spec.secret ? std::string() : WhyLeadingZero(text);
   if (!zero.empty()) return Wrong(spec, text, zero);
@@ -97,7 +97,7 @@ Result<OptionValue> ParsePairs(const protocols::OptionSpec& spec, std::string_vi
   return OptionValue(std::move(pairs));
 }
 
-// A declaration that leaves its fallback out means the nothing of its kind.
+// Returns the value for an option whose declaration has no default.
 OptionValue Empty(Kind kind) {
   switch (kind) {
     case Kind::flag:

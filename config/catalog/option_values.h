@@ -1,5 +1,5 @@
-// Values of the options that protocols declare: from the words of the user or of the declaration
-// itself to what a protocol is given. Specs come from protocols/protocol.h.
+// Parses values of the options that protocols declare, from the user's text or from the defaults.
+// Specs come from protocols/options.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,14 +11,13 @@
 
 namespace baudgate::config {
 
-/// One value as the user writes it ("true", "250ms", "a,b"), checked against its declaration. The
-/// error never quotes a secret. Serves YAML, fallbacks and `--set` alike.
+/// Parses one value as the user writes it ("true", "250ms", "a,b") and checks it against its
+/// declaration. The error never contains a secret. Used for YAML, defaults and `--set`.
 Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_view text);
 
-/// Every option that the protocol declares, at its fallback.
 Options DefaultOptions(const protocols::Protocol& protocol);
 
-/// Sets in `target` what `given` has.
+/// Copies all options of `given` to `target`. Pairs of `target` whose words `given` lacks are kept.
 void Override(Options& target, const Options& given);
 
 }  // namespace baudgate::config

@@ -46,13 +46,13 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
 
 namespace {
 
-/// "device 'feeder-1'", or "device" if it has no usable name.
+/// Returns "device 'feeder-1'", or "device" if it has no usable name.
 std::string Called(const Device& device) {
   if (device.name == kOfThisType) return "a device of this type";
   return device.name.empty() ? "device" : "device '" + device.name + "'";
 }
 
-/// Groups that are read at longer intervals than max_age.
+/// Warns of groups that are read at longer intervals than max_age.
 void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problems) {
   std::set<Group> told;
   for (const Point& point : device.points) {
@@ -69,7 +69,7 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
   }
 }
 
-/// `unasked`: it is not polled.
+/// `unasked`: the device sends unasked and is not polled.
 void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& problems) {
   const std::optional<Duration> limit = MaxAgeOf(device, Group::fast);
   if (!limit) {
@@ -92,7 +92,6 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
   if (!unasked && max_age >= device.poll) CheckSeldomGroups(device, keys, problems);
 }
 
-/// What is right in form and yet hardly meant.
 void CheckDoubts(const Device& device, const protocols::Protocol& protocol, const Keys& keys,
                  Problems& problems) {
   if (!protocol.doubts) return;
@@ -110,7 +109,8 @@ void CheckDoubts(const Device& device, const protocols::Protocol& protocol, cons
 
 void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
-  // After other errors a part of the description may not have been read: it is not called missing.
+  // After other errors, parts of the description may not have been read, so faults of the whole
+  // device, such as missing parts, are not reported.
   const bool known = !problems.has_error();
   for (const protocols::ConfigRemark& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {

@@ -1,6 +1,5 @@
-// Whether a device fits its protocol, its times each other, and its address those of the others on
-// its line. Devices come from the readers or from commands; what is wrong goes to Problems.
-// CheckPaces finds times that do not count.
+// Checks a device: against its protocol, its times against each other, and its address against
+// other devices of its line. CheckPaces finds times without effect.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,27 +15,28 @@
 
 namespace baudgate::config {
 
-// Times, periods and retries that somebody wrote and that do not count, because something else
-// overrules them. Paces come from config/devices; warnings go to Problems.
+// CheckPaces warns of configured times, periods and retries that have no effect, because a setting
+// of higher precedence overrides them.
 
-/// The paces of one device: its own, its profile's and its line's (before the gateway). `mark`: of
-/// the device.
+/// The paces that apply to one device: its own, its profile's, and its line's merged over the
+/// gateway's.
 struct Paces {
   const Pace& device;
   const Pace& profile;
   const Pace& line;
 };
+/// `mark` is the place of the device.
 void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems);
 
 /// The name of a device that stands for all devices of a profile.
 inline constexpr std::string_view kOfThisType = "of this type";
 
-/// The addresses of one line's devices.
 class LineAddresses {
  public:
-  /// An error when the protocol does not take the device's address; a warning when an earlier
-  /// device of this protocol has the same one, however each writes it. `mark`: of the address.
+  /// Reports an error if the protocol refuses the device's address, and a warning if an earlier
+  /// device with this protocol has the same address, even in another spelling. `mark` is the place
+  /// of the address.
   void Add(const Device& device, const protocols::Protocol& protocol, const Mark& mark,
            Problems& problems);
 
@@ -48,8 +48,8 @@ class LineAddresses {
   std::map<std::pair<const protocols::Protocol*, std::string>, Owner> owners_;
 };
 
-/// A device whose points, options and times are complete. `keys`: of the device, for the places of
-/// problems. Without a protocol what only it can judge is left out.
+/// Checks a device whose points, options and times are complete. `keys` are the device's keys, for
+/// the places of problems. If `protocol` is null, the protocol's own checks are left out.
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems);
 

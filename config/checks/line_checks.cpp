@@ -163,12 +163,12 @@ void CheckPortServers(const Line& line, const Keys& keys, Problems& problems) {
 
 namespace {
 
-// USB adapters hold bytes back for up to 16 ms, serial servers alike.
+// USB adapters and serial servers hold bytes back for up to 16 ms.
 constexpr Duration kShortestWait = 20ms;
 
 using Messages = std::vector<std::string>;
 
-/// Only what somebody has written is judged; the protocol's own times are known to work.
+/// Only configured times are checked; the protocol's own times are known to work.
 Messages TimingMessages(const Timing& given, const Timing& fallback, const SerialSettings& serial) {
   Messages messages;
   const auto add = [&](std::string text) { messages.push_back("timing: " + std::move(text)); };
@@ -204,7 +204,7 @@ SerialSettings SerialOf(const Line& line, const Device& device) {
   return device.serial.value_or(line.serial);
 }
 
-/// What is wrong with the line's times is said once, not once a device.
+/// A problem of the line's times is reported once for the line, not again for each device.
 void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
   Messages known;
   if (const protocols::Protocol* own = catalog.FindProtocol(line.protocol)) {
@@ -229,14 +229,13 @@ std::string InMilliseconds(Duration time) {
   return FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(time));
 }
 
-/// All that have a period.
 std::vector<Group> PolledGroups(const Device& device) {
   std::vector<Group> groups = {Group::fast, Group::slow, Group::daily};
   for (std::size_t i = 0; i < device.intervals.size(); ++i) groups.push_back(OwnGroup(i));
   return groups;
 }
 
-/// Devices that think before they answer only make it worse.
+/// Computes the load with immediate replies; slow devices make it worse.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   std::map<const protocols::Protocol*, std::unique_ptr<protocols::Bus>> buses;
   double fast = 0;
@@ -272,7 +271,7 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
                                                : "poll, or move points to the group slow"));
 }
 
-/// Whether it is probed with something that only this is answered so.
+/// True if the reply to the device's probe cannot be a reply to another request.
 bool HasProof(const Device& device, const protocols::Protocol& protocol, protocols::Bus* bus) {
   const auto conversation = MakeConversation(protocol, device, bus);
   const auto probe =

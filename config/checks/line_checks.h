@@ -1,7 +1,6 @@
-// What only a whole line shows: times that cannot work together, more polls than the bit rate has
-// room for. Lines without errors come from config/loader; warnings go to Problems. RoundOf gives
-// the length of a round, CheckTiming and its neighbours check serial settings, and CheckPortServer
-// checks the port over the network.
+// Checks a whole line: times that cannot work together, and more polls than the bit rate allows.
+// RoundOf computes the duration of a round, CheckTiming and the functions below it check serial
+// settings, and CheckPortServer checks the port over the network.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,50 +17,52 @@
 
 namespace baudgate::config {
 
-// Round: the line time of one poll of a group, if the device answers at once. A conversation of the
-// device's protocol gives the requests; `check` shows the result and warns.
+// The line time of one poll of a group if the device replies at once. The requests come from a
+// conversation of the device's protocol.
 struct Round {
   std::size_t requests = 0;
-  Duration time{};  ///< quiet times and characters, the shortest replies
+  /// Includes quiet times and the characters of requests and of the shortest replies.
+  Duration time{};
 };
 
-/// `bus`: of the device's protocol on this line.
+/// `bus` is the Bus of the device's protocol on this line.
 Round RoundOf(Group group, const Line& line, const Device& device,
               const protocols::Protocol& protocol, protocols::Bus* bus);
 
-/// The times that the device is asked with, and who decided them.
+/// Returns the times that apply to the device, and the source of each.
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
-// Whether serial settings and named times can work: by themselves, with the port, with the
-// protocol. They come from lines, devices, listeners and profiles; what is wrong goes to Problems.
+// The functions below check that serial settings and named times can work: together, with the port,
+// and with the protocol.
 
-/// `mark`: of the ceiling.
+/// `mark` is the place of `ceiling`.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
-/// A port that knows 8N1 only can carry seven bits and a parity bit, and nothing else. `mark`: of
-/// the parity.
+/// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can carry
+/// nothing else. `mark` is the place of the parity.
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems);
-/// One of them at most. `keys`: of the map `serial`.
+/// Checks that at most one flow control is set. `keys` are those of the map `serial`.
 void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems);
-/// `keys`: of the map `rs485`.
+/// `keys` are those of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
-/// Whether characters of the protocol fit into these. `mark`: of what chose the one or the other.
+/// Checks that the settings have enough data bits for the protocol. `mark` is the place of the
+/// setting or of the protocol, whichever was chosen here.
 void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
                    const Mark& mark, Problems& problems);
-/// Refuses settings that only a port of this machine can have. `mark`: of the settings.
+/// Reports settings that only a port of this machine supports. `mark` is the place of the settings.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
-/// What Protocol::tcp excludes: a serial port, and the keys of one. `keys`: of the line or device
-/// that names the protocol; `port`: of a line; empty of a device.
+/// Reports settings that Protocol::tcp excludes: a serial port and its keys. `keys` are those of
+/// the line or device that names the protocol; `port` is the line's, or empty for a device.
 void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
-// Whether the port of a line may be passed on over the network, and to whom. Structs come from
-// config/lines.h; what is wrong goes to Problems.
+// The functions below check whether the port of a line may be passed on over the network, and to
+// whom.
 
-/// Reports clients beyond loopback: an error without `allow`, a warning with it. `key`:
+/// Reports clients beyond loopback: an error without `allow`, a warning with it. `key` is
 /// "serial_server" or "lend".
 void CheckPortServer(const PortServer& server, const std::string& key, Problems& problems);
-/// Reports keys of the line that cannot stand together. `keys`: all keys of the line.
+/// Reports keys of the line that exclude each other. `keys` are all keys of the line.
 void CheckPortServers(const Line& line, const Keys& keys, Problems& problems);
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems);

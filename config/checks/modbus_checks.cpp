@@ -58,9 +58,9 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
 
 namespace {
 
-/// "33-35 by the route in line 5, 36 by device 'feeder-1'"; empty when nothing is taken. Who writes
-/// a wide route behind single units and devices means it: as long as something remains, only ranges
-/// that overlap are named.
+/// Returns the units that others take from the route: "33-35 by the route in line 5, 36 by device
+/// 'feeder-1'"; empty: none. A wide route behind single units and devices is intended, so while the
+/// route still gets some units, only ranges that overlap partly are reported.
 std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
   const UnitSet wanted = UnitsOf(config.modbus.routes[index]);
   const bool unused = reached[index].none();

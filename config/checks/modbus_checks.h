@@ -1,4 +1,4 @@
-// RangeText gives units and registers for messages: "7", "33…40". CheckListener checks listeners,
+// RangeText formats units and registers for messages: "7", "33…40". CheckListener checks listeners,
 // and CheckRoutes checks routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -18,30 +18,29 @@ inline std::string RangeText(int first, int last) {
   return std::to_string(first) + "…" + std::to_string(last);
 }
 
-// Whether a listener can be served, and whether anybody whom it lets in can reach it. Listeners
-// come from the readers; what is wrong goes to Problems.
+// Checks that a listener can be served and that an allowed client can reach it.
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
-/// Whether the next entry of `listener.clients` can ever apply. `mark`: of its `from`.
+/// Warns if the next entry of `listener.clients` can never apply. `mark` is the place of its
+/// `from`.
 void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
                  Problems& problems);
 
-// Whether routes lead somewhere, their units reach them, and their requests can be answered in
-// time. Routes come from the readers, the whole configuration from config/loader; what is wrong
-// goes to Problems.
+// The functions below check routes: targets, slave addresses, and deadlines.
 
-/// Exactly one of `line` and `server`. `route`: the keys of the route.
+/// Checks that the route has exactly one of `line` and `server`. `route` are the route's keys.
 void CheckTarget(const Keys& route, Problems& problems);
-/// Whether the addresses that the route's units become exist where it leads.
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems);
-/// A route to one of our own listeners would never end. `mark`: of the route's `server`.
+/// Reports a route to one of the gateway's own listeners, where requests would circulate. `mark` is
+/// the place of `server`.
 void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
                  Problems& problems);
 
-/// Warns in a configuration without errors: units that never reach their route, deadlines too
-/// short. Warnings only.
+/// Warns of units that never reach their route, and of deadlines that are too short. `config` has
+/// no errors.
 void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problems);
-/// Lines that nobody asks anything, broadcasts that reach no line. Warnings only.
+/// Warns of lines on which nothing is ever sent and of broadcasts that reach no line. A route to a
+/// line with serial_server is an error.
 void CheckUse(const Config& config, Problems& problems);
 
 }  // namespace baudgate::config

@@ -17,7 +17,7 @@ namespace {
 
 using Kind = RawNumbers::Kind;
 
-/// 0x8000 of 16 bits with a sign: -32768.
+/// Converts the bits 0x8000 of a signed 16-bit number to -32768.
 Decimal OfBits(const Decimal& number, const IntegerRange& range) {
   const Decimal meant = number - range.highest - range.highest - 2;
   return range.lowest < 0 && number > range.highest && meant.is_negative() ? meant : number;
@@ -27,7 +27,8 @@ bool IsHex(const Sentinel& sentinel) {
   return sentinel.written.substr(0, 2).find_first_of("xX") == 1;
 }
 
-/// Empty: it may come. The sentence goes on behind the number.
+/// Returns why the device never sends this sentinel, as the end of a sentence that begins with the
+/// number; empty: it may send it.
 std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   const bool is_real = numbers.kind == Kind::single || numbers.kind == Kind::real;
   if (is_real && IsHex(sentinel)) {
@@ -49,7 +50,7 @@ std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
 
 void Resolve(Point& point, const RawNumbers& numbers, Problems& problems) {
   const IntegerRange& range = numbers.range;
-  // Digits of a text have no bits of their own.
+  // A number that is read as decimal text has no bits, so the type of the point decides.
   const bool has_bits =
       numbers.kind == Kind::whole && (range.lowest == 0 || Decimal(range.highest).ToInt64());
   const IntegerRange bits = has_bits ? range : RangeOf(point.type);
@@ -82,7 +83,6 @@ bool IsNumber(const Point& point) {
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// Whether a register of this type can hold the number.
 bool Fits(const Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::float32) return Abs(number).ToDouble() <= std::numeric_limits<float>::max();
@@ -153,8 +153,8 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
   }
 }
 
-/// Keys of what the point cannot do. A configuration may take the writing from a point of a profile
-/// with `access: r`: then the profile's keys for writing stay.
+/// Reports keys that do not fit the point's access. A configuration may make a profile's point
+/// read-only with `access: r`; the profile's own keys for writing are then no error.
 void CheckAccess(const Point& point, const Keys& keys, Problems& problems) {
   const auto stays = [&](std::string_view key) {
     return keys.Has("access") && *keys.MarkOf("access").file != *keys.MarkOf(key).file;
@@ -282,7 +282,7 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems) {
   }
 }
 
-/// A bit and a register of one address may both be selected, but not by one register.
+/// A bit and a register may have the same address, but only one of them a select register.
 void RegisterClaims::AddSelect(const Point& point, const Mark& mark) {
   const auto [other, is_new] = selects_.try_emplace(*point.modbus, point.name);
   if (is_new) return;

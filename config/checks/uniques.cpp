@@ -52,7 +52,7 @@ namespace {
 
 constexpr std::string_view kTcp = "tcp://";
 
-/// Two spellings of one port give the same text.
+/// Returns the same text for all spellings of one port.
 std::string RealPort(const std::string& port) {
   if (port.starts_with(kTcp)) {
     const auto at = ParseHostPort(port.substr(kTcp.size()));

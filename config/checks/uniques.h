@@ -1,6 +1,6 @@
-// What may stand only once in the whole configuration: names, unit ids, ports. Told by the readers
-// as they go; who comes second is a problem that names the first. CheckName says what a name may
-// be.
+// `Uniques` finds names, unit ids and ports that occur twice in the configuration. The readers
+// report each use while they read; the second use is an error that names the first. CheckName
+// checks the form of a name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,17 +16,16 @@
 
 namespace baudgate::config {
 
-// Names that gateways, lines, devices and points may have.
+// The form of names of gateways, lines, devices and points.
 
-/// Letters, digits and single '_' or '-' between them, at most 64 (the key length of the DDS
-/// topics).
+/// Accepts letters, digits and single '_' or '-' between them, at most 64 (the key length of the
+/// DDS topics).
 Status CheckName(std::string_view name);
-/// Letters, digits and single '_' before or between them, no digit first: an identifier of IEC
-/// 61131-3, and usable as one everywhere.
+/// Accepts letters, digits and single '_' before or between them, no digit first: an identifier of
+/// IEC 61131-3, which nearly all programs accept.
 Status CheckPointName(std::string_view name);
 
-/// Names and numbers that must be unique in the gateway. A second use is an error that names the
-/// first.
+/// Reports each second use of a name or number that must be unique in the gateway.
 class Uniques {
  public:
   explicit Uniques(Problems& problems) : problems_(problems) {}
@@ -34,12 +33,13 @@ class Uniques {
   void Line(const std::string& name, const Mark& mark);
   void Device(const std::string& name, const Mark& mark);
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
-  /// Links such as /dev/serial/by-id/… count as what they lead to. `shared`: a server that takes
-  /// several connections; other lines that say so may name it as well.
+  /// Links such as /dev/serial/by-id/… are the same port as their target. `shared`: a server that
+  /// accepts several connections, so several lines may use it if all are shared.
   void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
-  /// A serial port at which a master waits; in one table with the ports of lines.
+  /// The serial port of a listener; it must differ from the ports of lines as well.
   void ListenerPort(const std::string& path, const Mark& mark);
-  /// No two at one port of one address; 0.0.0.0 and :: are all of them. `what`: its key.
+  /// The address of a listener. 0.0.0.0 and :: collide with every address with that port. `what` is
+  /// the key for the message.
   void Address(const std::string& what, const HostPort& at, const Mark& mark);
 
  private:
@@ -49,7 +49,7 @@ class Uniques {
     bool shared = false;
   };
   using Owners = std::map<std::string, Owner>;
-  /// The first owner when there is one already.
+  /// Returns the first owner, or null if there was none.
   static const Owner* Claim(Owners& owners, const std::string& what, const std::string& name,
                             const Mark& mark);
 

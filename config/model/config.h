@@ -1,6 +1,6 @@
-// What the user configured, as plain structs: no YAML here, every value already checked.
-// Filled by config/loader.h; read by everybody else, each by the file of its own subject. History
-// says which values are kept, and ParseUnits reads sets of Modbus unit ids.
+// `Config` is the whole configuration as plain structs, without YAML; every value has been checked.
+// config/loader.h fills it. History defines which values are recorded, and ParseUnits parses sets
+// of Modbus unit ids.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,14 +22,15 @@
 
 namespace baudgate::config {
 
-// Which values are kept, and how long (gateway/records/history).
+// Which values are recorded, and how long (gateway/records/history).
 
-/// One point whose values are kept: every change of its quality, and of its value as said here.
+/// One recorded point: every change of its quality, and of its value according to the members
+/// below.
 struct HistoryPoint {
-  std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
-  std::uint32_t point = 0;   ///< in that device's points
-  bool every = false;        ///< every reading, changed or not
-  Decimal deadband = 0;      ///< smaller changes are not kept, in units of the value
+  std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
+  std::uint32_t point = 0;   ///< index into that device's points
+  bool every = false;        ///< record every reading, changed or not
+  Decimal deadband = 0;      ///< smaller changes are not recorded, in units of the value
   Duration max_gap = std::chrono::minutes(10);
 };
 
@@ -52,10 +53,10 @@ void VisitFields(const HistoryPoint*, Visit visit) {
 inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
-  std::string directory;                   ///< empty = as `state`
-  std::uint64_t limit = 1000 * kMegabyte;  ///< bytes
+  std::string directory;                   ///< empty: same as `state`
+  std::uint64_t limit = 1000 * kMegabyte;  ///< size of all files together, in bytes
   Duration keep = std::chrono::hours(24) * 365;
-  std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is kept
+  std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is recorded
 
   bool on() const { return !points.empty(); }
 };
@@ -71,17 +72,17 @@ void VisitFields(const History*, Visit visit) {
       .fallback = kRequired});
 }
 
-/// Audit decides about a write whose record cannot be kept (gateway/records/audit).
+/// The treatment of a write whose record cannot be saved (gateway/records/audit).
 enum class Audit : std::uint8_t {
-  best_effort,  ///< it is sent; the record waits in memory
-  require,      ///< it is refused
+  best_effort,  ///< the write is sent; its record waits in memory
+  require,      ///< the write is refused
 };
 
-/// Events are kept (gateway/records/events): those of devices, of their points, and of the gateway
-/// itself.
+/// The recording of events (gateway/records/events): those of devices, of their points, and of the
+/// gateway.
 struct Events {
-  bool given = false;     ///< without it only of devices that say `events: on`
-  std::string directory;  ///< folder of the databases; empty = as `state`
+  bool given = false;     ///< false: only devices with `events: on` record events
+  std::string directory;  ///< folder of the databases; empty: same as `state`
 };
 
 template <typename Visit>
@@ -93,13 +94,13 @@ void VisitFields(const Events*, Visit visit) {
 
 struct Config {
   std::string name = "baudgate";
-  std::string recordings;  ///< empty = not given
-  std::string state;       ///< empty = not given
-  AlarmSetting alarms;     ///< of the gateway as a whole: its disks
+  std::string recordings;  ///< empty: not configured
+  std::string state;       ///< empty: not configured
+  AlarmSetting alarms;     ///< for the gateway as a whole: its disks
   Events events;
   History history;
   Audit audit = Audit::best_effort;
-  std::string socket;  ///< empty = not given
+  std::string socket;  ///< empty: not configured
   Modbus modbus;
   Dds dds;
   Web web;
@@ -133,28 +134,27 @@ void VisitFields(const Config*, Visit visit) {
                               .fallback = "required, unless a route leads to a server"});
 }
 
-/// Devices are numbered through all lines, in the order of the file: the number of the first device
-/// of `lines[line]`, or the one that it would have.
+/// Devices are numbered over all lines, in the order of the file. Returns the number of the first
+/// device of `lines[line]`, or the number that it would have.
 inline std::uint32_t FirstDevice(const Config& config, std::size_t line) {
   std::size_t first = 0;
   for (std::size_t i = 0; i < line; ++i) first += config.lines[i].devices.size();
   return static_cast<std::uint32_t>(first);
 }
 
-// Sets of Modbus unit ids: as text, and which of them devices and routes have.
+// Sets of Modbus unit ids, and which devices and routes use them.
 
 using UnitSet = std::bitset<256>;  ///< by Modbus unit id, or by address on a line
 
-/// "20" or "33-40": the first and the last unit id, 0…255.
+/// Parses "20" or "33-40" into the first and last unit id, 0…255.
 Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text);
-/// "33-35, 37-40".
+/// Formats a set as "33-35, 37-40".
 std::string UnitsText(const UnitSet& units);
 
-/// What the route names.
 UnitSet UnitsOf(const Route& route);
-/// Unit ids of all devices.
 UnitSet DeviceUnits(const Config& config);
-/// The units that each route of config.modbus serves: without those of devices and earlier routes.
+/// Returns the units that each route of config.modbus serves: those it names, without the units of
+/// devices and earlier routes.
 std::vector<UnitSet> RouteUnits(const Config& config);
 
 }  // namespace baudgate::config

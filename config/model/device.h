@@ -1,4 +1,4 @@
-// A device of a line, and a device type.
+// `Device` is a device of a line as configured, `Profile` a device type.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,13 +24,13 @@
 namespace baudgate::config {
 
 enum class OnBad : std::uint8_t { exception, hold, nan };
-/// Order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values alike.
+/// The order of the bytes of a 32-bit value 0xAABBCCDD in two registers; 64-bit values likewise.
 enum class WordOrder : std::uint8_t {
   abcd,
   cdab,
   badc,
   dcba,
-  cdabghef,  ///< of four registers: the words of each half exchanged; of devices only
+  cdabghef,  ///< of four registers: the words of each half exchanged; at devices only
 };
 template <>
 inline constexpr std::array<Word<WordOrder>, 4> kWords<WordOrder> = {{{"ABCD", WordOrder::abcd},
@@ -38,12 +38,12 @@ inline constexpr std::array<Word<WordOrder>, 4> kWords<WordOrder> = {{{"ABCD", W
                                                                       {"BADC", WordOrder::badc},
                                                                       {"DCBA", WordOrder::dcba}}};
 
-/// What a device may call itself, without regard to spaces and case (SpokenName).
+/// The names that a device may report, compared without spaces and case (SpokenName).
 struct Identity {
-  std::vector<std::string> names;  ///< of this type; empty: not known
+  std::vector<std::string> names;  ///< names of this device type; empty: unknown
   std::map<std::string, std::string>
-      others;           ///< names of other types → the profile that lists them
-  bool ignore = false;  ///< it is served whatever it is
+      others;           ///< names of other device types, each with the profile that lists it
+  bool ignore = false;  ///< true: the name is not checked
 };
 
 template <typename Visit>
@@ -53,10 +53,10 @@ void VisitFields(const Identity*, Visit visit) {
   visit(Field<&Identity::ignore>{"identity"});
 }
 
-/// "SPAJ 140 C" as " spaj 140c" and the like are compared: "SPAJ140C".
+/// Returns the form in which names are compared: " spaj 140c" gives "SPAJ140C".
 std::string SpokenName(std::string_view name);
 
-/// Points that are read together behind an event, and kept with it as one.
+/// Points that are read after an event and saved together with it.
 struct Record {
   std::string name;
   std::vector<std::uint32_t> points;  ///< indices into the device's points
@@ -70,35 +70,37 @@ void VisitFields(const Record*, Visit visit) {
 
 struct Device {
   std::string name;
-  std::string address;   ///< as written; the plugin reads it
-  std::string protocol;  ///< the line's, unless the device names its own
-  std::string profile;   ///< empty when all points stand inline
+  std::string address;   ///< as written; the protocol parses it
+  std::string protocol;  ///< the line's protocol, unless the device names another
+  std::string profile;   ///< empty if all points are in the device's `points`
   std::string title;     ///< the profile's `device:`
   std::optional<std::uint8_t> unit;
   bool enabled = true;
-  /// After so much silence that none can be owed by time, replies are taken to be in order: for a
-  /// device that nothing it answers proves the order of (gateway/bus/replies/whose_reply.h).
+  /// True: after a silence longer than any reply can be late, replies count as being in the order
+  /// of the requests. For a device whose replies never show which request they answer
+  /// (gateway/bus/replies/whose_reply.h).
   bool trust_order = false;
-  Recheck recheck = Recheck::off;  ///< of its points, where they say nothing, and of its events
+  Recheck recheck = Recheck::off;  ///< the default of its points, and the setting for its events
   Duration poll = std::chrono::seconds(1);
   Duration slow = std::chrono::minutes(1);
   Duration daily = std::chrono::hours(24);
-  std::vector<Duration> intervals;    ///< of points with a `poll` of their own
+  std::vector<Duration> intervals;    ///< periods of points that have their own `poll`
   std::optional<Duration> max_age;    ///< empty: see MaxAgeOf
   std::optional<Duration> dead_age;   ///< empty: 3 x max_age, or 6 rounds of the line if longer
-  bool never_old = false;             ///< it speaks unasked, and its silence is normal
-  const Traits* traits = &kNoTraits;  ///< of its protocol; lives for ever
+  bool never_old = false;             ///< the device sends unasked, and its silence is normal
+  const Traits* traits = &kNoTraits;  ///< those of its protocol; valid for the life of the program
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
-  std::optional<int> retries;  ///< device before profile; empty: the line's
-  Timing timing;               ///< device before profile; the line's and the protocol's come below
-  std::optional<SerialSettings> serial;  ///< where the bus is switched for this device
+  std::optional<int> retries;  ///< of the device, else of the profile; empty: the line's
+  /// The device's times, else the profile's; those of line and protocol are merged later.
+  Timing timing;
+  std::optional<SerialSettings> serial;  ///< set if the line's settings are changed for this device
   Identity identity;
-  Options options;            ///< the protocol's own
-  std::vector<Point> points;  ///< profile and inline points merged
-  bool events = false;        ///< what happens in it is asked for, and kept
-  bool point_events = false;  ///< those of its points are kept
-  AlarmSetting alarms;        ///< of the device itself; device before line and gateway
+  Options options;            ///< options of the protocol
+  std::vector<Point> points;  ///< points of the profile and of the device, merged
+  bool events = false;        ///< events of the device are requested and recorded
+  bool point_events = false;  ///< events of its points are recorded
+  AlarmSetting alarms;  ///< for alarms of the device itself; takes precedence over line and gateway
   std::vector<EventText> event_texts;
   std::vector<Record> records;
   Mark mark;
@@ -160,18 +162,19 @@ void VisitFields(const Device*, Visit visit) {
   visit(Derived<&Device::mark>());
 }
 
-/// How often the group is read; zero: once.
+/// Returns the period of the group; zero: the group is read once.
 Duration PeriodOf(const Device& device, Group group);
-/// The group is read at least every kAgainPeriod.
+/// True if the group is read at least every kAgainPeriod.
 bool IsOften(const Device& device, Group group);
-/// From which age values of the group are doubted; empty: from none.
+/// Returns the age from which values of the group are uncertain; empty: never.
 ///
-///   fast, slow, points with a `poll`    max_age; without it 3 periods, or none (never_old)
-///   daily                               3 periods: max_age is meant for what is read all the time
-///   once                                none
+///   fast, slow, points with a `poll`    max_age; default 3 periods, or never (never_old)
+///   daily                               3 periods; max_age is for values that are read frequently
+///   once                                never
 std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 
-/// `records: { trip: { points: [ trip_phases, "record?_*" ] } }` of a profile.
+/// A record of a profile, whose points are given as patterns:
+/// `records: { trip: { points: [ trip_phases, "record?_*" ] } }`.
 struct RecordPattern {
   std::string name;
   std::vector<std::string> points;  ///< names, with * for any text and ? for any character
@@ -185,10 +188,10 @@ struct Profile {
   std::string title;
   Pace pace;
   std::optional<WordOrder> word_order;
-  std::vector<std::string> identity;  ///< what devices of this type call themselves
-  Options options;                    ///< only those that the profile sets
+  std::vector<std::string> identity;  ///< names that devices of this type report
+  Options options;                    ///< only the options that the profile sets
   std::vector<Point> points;
-  std::vector<EventText> event_texts;  ///< empty: it has no events, or nobody has said which
+  std::vector<EventText> event_texts;  ///< empty: the device type has no events, or none is known
   std::vector<RecordPattern> records;
 };
 
@@ -207,6 +210,6 @@ void VisitFields(const Profile*, Visit visit) {
   visit(Field<&Profile::event_texts>{.key = "events", .help = "a list, below"});
 }
 
-std::string_view Name(WordOrder order);  ///< "ABCD"
+std::string_view Name(WordOrder order);  ///< returns "ABCD"
 
 }  // namespace baudgate::config

@@ -1,6 +1,6 @@
-// Events of a point, and which of them are alarms: the key `events:` of a point.
-// EventText says what an event of a device means. AlarmSetting gives the priority and the delay of
-// the alarms that the gateway raises itself.
+// Events of a point, and their alarms: the key `events:` of a point. EventText describes an event
+// of a device. AlarmSetting has the priority and the delay of the alarms that the gateway raises
+// itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace baudgate::config {
 
-/// none: it is no alarm. `alarm: yes` is medium.
+/// none: the event is no alarm. `alarm: yes` is medium.
 enum class AlarmPriority : std::uint8_t { none, low, medium, high };
 inline constexpr std::size_t kAlarmPriorities = 4;
 template <>
@@ -27,9 +27,9 @@ inline constexpr std::array<Word<AlarmPriority>, 4> kWords<AlarmPriority> = {
      {"medium", AlarmPriority::medium},
      {"low", AlarmPriority::low},
      {"off", AlarmPriority::none}}};
-std::string_view Name(AlarmPriority priority);  ///< "high"; "" for none
+std::string_view Name(AlarmPriority priority);  ///< returns "high"; "" for none
 
-/// The words that `alarm` of an event may have, for points and devices.
+/// The words of the key `alarm` at an event, for points and devices.
 inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
     {{"no", AlarmPriority::none},
      {"yes", AlarmPriority::medium},
@@ -37,21 +37,22 @@ inline constexpr std::array<Word<AlarmPriority>, 5> kEventAlarmWords = {
      {"medium", AlarmPriority::medium},
      {"high", AlarmPriority::high}}};
 
-/// `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high }`.
+/// An event of a point: `{ on: above, value: 5, hysteresis: 0.2, delay: 3s, text: "…", alarm: high
+/// }`.
 struct PointEvent {
   enum class On : std::uint8_t { change, above, below };
   On on = On::change;
-  Decimal value = 0;  ///< of above and below, in units of the point's value
-  /// In units of the value: above ends at value - hysteresis, below at value + hysteresis; of
-  /// change: so much and less is none.
+  Decimal value = 0;  ///< the limit of above and below, in units of the value
+  /// In units of the value. above: the event ends at value - hysteresis. below: it ends at value +
+  /// hysteresis. change: smaller or equal changes are ignored.
   Decimal hysteresis = 0;
-  Duration delay{};  ///< for so long it has to be so, or not so any more
-  std::string text;  ///< empty: what `on` says
+  Duration delay{};  ///< the time that the condition, or its end, must last
+  std::string text;  ///< empty: the text of `on`
   AlarmPriority alarm = AlarmPriority::none;
-  /// For `change`: this text means that all is well, any other that something is wrong. Empty: each
-  /// change is a message.
+  /// For `change`: the text that ends the event; any other text begins it. Empty: each change is a
+  /// message without an end.
   std::string normal{};
-  std::string record{};  ///< which values are read after it and kept with it; empty: none
+  std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
 };
 
 template <typename Visit>
@@ -72,27 +73,27 @@ void VisitFields(const PointEvent*, Visit visit) {
   visit(Field<&PointEvent::record>{.help = "which values are kept with it: a name of records"});
 }
 
-/// "change", "above 5": what tells one of a point from another.
+/// Returns "change" or "above 5", which distinguishes the events of one point.
 std::string ConditionOf(const PointEvent& event);
 
-// The meaning of an event of a device: the table `events:` of a profile.
+// The description of a device's event: a row of the table `events:` of a profile.
 
-/// As Modbus and the command line say it.
+/// The states as Modbus and the command line show them.
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 
 inline constexpr std::uint32_t kLastEventCode = 999'999;
 
 struct EventText {
-  std::optional<std::uint32_t> channel;  ///< empty: of every channel
+  std::optional<std::uint32_t> channel;  ///< empty: every channel
   std::uint32_t code = 0;
   EventState state = EventState::message;
   std::string text;
   AlarmPriority alarm = AlarmPriority::none;
-  /// The code that ends the alarm, of the same channel; empty: it has no end of its own, and only
-  /// waits to be acknowledged.
+  /// The code that ends the alarm, on the same channel. Empty: the alarm has no end and only waits
+  /// to be acknowledged.
   std::optional<std::uint32_t> until{};
-  std::string record{};  ///< which values are read after it and kept with it; empty: none
+  std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
 };
 
 template <typename Visit>
@@ -108,16 +109,16 @@ void VisitFields(const EventText*, Visit visit) {
   visit(Field<&EventText::record>{.help = "which values are kept with it: a name of records"});
 }
 
-/// That of the channel before that of all; null: the table does not have it.
+/// Returns the row for this channel, or else the row for all channels; null: there is none.
 const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
                            std::uint32_t code);
 
-/// The alarm that this event ends; null: none.
+/// Returns the row whose alarm this event ends; null: none.
 const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
                                 std::uint32_t code);
 
-// The alarms that the gateway raises itself: the key `alarms:` of the gateway, a line, a device and
-// a route. The more specific setting wins, each key by itself.
+// Settings for the alarms that the gateway raises itself: the key `alarms:` of the gateway, a line,
+// a device and a route. The more specific setting takes precedence, separately for each key.
 struct AlarmSetting {
   AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
   Duration delay = std::chrono::seconds(30);

@@ -1,6 +1,6 @@
-// The members of the configuration's structs, one by one. Beside each struct stands its visitor,
-// which has one row for each member: comparison, the reader of the key (MapReader::Read),
-// docs/keys.md and the man page follow from it.
+// The members of the configuration's structs, listed one by one. Each struct has a function
+// VisitFields with one row for each member. Comparison, the reader of the key (MapReader::Read),
+// docs/keys.md and the man page are derived from the rows.
 //
 //     template <typename Visit>
 //     void VisitFields(const PortServer*, Visit visit) {
@@ -8,10 +8,10 @@
 //       visit(Field<&PortServer::time>{"for", "of lend: the longest time", 1s, 24h});
 //     }
 //
-// tests/config/model/fields_test.cpp fails where a member is missing, tests/config/keys_test.cpp
-// where docs/keys.md differs from the rows.
+// tests/config/model/fields_test.cpp fails if a member is missing, tests/config/keys_test.cpp if
+// docs/keys.md differs from the rows.
 //
-// Shared is a value that its copies share.
+// `Shared` is a value that its copies share.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,10 +32,10 @@
 
 namespace baudgate::config {
 
-// A value that its copies share: the thousand devices of a profile have one description of each
-// point, and one name of the file that it comes from.
+// A value that its copies share, to save memory: a thousand devices of one profile share one
+// description of each point, and one file name.
 
-/// The value never changes; another one takes its place. Reads as T{} where none was given.
+/// The value is immutable; assignment replaces it. Without a value it reads as T{}.
 template <typename T>
 class Shared {
  public:
@@ -57,8 +57,8 @@ class Shared {
   std::shared_ptr<const T> value_;
 };
 
-/// "jump" of &Point::jump, "strip" of Echo::strip: what the compiler calls it, between the last
-/// "::" and the end of the list. A number that is no enumerator is "Echo)3".
+/// Returns "jump" for &Point::jump, "strip" for Echo::strip: the compiler's name, from the last
+/// "::" to the end of the list. A number without an enumerator gives "Echo)3".
 template <auto kMember>
 constexpr std::string_view MemberName() {
   std::string_view name = __PRETTY_FUNCTION__;
@@ -66,7 +66,6 @@ constexpr std::string_view MemberName() {
   return name.substr(name.rfind(':') + 1);
 }
 
-/// A word of the configuration, and what it stands for.
 template <typename T>
 struct Word {
   std::string_view word;
@@ -74,7 +73,7 @@ struct Word {
 };
 inline constexpr std::array<Word<bool>, 2> kDenyAllow = {{{"deny", false}, {"allow", true}}};
 
-/// Stands in the table of keys in place of a default, where the key must be given.
+/// Replaces the default in the table of keys if the key is mandatory.
 inline constexpr std::string_view kRequired = "required";
 
 template <typename E, std::size_t kCount = 0>
@@ -91,12 +90,11 @@ constexpr auto WordsOfNames() {
   }
 }
 
-/// The words of an enumeration: the names of its enumerators, unless a specialisation beside it has
-/// others.
+/// The words of an enumeration: the names of its enumerators, unless there is a specialisation.
 template <typename E>
 inline constexpr auto kWords = WordsOfNames<E>();
 
-/// The first word of kWords for this value, such as "strip" for Echo::strip; empty: it has none.
+/// Returns the first word of kWords for this value, such as "strip" for Echo::strip; empty: none.
 template <typename E>
 requires std::is_enum_v<E>
 constexpr std::string_view Name(E value) {
@@ -111,7 +109,7 @@ T ValueOf(T Struct::*);
 template <typename Struct, typename T>
 T ValueOf(std::optional<T> Struct::*);
 
-/// A setting, with its key in the file and in messages. Only with `help` docs/keys.md lists it.
+/// A setting with its key in the file and in messages. docs/keys.md lists it only if `help` is set.
 template <auto kMember>
 struct Field {
   using Value = decltype(ValueOf(kMember));
@@ -126,13 +124,13 @@ struct Field {
   static constexpr bool is_setting = true;
   std::string_view key = MemberName<kMember>();
   std::string_view help{};
-  Bound least{};  ///< of a number or a time
+  Bound least{};  ///< minimum of a number or a time
   Bound most{};
-  std::string_view fallback{};  ///< the default, where the member's initial value is another one
-  std::span<const Word<Value>> words = Words();  ///< the only ones that may stand there
+  std::string_view fallback{};  ///< the default, if it differs from the member's initial value
+  std::span<const Word<Value>> words = Words();  ///< the allowed words
 };
 
-/// A key whose reader sets several members, or one that another key sets as well.
+/// A key that sets several members, or a member that another key sets as well.
 struct Key {
   static constexpr bool is_setting = false;
   std::string_view key;
@@ -141,7 +139,7 @@ struct Key {
   std::string_view fallback{};
 };
 
-/// A member that is no setting: a place in the file, or what follows from settings.
+/// A member that is no setting: a place in the file, or a result of other settings.
 template <auto kMember>
 struct Derived {
   static constexpr auto member = kMember;
@@ -185,7 +183,7 @@ void EachDifferent(const T& a, const T& b, Tell tell) {
   });
 }
 
-/// "port, serial": the settings that differ.
+/// Returns the keys of the settings that differ: "port, serial".
 template <HasFields T>
 std::string DifferentKeys(const T& a, const T& b) {
   std::string keys;
@@ -195,7 +193,7 @@ std::string DifferentKeys(const T& a, const T& b) {
   return keys;
 }
 
-/// All settings are equal, those of structs in it included.
+/// True if all settings are equal, including those of nested structs.
 template <typename T>
 bool Same(const T& a, const T& b) {
   if constexpr (HasFields<T>) {

@@ -1,4 +1,4 @@
-// A line and its devices. PortServer is the port of a line for clients over the network.
+// `Line` is a line with its devices. PortServer is the port of a line for clients over the network.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,25 +17,25 @@
 
 namespace baudgate::config {
 
-// The port of a line for clients over the network: served all the time where the gateway asks
-// nobody (`serial_server:`), lent now and then where it does (`lend:`).
+// The port of a line for clients over the network. With `serial_server:` the clients have the port
+// all the time and the gateway polls nothing; with `lend:` the gateway polls, and a client may use
+// the port for some time.
 struct PortServer {
   enum class Mode : std::uint8_t {
-    raw,      ///< bytes as they are
-    rfc2217,  ///< telnet, by which a client also sets the port
+    raw,      ///< bytes are passed unchanged
+    rfc2217,  ///< telnet; the client may also change the port's settings
   };
-  /// A client that connects while another one has the port is refused, or waits.
+  /// The treatment of a client that connects while another client uses the port.
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;
-  std::vector<Network> allow;  ///< empty = everybody: on loopback only
+  std::vector<Network> allow;  ///< empty: everybody, allowed on loopback only
   Busy busy = Busy::refuse;
   Duration idle = std::chrono::minutes(10);
   Duration time = std::chrono::minutes(30);
   Mark mark;
 
   bool on_loopback() const { return IsLoopback(ReachOf(at.host)); }
-  /// "127.0.0.1:4001".
   std::string Address() const;
 };
 
@@ -66,24 +66,25 @@ struct Line {
   std::string port;
   SerialSettings serial;
   std::string protocol;
-  bool tcp = false;  ///< its protocol knows TCP only: `serial` is nobody's setting, and not shown
-  Timing timing;     ///< line before gateway
-  int retries = 2;   ///< of exchanges that may be repeated
+  bool tcp = false;  ///< the protocol runs over TCP only: `serial` is unused and not shown
+  Timing timing;     ///< of the line, else of the gateway
+  int retries = 2;   ///< for exchanges that may be repeated
   Echo echo = Echo::off;
   Ask ask = Ask::deny;
-  AlarmSetting alarms;  ///< of the line itself; line before gateway
+  AlarmSetting alarms;  ///< for alarms of the line itself; takes precedence over the gateway's
   Options options;
   std::vector<Device> devices;
-  std::optional<PortServer> serial_server;  ///< without devices; `protocol` may be empty then
-  std::optional<PortServer> lend;           ///< a client may have the port for a while
+  /// Requires that there are no devices; `protocol` may then be empty.
+  std::optional<PortServer> serial_server;
+  std::optional<PortServer> lend;  ///< a client may use the port for some time
   Mark mark;
 
-  /// Where clients come for the port; null: nowhere.
+  /// Returns the server for clients of the port; null: none.
   const PortServer* server() const {
     return serial_server ? &*serial_server : lend ? &*lend : nullptr;
   }
 
-  /// Its port is a serial server elsewhere.
+  /// True if the port is a serial server, reached over TCP.
   bool is_network() const { return port.starts_with("tcp://"); }
 };
 

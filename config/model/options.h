@@ -1,6 +1,6 @@
-// The options of one device or line, as its protocol declares them (protocols/protocol.h).
-// Description is a part of a file that only the protocol understands, and Traits are the
-// particulars of a protocol that other parts need.
+// `Options` contains the options of one device or line, as its protocol declares them
+// (protocols/protocol.h). Description is a part of a file that only the protocol can parse, and
+// Traits are properties of a protocol that other parts need.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@
 
 namespace baudgate::config {
 
-/// A part of a file that only the protocol understands, as the protocol has parsed it
-/// (Protocol::describe). Example: the telegrams of a device.
+/// A part of a file in the form that the protocol has parsed (Protocol::describe). Example: the
+/// telegrams of a device.
 class Description {
  public:
   explicit Description(std::string text) : text_(std::move(text)) {}
@@ -27,14 +27,14 @@ class Description {
   Description(const Description&) = delete;
   Description& operator=(const Description&) = delete;
 
-  /// As it was written. Two of the same text are the same.
+  /// The text as written. Descriptions with equal texts are equal.
   const std::string& text() const { return text_; }
 
  private:
   const std::string text_;
 };
 
-/// Null: there is none.
+/// A pointer that compares by text; null: there is no description.
 struct DescriptionRef {
   std::shared_ptr<const Description> what;
 
@@ -44,18 +44,17 @@ struct DescriptionRef {
   }
 };
 
-/// Words that the user chooses, and what stands for each.
+/// Words that the user chooses, each with its text.
 using Pairs = std::map<std::string, std::string>;
 
-/// One option of a protocol, already of the kind that its OptionSpec demands. Durations are held in
-/// nanoseconds as integers.
+/// The value of one option, of the kind that its OptionSpec requires. Durations are nanoseconds.
 using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::vector<std::string>,
                                  Pairs, DescriptionRef>;
 
 /// The options of one device or line. Every option that the protocol declares is present: given by
-/// the user, by the profile, or its default. The getters therefore need no fallback; asking for a
-/// name that was not declared, or for another kind, is a programming error (std::bad_variant_access
-/// or std::out_of_range in tests).
+/// the user, by the profile, or as default. So the getters have no fallback. A name that is not
+/// declared, or another kind, is a programming error (std::out_of_range or
+/// std::bad_variant_access).
 class Options {
  public:
   void Set(std::string name, OptionValue value) { values_[std::move(name)] = std::move(value); }
@@ -81,7 +80,8 @@ class Options {
   const std::map<std::string, OptionValue>& all() const { return values_; }
   bool operator==(const Options& other) const { return values_ == other.values_; }
 
-  /// As it was written, of an option that was given and is no secret: for whoever repeats it.
+  /// Stores the text as written, for options that were given and are not secret, so that the
+  /// configuration can be printed.
   void SetWritten(std::string name, std::string text) {
     written_[std::move(name)] = std::move(text);
   }
@@ -92,54 +92,50 @@ class Options {
   std::map<std::string, std::string> written_;
 };
 
-// The particulars of a protocol that other parts need and must not know by its name, such as
-// gateway/outputs/status. The plugin sets them (Protocol::traits), and the configuration hands them
-// on.
+// Properties of a protocol that other parts, such as gateway/outputs/status, use instead of its
+// name. The protocol sets them (Protocol::traits), and the configuration passes them on.
 class Options;
 struct Point;
 
 struct Traits {
-  /// The protocol of the server at the other end: "Modbus TCP". Empty: the protocol is
-  /// spoken on serial lines.
+  /// The protocol of the server at the other end: "Modbus TCP". Empty: the protocol runs on serial
+  /// lines.
   std::string_view service{};
-  /// The protocol for the same devices at the other kind of port. "modbus_tcp" of modbus_rtu: a
-  /// Modbus gateway may be in place of a plain serial server. "modbus_rtu" of modbus_tcp: the
-  /// reverse. Empty: there is none.
+  /// The protocol for the same devices at the other kind of port. For modbus_rtu it is
+  /// "modbus_tcp", because a Modbus gateway may be there instead of a plain serial server; for
+  /// modbus_tcp it is "modbus_rtu". Empty: there is none.
   std::string_view counterpart{};
-  /// A request asks for several points, and the user can set how many (`block`, `max_items`).
+  /// A request can read several points, and the user can limit their number (`block`, `max_items`).
   bool has_blocks = false;
-  /// The address to which every device answers. Empty: there is none.
+  /// The address to which every device replies. Empty: there is none.
   std::string_view common_address{};
-  /// Its replies are lines of text.
   bool speaks_text = false;
-  /// The option `order` of a device says in which order the bytes of its numbers come.
+  /// The device option `order` sets the byte order of numbers.
   bool has_byte_order = false;
-  /// A device may answer some requests only in a mode that is set at the device itself, such as
+  /// A device may answer some requests only in a mode that is selected at the device, such as
   /// remote control.
   bool has_modes = false;
 
-  /// Replies that consist of registers. Something else proves that each came whole, so one of
-  /// another length answers a request for more or fewer of them.
+  /// The form of replies that consist of registers. Another check proves that each reply is
+  /// complete, so a reply of another length answers a request for another number of registers.
   struct RegisterReply {
     std::size_t around = 0;  ///< characters that belong to no register
-    std::size_t each = 0;    ///< characters of one register; 0: its replies have none
+    std::size_t each = 0;    ///< characters of one register; 0: replies contain no registers
   };
   RegisterReply register_reply{};
 
-  /// Whether replies to a device with these options have no check value, so that a damaged one may
-  /// look whole. Null: they have one.
+  /// True if replies to a device with these options have no check value, so a damaged reply may
+  /// look undamaged. Null: replies always have one.
   bool (*is_unchecked)(const Options& options) = nullptr;
-  /// Characters that no reply without a check value has inside: one that has is damaged.
+  /// Characters that cannot occur inside an undamaged reply without a check value.
   std::string_view never_in_reply{};
 
-  /// Whether a user sets this point at the device itself, so that it is one of its settings. Null:
-  /// no point is.
+  /// True if the point is a setting that a user changes at the device itself. Null: no point is.
   bool (*is_setting)(const Point& point) = nullptr;
-  /// `read` of the point in which the device says what it is. Empty: there is none.
+  /// `read` of the point that contains the device's designation. Empty: there is none.
   std::string_view designation{};
 };
 
-/// The traits of a protocol that sets none.
 inline constexpr Traits kNoTraits;
 
 }  // namespace baudgate::config

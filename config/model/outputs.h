@@ -1,7 +1,6 @@
 // The outputs of the gateway: Modbus on TCP and serial ports, DDS, and the web page. Listener and
-// Route belong to Modbus, DdsSecurity to Dds, and Web is the web page. Where the struct of a
-// section has kReloads, a reload applies its settings; where kReloads is false, only a restart
-// does.
+// Route belong to Modbus, DdsSecurity to Dds. If the struct of a section has kReloads = true, a
+// reload applies its settings; otherwise only a restart does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,17 +21,16 @@
 
 namespace baudgate::config {
 
-// Where Modbus masters come in, and what they may do.
 enum class Priority : std::uint8_t { low, normal, high };
 
-/// The requests that clients of a listener may send. Others get exception 0x01.
+/// The requests that clients of a listener may send. Other requests get exception 0x01.
 enum class Permit : std::uint8_t {
   read,  ///< functions 1-4
   data,  ///< functions 1-6, 15 and 16
   all,
 };
 
-/// Clients of some addresses have a priority of their own; the first that fits decides.
+/// The priority of clients from some addresses; the first entry that matches applies.
 struct ClientPriority {
   Network from;
   Priority priority = Priority::normal;
@@ -44,7 +42,7 @@ void VisitFields(const ClientPriority*, Visit visit) {
   visit(Field<&ClientPriority::priority>{.help = "of its requests", .fallback = kRequired});
 }
 
-/// So have some functions, whoever asks: over the client's and the listener's.
+/// The priority of some functions; it takes precedence over those of client and listener.
 struct FunctionPriority {
   std::vector<std::uint8_t> codes;
   Priority priority = Priority::normal;
@@ -58,36 +56,36 @@ void VisitFields(const FunctionPriority*, Visit visit) {
                                            .fallback = kRequired});
 }
 
-/// Where Modbus masters come in: a TCP port, or a serial port at which a master waits.
+/// A port for Modbus masters: a TCP port, or a serial port with one master.
 struct Listener {
   enum class Errors : std::uint8_t {
-    exception,  ///< 0x0A, 0x0B and 0x06 are answered
-    silent,     ///< nothing is answered in their place
+    exception,  ///< exceptions 0x0A, 0x0B and 0x06 are sent
+    silent,     ///< no reply is sent instead of these exceptions
   };
-  /// What becomes of a write to unit 0 that no route names.
+  /// The treatment of a write to unit 0 that no route names.
   enum class Broadcast : std::uint8_t {
-    ignore,  ///< it is for the gateway, which has nothing to write: exception 0x02
-    pass,    ///< to all slaves of every line that a route leads to; never answered
+    ignore,  ///< the write is for the gateway, which has nothing to write: exception 0x02
+    pass,    ///< the write is sent to all slaves of every line that has a route; never answered
   };
-  /// What a read of a block finds at addresses between points.
+  /// The result of a block read for addresses between points.
   enum class Holes : std::uint8_t {
     off,   ///< exception 0x02
-    zero,  ///< 0, where the block has a point at all
+    zero,  ///< 0, if the block contains at least one point
   };
-  /// Whether the adapter at the serial port gives the gateway its own replies back as requests.
+  /// strip: the adapter at the serial port returns the gateway's own replies, which are removed.
   enum class Echo : std::uint8_t { off, strip };
   std::string host = "127.0.0.1";
   std::uint16_t port = 1502;
-  std::string path;       ///< of the serial port; then host and port mean nothing
-  SerialSettings serial;  ///< of the serial port
-  Echo echo = Echo::off;  ///< of the serial port
-  modbus::Framing framing = modbus::Framing::tcp;  ///< of a serial port: rtu or ascii
-  std::vector<Network> allow;                      ///< empty = everybody
+  std::string path;       ///< the serial port; if set, host and port are unused
+  SerialSettings serial;  ///< for the serial port
+  Echo echo = Echo::off;  ///< for the serial port
+  modbus::Framing framing = modbus::Framing::tcp;  ///< at a serial port: rtu or ascii
+  std::vector<Network> allow;                      ///< empty: everybody
   Permit permit = Permit::all;
   Priority priority = Priority::normal;
   std::vector<ClientPriority> clients;
   std::vector<FunctionPriority> functions;
-  Errors errors = Errors::exception;  ///< the loader makes it silent for serial ports
+  Errors errors = Errors::exception;  ///< the loader sets silent for serial ports
   Broadcast broadcast = Broadcast::ignore;
   Holes holes = Holes::off;
   int max_clients = 256;
@@ -95,10 +93,10 @@ struct Listener {
   Mark mark;
 
   bool is_serial() const { return !path.empty(); }
-  /// Messages as on a serial line: they do not tell which request they answer, so there is one at a
-  /// time.
+  /// True for messages as on a serial line. Their replies carry no request number, so only one
+  /// request is open at a time.
   bool speaks_serial() const { return framing != modbus::Framing::tcp; }
-  /// "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
+  /// Returns "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
   std::string Address() const;
 };
 
@@ -137,29 +135,29 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Derived<&Listener::mark>());
 }
 
-// Where requests for units that are no devices go.
-
-/// Where requests for some units go as they are: to a line, or to a Modbus TCP server elsewhere.
-/// Units of devices come first, then the first route that names the unit.
+/// Forwards requests for some units unchanged to a line, or to another Modbus TCP server. Units of
+/// devices take precedence, then the first route that names the unit.
 struct Route {
-  std::uint8_t first = 1;  ///< unit ids, 0…255; 0 only when it is written
+  std::uint8_t first = 1;  ///< unit ids, 0…255; 0 must be given explicitly
   std::uint8_t last = 1;
-  std::string line;            ///< name of a line whose protocol carries Modbus, or empty
-  std::size_t line_index = 0;  ///< in Config::lines, when `line` is not empty
-  std::string host;            ///< of the server, when `line` is empty
+  std::string line;  ///< name of a line whose protocol carries Modbus; empty: `host` is used
+  std::size_t line_index = 0;  ///< index into Config::lines, if `line` is not empty
+  std::string host;            ///< the server, if `line` is empty
   std::uint16_t port = 502;
-  std::optional<std::uint8_t> remap;  ///< `first` becomes this address, the next unit the next
-  /// From the request's arrival to the end of its reply, queueing included; not sent later.
+  /// `first` is mapped to this address, the next unit to the next address.
+  std::optional<std::uint8_t> remap;
+  /// The maximum time from the arrival of a request to the end of its reply, including queueing. A
+  /// request that is still queued then is not sent.
   Duration deadline = std::chrono::milliseconds(2500);
-  AlarmSetting alarms;  ///< of each unit behind it; route before line and gateway
+  /// For alarms of the units behind the route; takes precedence over line and gateway.
+  AlarmSetting alarms;
   Mark mark;
 
   bool Covers(std::uint8_t unit) const { return unit >= first && unit <= last; }
-  /// The address on the line, or the unit id at the server.
+  /// Returns the address on the line, or the unit id at the server.
   std::uint8_t SlaveOf(std::uint8_t unit) const;
-  /// "33-40".
   std::string Units() const;
-  /// "line drive" or "server 10.0.0.9:502".
+  /// Returns "line drive" or "server 10.0.0.9:502".
   std::string Target() const;
 };
 
@@ -181,19 +179,18 @@ void VisitFields(const Route*, Visit visit) {
   visit(Derived<&Route::mark>());
 }
 
-// Which files a DDS participant proves itself with, and by which it knows others (DDS
-// Security 1.1).
+// The files with which a DDS participant authenticates itself and others (DDS Security 1.1).
 
-/// Absolute paths; without `identity` DDS is open to everybody who reaches its ports.
+/// All paths are absolute. Without `identity` DDS is open to everybody who can reach its ports.
 struct DdsSecurity {
   std::string ca;
-  std::string permissions_ca;  ///< empty: `ca`
+  std::string permissions_ca;  ///< empty: the file of `ca`
   std::string identity;
   std::string key;
   std::string password_file;  ///< empty: the key has no password
   std::string governance;
   std::string permissions;
-  Keys keys;  ///< places in the configuration
+  Keys keys;  ///< places in the configuration, for messages
 
   bool on() const { return !identity.empty(); }
   const std::string& signer() const { return permissions_ca.empty() ? ca : permissions_ca; }
@@ -215,7 +212,7 @@ void VisitFields(const DdsSecurity*, Visit visit) {
   visit(Derived<&DdsSecurity::keys>());
 }
 
-/// The five files by the names that `baudgate certs dds` gives them.
+/// Returns the paths of the five files that `baudgate certs dds` creates in `directory`.
 inline DdsSecurity SecurityIn(const std::string& directory) {
   DdsSecurity security;
   security.ca = directory + "/ca.pem";
@@ -226,20 +223,18 @@ inline DdsSecurity SecurityIn(const std::string& directory) {
   return security;
 }
 
-// The web page, its JSON and its metrics (gateway/outputs/web): where it listens, and which clients
-// may come.
+// Settings of the web page, its JSON and its metrics (gateway/outputs/web).
 struct Web {
   static constexpr bool kReloads = true;
 
-  bool on = false;  ///< the key `web` is there
+  bool on = false;  ///< the key `web` is present
   HostPort listen{"127.0.0.1", 8502};
-  std::vector<Network> allow;      ///< who may connect; empty = everybody
-  std::vector<std::string> hosts;  ///< names of the gateway that browsers may use, in lower case
-  std::string token_file;          ///< empty: nobody logs in
-  bool acknowledge = false;        ///< alarms may be acknowledged
-  Mark token_mark;                 ///< of token_file
+  std::vector<Network> allow;      ///< networks that may connect; empty: everybody
+  std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
+  std::string token_file;          ///< empty: there is no login
+  bool acknowledge = false;        ///< clients may acknowledge alarms
+  Mark token_mark;                 ///< place of token_file
 
-  /// "127.0.0.1:8502", "[::1]:8502".
   std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }
 };
@@ -261,7 +256,7 @@ void VisitFields(const Web*, Visit visit) {
 struct Modbus {
   bool enabled = true;
   std::vector<Listener> listen;
-  std::vector<Route> routes;  ///< first match wins
+  std::vector<Route> routes;  ///< the first route that matches applies
 };
 
 template <typename Visit>
@@ -284,9 +279,11 @@ struct Dds {
   bool enabled = true;
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  bool multicast = true;           ///< ask the domain's multicast group, and listen to it
-  std::vector<std::string> peers;  ///< IPv4 addresses, asked beside multicast; kMostPeers at most
-  std::vector<HostPort> discovery_servers;  ///< IPv4; who announces himself there is introduced
+  bool multicast = true;  ///< use the domain's multicast group for discovery
+  /// IPv4 addresses that discovery asks in addition to multicast; at most kMostPeers.
+  std::vector<std::string> peers;
+  /// IPv4; these servers introduce participants to each other.
+  std::vector<HostPort> discovery_servers;
   Duration heartbeat = std::chrono::seconds(10);
   Duration lease = kUsualLease;
   DdsSecurity security;

@@ -1,4 +1,4 @@
-// One point as configured: how it is read, what its value means, where it goes.
+// `Point` is one point as configured: how it is read, what its value means, where it is published.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ namespace baudgate::config {
 
 enum class Type : std::uint8_t {
   boolean,
-  int8,  ///< in a register of its own, as int16
+  int8,  ///< occupies one register, like int16
   uint8,
   int16,
   uint16,
@@ -52,8 +52,8 @@ enum class Access : std::uint8_t { read, write, read_write };
 template <>
 inline constexpr std::array<Word<Access>, 3> kWords<Access> = {
     {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
-/// What the number of a point means where IEC 61131-3 has a type of its own for it; each is an
-/// unsigned number of 32 bits, as PLCs hold it.
+/// The IEC 61131-3 time type of a point's number, if it has one. PLCs hold each as an unsigned
+/// 32-bit number.
 enum class TimeType : std::uint8_t {
   none,
   time,         ///< TIME: milliseconds
@@ -61,10 +61,10 @@ enum class TimeType : std::uint8_t {
   time_of_day,  ///< TOD: milliseconds since midnight
   date_time,    ///< DT: seconds since 1970
 };
-/// How often a point is read. `once` and `daily` so seldom that a failed read is not left to the
-/// next period. `own` and those behind it are of points with a `poll` of their own: the first,
-/// second … of the device's `intervals`. `again` is of queries alone: points that have answered and
-/// are refused now, whatever their own group is.
+/// How often a point is read. After a failed read, `once` and `daily` do not wait for the next
+/// period. `own` and the seven values after it are for points with their own `poll`: the first,
+/// second … of the device's `intervals`. `again` occurs in queries only: for points that have
+/// answered before and are now refused, whatever their own group is.
 inline constexpr std::size_t kMostIntervals = 8;
 enum class Group : std::uint8_t { once, daily, slow, fast, own, again = own + kMostIntervals };
 inline constexpr std::size_t kNamedGroups = 4;
@@ -77,7 +77,7 @@ constexpr Group OwnGroup(std::size_t interval) {
 }
 inline constexpr Duration kAgainPeriod = std::chrono::seconds(8);
 constexpr bool IsSeldom(Group group) { return group == Group::once || group == Group::daily; }
-/// Which pair of Modbus tables a point lives in: registers (FC 3 and 4) or bits (FC 1 and 2).
+/// The pair of Modbus tables that contains a point: registers (FC 3 and 4) or bits (FC 1 and 2).
 enum class Table : std::uint8_t { registers, bits };
 template <>
 inline constexpr std::array<Word<Table>, 4> kWords<Table> = {{{"input", Table::registers},
@@ -85,11 +85,11 @@ inline constexpr std::array<Word<Table>, 4> kWords<Table> = {{{"input", Table::r
                                                               {"discrete", Table::bits},
                                                               {"coil", Table::bits}}};
 
-/// A raw value that the device sends in place of a measurement, and the quality it means.
+/// A raw value that the device sends instead of a measurement, and the quality that it stands for.
 struct Sentinel {
   Decimal value = 0;
   Quality quality = Quality::bad_sensor_failure;
-  std::string written{};  ///< "0x8000"
+  std::string written{};  ///< as in the file: "0x8000"
   Mark mark{};
 };
 
@@ -101,7 +101,7 @@ void VisitFields(const Sentinel*, Visit visit) {
   visit(Derived<&Sentinel::mark>());
 }
 
-/// What a register shows while its channel has a fault (design: on_fault: nan | hold | VALUE).
+/// The content of a register while its value is bad (`on_fault: nan | hold | VALUE`).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
   Decimal value = 0;
@@ -113,7 +113,7 @@ void VisitFields(const OnFault*, Visit visit) {
   visit(Field<&OnFault::value>());
 }
 
-/// What a twin answers for this point: a fixed value, or a slow wave between two numbers.
+/// The value of a twin's point: a fixed value, or a slow wave between two numbers.
 struct Simulate {
   double low = 0;
   double high = 0;
@@ -128,13 +128,13 @@ void VisitFields(const Simulate*, Visit visit) {
 }
 
 /// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. While that
-/// point has another value, or none that is good, nothing is written.
+/// point has another value, or no good value, writes are refused.
 struct AllowWhen {
-  std::string point;         ///< as written
-  Value is;                  ///< of that point's type; before ResolveInterlocks as written
-  Value only{};              ///< guards writes of this value alone; empty: of every value
-  std::uint32_t device = 0;  ///< through all lines, as FirstDevice counts
-  std::uint32_t index = 0;   ///< in that device's points
+  std::string point;  ///< as written
+  Value is;           ///< has that point's type after ResolveInterlocks; before: as written
+  Value only{};       ///< the interlock applies only to writes of this value; empty: to all writes
+  std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
+  std::uint32_t index = 0;   ///< index into that device's points
   Mark mark{};
 };
 
@@ -151,20 +151,20 @@ void VisitFields(const AllowWhen*, Visit visit) {
   visit(Derived<&AllowWhen::mark>());
 }
 
-/// What may be written to a point. Numbers are in units of its value; outside of them nothing is
-/// sent. Of a point that can only be read `min` and `max` are what it may measure.
+/// The limits of writes to a point, in units of its value; a write outside them is not sent. For a
+/// read-only point, `min` and `max` are its measuring range.
 struct Writing {
-  /// `access` has a w, and the device says `write: allow` or names the point.
+  /// True if `access` contains w, and the device has `write: allow` or names the point.
   bool allowed = false;
-  bool select = false;  ///< only within `select_time` after it was selected
+  bool select = false;  ///< a write needs a selection at most `select_time` before
   std::optional<Decimal> min;
   std::optional<Decimal> max;
-  Shared<std::string> min_point;  ///< `min: NAME`: another point of the device has the number
+  Shared<std::string> min_point;  ///< `min: NAME`: the point of the device that contains the limit
   Shared<std::string> max_point;
-  std::optional<Decimal> step;  ///< only multiples of it, counted from 0
-  std::optional<int> decimals;  ///< digits that the device takes behind the decimal point
+  std::optional<Decimal> step;  ///< only multiples of it are allowed, counted from 0
+  std::optional<int> decimals;  ///< digits after the decimal point that the device accepts
   Duration select_time = std::chrono::seconds(10);
-  std::vector<AllowWhen> allow_when;  ///< all have to hold
+  std::vector<AllowWhen> allow_when;  ///< all must be fulfilled
 };
 
 template <typename Visit>
@@ -182,30 +182,31 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});
 }
 
-/// A large gateway has 100,000 of them: the small members stand side by side.
+/// A large gateway has 100,000 points, so the small members are side by side.
 struct Point {
   std::string name;
-  std::string read;   ///< the protocol's own address; checked by the plugin
-  std::string write;  ///< where it differs from read, else empty
-  std::string unit;   ///< of the value after scale and offset: "A", "xIn"
+  std::string read;   ///< address in the form of the protocol, which checks it
+  std::string write;  ///< address of writes if it differs from `read`, else empty
+  std::string unit;   ///< unit of the value after scale and offset: "A", "xIn"
   Type type = Type::float32;
   TimeType time_type = TimeType::none;
-  Access access = Access::read;  ///< what the device can do
+  Access access = Access::read;  ///< the accesses that the device supports
   Group group = Group::fast;
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
-  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing = not on Modbus
-  std::size_t text_length = 0;          ///< of string(n), bytes
+  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing: not on Modbus
+  std::size_t text_length = 0;          ///< length in bytes of string(n)
   Writing writing;
-  std::optional<Duration> poll;  ///< its own period; then `group` is one of Group::own
+  std::optional<Duration> poll;  ///< the point's own period; then `group` is one of Group::own
   Decimal scale = 1;             ///< value = raw * scale + offset
   Decimal offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
-  /// A reading that differs by more counts only when a second one agrees; in units of the value.
-  /// Empty: the gateway judges by earlier values (gateway/bus/points/readings.h).
+  /// A reading that differs from the previous by more than this must be confirmed by a second
+  /// reading; in units of the value. Empty: the gateway decides from earlier values
+  /// (gateway/bus/points/readings.h).
   std::optional<Decimal> jump;
-  Decimal deadband = 0;  ///< DDS: smaller changes are not published, in units of the value
+  Decimal deadband = 0;  ///< DDS: smaller changes are not published; in units of the value
   std::vector<PointEvent> events;
   Shared<Simulate> simulate;
   Shared<std::string> description;
@@ -250,18 +251,17 @@ void VisitFields(const Point*, Visit visit) {
   visit(Derived<&Point::mark>());
 }
 
-/// "fast", or its own period: "250ms".
+/// Returns "fast", or the point's own period: "250ms".
 std::string PeriodText(const Point& point);
 
-std::string_view Name(Group group);  ///< "own" of those behind it as well
+std::string_view Name(Group group);  ///< returns "own" for all periods of points
 
-/// The name of IEC 61131-3: "REAL", "UINT", "DT", "STRING[16]".
+/// Returns the type name of IEC 61131-3: "REAL", "UINT", "DT", "STRING[16]".
 std::string IecName(const Point& point);
 
-/// Registers that a point takes in the register tables; 1 for a bit.
+/// Returns the number of registers that a point occupies; 1 for a bit.
 std::size_t RegisterCount(const Point& point);
 
-/// Smallest and largest value of an integer type.
 struct IntegerRange {
   std::int64_t lowest = 0;
   std::uint64_t highest = 0;
@@ -269,28 +269,29 @@ struct IntegerRange {
   bool Contains(const Decimal& whole) const;
 };
 
-/// The numbers that the `read` of a point can give, before scale and offset.
+/// The numbers that `read` of a point can give, before scale and offset.
 struct RawNumbers {
   enum class Kind : std::uint8_t {
-    any,     ///< decimal numbers, as a text has them
+    any,     ///< decimal numbers, as from text
     single,  ///< float32
     real,    ///< float64
-    whole,   ///< those of `range`
+    whole,   ///< whole numbers in `range`
   } kind = Kind::any;
   IntegerRange range{};
 
   static RawNumbers Whole(std::int64_t lowest, std::uint64_t highest) {
     return {Kind::whole, {lowest, highest}};
   }
-  /// All whole numbers of so many bits, 1 to 64.
+  /// All whole numbers of `bits` bits, 1 to 64.
   static RawNumbers Bits(unsigned bits, bool is_signed = false);
-  /// 999.9 is a float32, by its digits.
+  /// True if the point can give the number. 999.9 counts as a float32, because a float32 prints as
+  /// 999.9.
   bool Contain(const Decimal& number) const;
 };
 
-/// bool counts as 0…1; types that are no integers have only 0.
+/// Returns 0…1 for bool, and 0…0 for types that are no integers.
 IntegerRange RangeOf(Type type);
-/// The range of its type; a time of day ends at midnight.
+/// Returns the range of the point's type; a time of day ends at midnight.
 IntegerRange RangeOf(const Point& point);
 
 }  // namespace baudgate::config

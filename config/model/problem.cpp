@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::string_view kEllipsis = "…";
 
-// A message quotes the file; what is in there must not steer the terminal that shows it.
+// A message may quote the file, whose control characters must not reach the terminal.
 std::string WithoutControls(const std::string& text) {
   std::string clean;
   for (const char c : text.substr(0, kLongestMessage)) {
@@ -40,8 +40,8 @@ bool IsWord(char c) {
   return (lower >= 'a' && lower <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
 }
 
-// What follows the secret's key in a quotation: "'1 password:SECRET'" as "'1 password…'". Up
-// to the last quote, because a secret may have some of its own.
+// Hides the text behind the secret's key in a quotation: "'1 password:SECRET'" becomes "'1
+// password…'". It hides up to the last quote, because a secret may contain quotes.
 void HideBehind(const std::string& secret, char quote, std::string& message) {
   const std::string lowered = Lower(message);
   for (auto at = lowered.find(secret); at != std::string::npos; at = lowered.find(secret, at + 1)) {
@@ -70,7 +70,7 @@ bool HasError(const std::vector<Problem>& problems) {
 }
 
 void Problems::Add(const Mark& mark, std::string message, bool warning) {
-  // Errors beyond the limit must still count: the first one too many stands for the rest.
+  // An error beyond the limit must still count as an error, so one message stands for all the rest.
   if (problems_.size() > kMost || (problems_.size() == kMost && warning)) return;
   if (problems_.size() == kMost) {
     problems_.push_back({{mark.file, 0, 0}, "there are more problems; they are not shown", false});

@@ -1,6 +1,6 @@
-// What is wrong with a configuration, and where: gathered while files are read, shown all at once.
-// Written by the readers of config/, printed by gateway/tools/cli/offline/check.h. Mark is where
-// something stands in its file, and Keys where the keys of one map stand.
+// `Problems` collects the errors and warnings of a configuration with their places, while files are
+// read. The readers of config/ add them, gateway/tools/cli/offline/check.h prints them. Mark is a
+// place in a file, and Keys has the places of one map's keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,9 +17,7 @@
 
 namespace baudgate::config {
 
-// Where something of the configuration stands in its file.
-
-/// Where something stands in a file, for messages: "file:line:column". Line 0 = not from a file.
+/// A place in a file, for messages: "file:line:column". Line 0: not from a file.
 struct Mark {
   Shared<std::string> file;
   int line = 0;
@@ -28,8 +26,8 @@ struct Mark {
   std::string ToString() const;
 };
 
-/// The keys that stand in one map of a file, so that a check of the struct that was read from it
-/// can name the place of the key that is wrong. Of a struct that comes from no file: none.
+/// The keys of one map of a file with their places, so that a check of the struct that was read
+/// from the map can name the place of a wrong key. Empty for a struct that comes from no file.
 ///
 ///     - name: feeder-1      map: 7:3, values: { name: 7:9, poll: 8:9 }
 ///       poll: 1s
@@ -38,31 +36,32 @@ struct Keys {
   std::map<std::string, Mark, std::less<>> values;
 
   bool Has(std::string_view key) const { return values.find(key) != values.end(); }
-  /// Where the value of `key` stands; the map itself when it is absent.
+  /// Returns the place of the value of `key`; the place of the map if the key is absent.
   const Mark& MarkOf(std::string_view key) const;
 };
 
 struct Problem {
   Mark mark;
-  std::string message;   ///< one line: what is wrong and what would be right; never a secret
-  bool warning = false;  ///< the configuration can be used nevertheless
+  std::string message;   ///< one line with the fault and the remedy; never contains a secret
+  bool warning = false;  ///< true: the configuration can be used nevertheless
 };
 
-/// "file:line:column: error: message"; only the file where no line is known.
+/// Returns "file:line:column: error: message"; only the file if no line is known.
 std::string ToString(const Problem& problem);
 
 bool HasError(const std::vector<Problem>& problems);
 
-/// Collects problems; the same one at the same place counts once, and beyond kMost they are
-/// dropped.
+/// Collects problems. The same problem at the same place is added once, and problems beyond kMost
+/// are dropped.
 class Problems {
  public:
   static constexpr std::size_t kMost = 500;
 
-  /// A key whose value no message may show, not even where a slip made both one text.
+  /// Registers a key whose value no message may show, even if a typing error merges key and value
+  /// into one text.
   void AddSecret(std::string_view key) { secrets_.emplace(key); }
   bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
-  /// QuotedKey, and of a secret's key with something behind it only the former.
+  /// Returns QuotedKey. If the text begins with a secret key, the part behind that key is hidden.
   std::string ShownKey(const std::string& key) const;
 
   void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }
@@ -70,7 +69,7 @@ class Problems {
 
   bool has_error() const { return HasError(problems_); }
   bool HasErrorIn(const std::string& file) const;
-  /// In the order of the files and of the places in them.
+  /// Returns the problems in the order of the files and of the places in them.
   std::vector<Problem> Sorted() const;
 
  private:

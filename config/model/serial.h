@@ -1,4 +1,4 @@
-// How a serial port is set.
+// `SerialSettings` has the settings of a serial port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,14 +14,14 @@ namespace baudgate::config {
 
 enum class Parity : std::uint8_t { none, even, odd, mark, space };
 
-/// 'N', 'E', 'O', 'M' or 'S'.
+/// Returns 'N', 'E', 'O', 'M' or 'S'.
 char LetterOf(Parity parity);
-/// In either case; empty: no parity has this letter.
+/// Accepts upper and lower case; empty: no parity has this letter.
 std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {
-  bool enabled = false;          ///< the key `rs485` alone sets it
-  Duration delay_before_send{};  ///< the driver knows milliseconds only
+  bool enabled = false;          ///< true if the key `rs485` is present
+  Duration delay_before_send{};  ///< whole milliseconds only, as the driver needs
   Duration delay_after_send{};
   bool rts_active_high = true;
   bool receive_while_sending = false;
@@ -40,26 +40,26 @@ inline constexpr int kSlowestBaud = 300;
 inline constexpr int kFastestBaud = 921'600;
 
 struct SerialSettings {
-  int baud = 9600;    ///< bit/s, non-standard rates included
-  int data_bits = 8;  ///< 7 or 8; clients of a port (serial_server) may set 5 and 6 as well
+  int baud = 9600;    ///< bit/s; non-standard rates are allowed
+  int data_bits = 8;  ///< 7 or 8; clients of serial_server may also set 5 and 6
   Parity parity = Parity::none;
-  int stop_bits = 1;             ///< 1 or 2
-  bool software_parity = false;  ///< the port does 8N1 only: parity is made and checked here
-  bool rtscts = false;           ///< flow control by RTS and CTS
-  bool xonxoff = false;     ///< flow control by the bytes 0x11 and 0x13, which are no data then
-  bool low_latency = true;  ///< ask the driver to deliver bytes at once
+  int stop_bits = 1;  ///< 1 or 2
+  /// The port supports 8N1 only, so the gateway makes and checks parity.
+  bool software_parity = false;
+  bool rtscts = false;
+  bool xonxoff = false;  ///< flow control by the bytes 0x11 and 0x13, which cannot be data then
+  bool low_latency = true;
   Rs485 rs485{};
 
-  /// The bit rate of a protocol that only networks carry: a pace that slows nothing down.
+  /// The bit rate of a protocol that runs only over networks. It is high enough to delay nothing.
   static constexpr int kNoWire = 4'000'000;
-  /// False: there are no serial settings, and nothing about a wire can be wrong.
+  /// False: there are no serial settings to check.
   bool on_wire() const { return baud != kNoWire; }
-  /// Start, data, parity and stop bits of one character.
   int BitsPerCharacter() const {
     return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;
   }
   Duration CharacterTime() const { return Duration(1'000'000'000LL * BitsPerCharacter() / baud); }
-  /// "9600 7E1".
+  /// Returns "9600 7E1".
   std::string ToString() const;
 };
 

@@ -7,16 +7,16 @@ namespace baudgate::config {
 
 namespace {
 
-// Places in kNamedTimes.
+// Indices into kNamedTimes.
 constexpr std::size_t kReply = 1;
 constexpr std::size_t kGap = 2;
 constexpr std::size_t kCeiling = 3;
 
-/// 256 bytes in packets of 16 come with so many.
+/// The number of pauses in 256 bytes that come in packets of 16.
 constexpr int kPauses = 16;
 constexpr Duration kMostForPauses = 5s;
 
-/// For people: 5.2 ms, 4601 ms.
+/// Rounds for messages: 5.2 ms, 4601 ms.
 Duration Rounded(Duration time) {
   if (time >= 10ms) return std::chrono::round<std::chrono::milliseconds>(time);
   constexpr Duration kStep = 100us;
@@ -62,7 +62,6 @@ Timing Resolve(const Timing& given, const Timing& fallback) {
   return timing;
 }
 
-/// A longer reply time lengthens the ceiling alike.
 Timing Lengthen(const Timing& timing, const Timing& least) {
   Timing longer = timing;
   for (std::size_t i = 0; i < kNamedTimes.size(); ++i) {

@@ -1,5 +1,5 @@
-// The named times of a line and of its devices (docs/timeouts.md), and where each comes from.
-// Recheck says when a reading is asked for a second time.
+// `Timing` has the named times of a line and its devices (docs/timeouts.md), and the source of
+// each. Recheck selects the readings that need a second reading.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,39 +15,41 @@
 
 namespace baudgate::config {
 
-// When a reading is asked for a second time before it counts (docs/timeouts.md).
+// When a reading counts only after a second reading (docs/timeouts.md).
 enum class Recheck : std::uint8_t {
   off,
-  jump,   ///< when it differs from the last by more than the point's jump
-  always  ///< each time
+  jump,   ///< if it differs from the previous one by more than the point's jump
+  always  ///< every reading
 };
 
-/// No line is faster: a request and its reply at 115200 bit/s, and what a USB adapter adds.
+/// The shortest poll period: a request and its reply at 115200 bit/s, and the delay of a USB
+/// adapter.
 inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);
 
-/// The sources of times: a later one here takes precedence.
-/// `learned`: it is what the device itself says that it needs.
+/// The sources of times; a later one takes precedence. `learned`: the device itself has reported
+/// that it needs this time.
 enum class Level : std::uint8_t { protocol, gateway, line, profile, device, learned };
 
-/// The named times of a line (docs/timeouts.md). Nothing = decided one level up.
+/// The named times of a line (docs/timeouts.md). Nothing: the next lower level decides.
 struct Timing {
   std::optional<Duration> quiet;
   std::optional<Duration> reply;
   std::optional<Duration> gap;
   std::optional<Duration> ceiling;
   std::optional<Duration> drain;
-  /// The source of each, in the order of kNamedTimes.
+  /// The source of each time, in the order of kNamedTimes.
   std::array<Level, 5> from{};
 
   bool operator==(const Timing&) const = default;
 };
 
-/// Where one of `least` is longer than in `timing`, it counts.
+/// Returns `timing` with each time that is shorter than in `least` replaced by that of `least`. A
+/// longer reply time lengthens the ceiling by the same amount.
 Timing Lengthen(const Timing& timing, const Timing& least);
 
 template <typename Visit>
 constexpr void VisitFields(const Timing*, Visit visit) {
-  // Only the quiet time may be nothing: a waiting time of 0 would mean "never" or "for ever".
+  // Only the quiet time may be zero: a waiting time of 0 would mean "never" or "for ever".
   visit(Field<&Timing::quiet>{"quiet", "silence before a request", 0ms, 1min});
   visit(Field<&Timing::reply>{"reply", "from the end of the request to the first byte of the reply",
                               1ms, 10min});
@@ -71,25 +73,25 @@ inline constexpr std::array<NamedTime, 5> kNamedTimes = [] {
   return times;
 }();
 
-/// "quiet 5ms, reply 1s (line), …": of times that are all given; the protocol's own stand without
-/// a word.
+/// Returns "quiet 5ms, reply 1s (line), …". All times must be present; times of the protocol have
+/// no source in brackets.
 std::string TimesText(const Timing& timing);
 
-/// `first` wins where it says something, else `second`.
+/// Returns for each time that of `first` if present, else that of `second`.
 Timing Merge(const Timing& first, const Timing& second);
 
-/// What device and profile say, in this order; but where the device says nothing, of reply, gap and
-/// ceiling the longer one of profile and line counts: the line's author knows its serial
-/// server.
+/// Like Merge for device, profile and line, in this order; but reply, gap and ceiling are the
+/// longer of profile and line if the device has none, because the line's setting accounts for its
+/// serial server.
 Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 
-/// What a device is really timed with: `given` over `fallback`, which has every field. Who allows
-/// more time to begin a reply, or for pauses in it, but does not say how long the whole exchange
-/// may take, lengthens that alike; and it is never shorter than reply and gap.
+/// Returns the times in use: `given` over `fallback`, which has all times. If `given` has a longer
+/// reply or gap but no ceiling, the ceiling grows accordingly; it is never shorter than reply and
+/// gap together.
 Timing Resolve(const Timing& given, const Timing& fallback);
 
-/// What gateway, line, profile and device may each say about asking. Nothing = decided one level
-/// up.
+/// The settings for polling that gateway, line, profile and device can have. Nothing: the next
+/// lower level decides.
 struct Pace {
   Timing timing;
   std::optional<int> retries;
@@ -114,7 +116,7 @@ void VisitFields(const Pace*, Visit visit) {
   visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 
-/// Key by key: `first` wins where it says something, else `second`.
+/// Returns for each key the setting of `first` if present, else that of `second`.
 Pace Merge(const Pace& first, const Pace& second);
 
 }  // namespace baudgate::config

@@ -11,10 +11,10 @@
 namespace baudgate::config {
 namespace {
 
-// No map of ours has so many keys; aliases could otherwise multiply the work of a hostile file.
+// The limit is above any real map; it bounds the work that aliases of a hostile file can cause.
 constexpr std::size_t kMostKeys = 1000;
 
-/// "<<: *common". What it would bring is not missed.
+/// The merge key "<<: *common" is an error, so keys that it would add are not reported as missing.
 constexpr std::string_view kMerge = "<<";
 
 std::string_view Describe(YamlNode::Kind kind) {
@@ -51,7 +51,7 @@ std::string Allowed(std::int64_t least, std::int64_t most) {
   return "allowed: " + std::to_string(least) + "…" + std::to_string(most);
 }
 
-/// One value, and no number with a leading zero.
+/// Accepts a single value that does not have leading zeros.
 bool ExpectNumber(const YamlNode& node, const std::string& what, Problems& problems) {
   if (!ExpectScalar(node, what, problems)) return false;
   const std::string why = WhyLeadingZero(node.text());
@@ -296,9 +296,9 @@ void MapReader::Finish() {
   for (const Entry& entry : entries_) {
     const std::string behind = std::exchange(before, entry.key);
     if (std::find(allowed.begin(), allowed.end(), entry.key) != allowed.end()) continue;
-    if (entry.key == kMerge) continue;  // was said
+    if (entry.key == kMerge) continue;  // already reported by ReadEntries
     const Mark mark = entry.value.source()->MarkAt(entry.place);
-    // "{ password: SEC,RET }" has a key RET.
+    // "{ password: SEC,RET }" contains a key RET, which is part of the secret.
     if (problems_.IsSecret(behind) && entry.value.kind() == YamlNode::Kind::null) {
       problems_.Error(mark, "a key without a value stands behind '" + behind + "' in " + what_ +
                                 "; put a value with a comma in quotes");

@@ -1,6 +1,5 @@
-// Typed access to YAML nodes that gathers problems instead of stopping at the first: unknown and
-// duplicate keys, wrong kinds, numbers out of range. Nodes come from config/yaml_source; values go
-// to the readers of lines, outputs and points.
+// `MapReader` and the functions here read YAML nodes as typed values and collect problems instead
+// of stopping at the first: unknown and duplicate keys, wrong kinds, numbers out of range.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,22 +20,24 @@
 
 namespace baudgate::config {
 
-/// One key of a map, and what stands there.
 struct Entry {
   std::string key;
-  Position place;  ///< of the key
+  Position place;  ///< place of the key
   YamlNode value;
 };
 
-/// The entries of a map. Reports what is no map, keys that are no text, and duplicates (which
-/// yaml-cpp accepts silently); the first of two wins. `what` names the map: "device 'feeder-1'".
+/// Returns the entries of a map. Reports a node that is no map, keys that are no text, and
+/// duplicate keys (which yaml-cpp accepts silently); the first duplicate is used. `what` names the
+/// map in messages: "device 'feeder-1'".
 std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Problems& problems);
 
-/// The elements of a list, at most `most`; a problem when it is no list or longer.
+/// Returns at most `most` elements of a list; a longer list, or a node that is no list, is a
+/// problem.
 std::vector<YamlNode> ReadList(const YamlNode& list, const std::string& what, std::size_t most,
                                Problems& problems);
 
-// A scalar as a value of one kind, or nothing and one problem that begins with `what`.
+// These functions read a scalar of one kind. On an error they return nothing and report one problem
+// that begins with `what`.
 std::optional<std::string> ReadText(const YamlNode& node, const std::string& what,
                                     Problems& problems);
 std::optional<bool> ReadFlag(const YamlNode& node, const std::string& what, Problems& problems);
@@ -46,12 +47,12 @@ std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string&
                                         std::int64_t least, std::int64_t most, Problems& problems);
 std::optional<Duration> ReadDuration(const YamlNode& node, const std::string& what, Duration least,
                                      Duration most, Problems& problems);
-/// The index in `allowed`.
+/// Returns the index in `allowed`.
 std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& what,
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
 
-/// A text as `parse` understands it, which returns a Result.
+/// Reads a text and converts it with `parse`, which returns a Result.
 template <typename Parse>
 auto ReadParsed(const YamlNode& node, const std::string& what, Problems& problems, Parse parse)
     -> std::optional<std::remove_cvref_t<decltype(parse(std::string()).value())>> {
@@ -63,7 +64,7 @@ auto ReadParsed(const YamlNode& node, const std::string& what, Problems& problem
   return std::nullopt;
 }
 
-/// The meaning of a word; `words`: a list of Word.
+/// Reads a word and returns its meaning; `words` is a list of Word.
 template <typename Words>
 auto ReadWord(const YamlNode& node, const std::string& what, const Words& words, Problems& problems)
     -> std::optional<std::remove_cvref_t<decltype(words[0].meaning)>> {
@@ -74,15 +75,15 @@ auto ReadWord(const YamlNode& node, const std::string& what, const Words& words,
   return words[*index].meaning;
 }
 
-/// Puts what was read where it belongs, and leaves the default where nothing was. True: something
-/// was.
+/// Assigns the value if there is one; otherwise `target` stays. True: there was one.
 template <typename T, typename U>
 bool Assign(T& target, std::optional<U> value) {
   if (value) target = std::move(*value);
   return value.has_value();
 }
 
-/// Reads a map key by key. Every key that is asked for is thereby allowed; Finish reports the rest.
+/// Reads a map key by key. Each requested key becomes an allowed key; Finish reports all other
+/// keys.
 class MapReader {
  public:
   /// `what` names the map in messages: "line 'bay-1'".
@@ -95,21 +96,21 @@ class MapReader {
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
   Problems& problems() const { return problems_; }
 
-  /// The value of `key`; nothing when the key is absent or has no value (which is a problem).
+  /// Returns the value of `key`; nothing if the key is absent or has no value (the latter is a
+  /// problem).
   std::optional<YamlNode> Get(std::string_view key);
-  /// Get, and a problem when the key is absent.
+  /// Like Get; an absent key is a problem.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
-  /// A key that is known but cannot stand here: `message` says why.
+  /// Reports `message` if the key is present: it is a known key that is not allowed in this map.
   void Refuse(std::string_view key, const std::string& message);
-  /// Keys that cannot be judged, because what would allow them is unknown itself.
+  /// Allows all keys, because the protocol that defines them is unknown.
   void AllowAll() { allow_all_ = true; }
-  /// Where the value of `key` stands; the map itself when it is absent.
+  /// Returns the place of the value of `key`; the place of the map if the key is absent.
   Mark MarkOf(std::string_view key) const;
-  /// The places of all keys, for checks of what was read.
   Keys keys() const;
 
   std::optional<std::string> Text(std::string_view key);
-  /// A text that is shown to people: without control characters.
+  /// Reads a text for people; control characters are errors.
   std::optional<std::string> Label(std::string_view key);
   std::optional<bool> Flag(std::string_view key);
   std::optional<Decimal> Number(std::string_view key);
@@ -131,7 +132,7 @@ class MapReader {
     return ReadWord(*node, std::string(key), words, problems_);
   }
 
-  /// Reads the value of a field's key: a word, a flag, a number or a time in its range, or a text.
+  /// Reads a field's key as a word, a flag, a number or time in its range, or a text.
   template <auto kMember, typename T = typename Field<kMember>::Value>
   requires std::is_enum_v<T> || std::integral<T> || std::same_as<T, Duration> ||
       std::same_as<T, Decimal> || std::same_as<T, std::string>
@@ -151,8 +152,8 @@ class MapReader {
     }
     return std::nullopt;
   }
-  /// Reads the keys of these fields of `its`, in this order. What is absent keeps its value. True:
-  /// all were given.
+  /// Reads the keys of these fields of `its`, in this order. Absent keys leave their members
+  /// unchanged. True: all keys were present.
   template <auto... kMembers, typename T>
   bool Read(T& its) {
     bool given = true;
@@ -166,7 +167,7 @@ class MapReader {
     (visit(std::type_identity<Field<kMembers>>()), ...);
     return given;
   }
-  /// Reads the keys of all fields that the table of keys has.
+  /// Reads the keys of all fields with `help`, which are those in the table of keys.
   template <typename T>
   void ReadAll(T& its) {
     VisitFields(&its, [&](auto field) {
@@ -176,7 +177,7 @@ class MapReader {
     });
   }
 
-  /// Reports every key that was not asked for.
+  /// Reports every key that was not requested.
   void Finish();
 
  private:

@@ -20,8 +20,8 @@ constexpr std::size_t kLargestText = std::size_t{16} << 20U;
 
 bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
-// In YAML some characters open a comment, an alias or nothing at all: protocol addresses that begin
-// with one of them need quotes, and the parser's own message would not say so.
+// Returns a hint for values that begin with a character that has a meaning in YAML (comment, alias,
+// reserved): such protocol addresses need quotes, which the parser's message does not tell.
 std::string QuotingHint(const Source& source, int last_line) {
   for (int line = 1; line <= last_line; ++line) {
     const std::string_view text = source.Line(line);
@@ -33,7 +33,7 @@ std::string QuotingHint(const Source& source, int last_line) {
       return "; the value after '" + std::string(key) + "' in line " + std::to_string(line) +
              " begins with '" + text[at] + "' and needs quotes";
     }
-    // "- *.*.current_*" and "[*.*.*]": patterns.
+    // Patterns such as "- *.*.current_*" and "[*.*.*]".
     for (const char* const begin : {"- *", "[*", "[ *", ", *"}) {
       if (text.find(begin) == std::string_view::npos) continue;
       return "; what begins with '*' in line " + std::to_string(line) + " needs quotes";
@@ -42,7 +42,7 @@ std::string QuotingHint(const Source& source, int last_line) {
   return {};
 }
 
-/// Hears only where documents begin.
+/// Records where the last document begins and ignores all other events.
 class DocumentStarts final : public YAML::EventHandler {
  public:
   YAML::Mark last;
@@ -61,8 +61,8 @@ class DocumentStarts final : public YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-// The only document of the text. Not by YAML::LoadAll: it makes documents for ever, and memory
-// with them, of a comma behind a value ("{ a: 1 },").
+// Returns the only document of the text. YAML::LoadAll is not used, because a comma behind a value
+// ("{ a: 1 },") makes it produce documents without end, until memory is exhausted.
 std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems) {
   std::istringstream in(source.text());
   YAML::Parser parser(in);
@@ -83,7 +83,8 @@ std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems)
   return std::nullopt;
 }
 
-// yaml-cpp quotes names of anchors, and an unquoted password may look like one.
+// yaml-cpp quotes names of anchors, and an unquoted password may look like an anchor, so the
+// quotation is removed.
 std::string WithoutQuotation(const std::string& message) {
   return message.substr(0, message.find(": "));
 }

@@ -1,5 +1,6 @@
-// One YAML text, parsed: its nodes, and where each of them stands. Bytes come from a file or from
-// memory; nodes go to config/yaml_reader. The only place that sees what yaml-cpp throws.
+// `YamlNode` is a node of a parsed YAML text together with its place. The text comes from a file or
+// from memory; config/yaml_reader reads the nodes. ParseYaml catches the exceptions of parsing;
+// later access to a node may still throw.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,7 @@
 
 namespace baudgate::config {
 
-/// A place in a source, counted from 1; 0 = nowhere.
+/// A place in a source, counted from 1; 0: none.
 struct Position {
   int line = 0;
   int column = 0;
@@ -29,10 +30,10 @@ class Source {
   Source(std::string name, std::string text);
 
   const std::string& name() const { return *name_; }
-  /// Columns count characters, as editors do, where yaml-cpp counts bytes.
+  /// Converts a place of yaml-cpp, which counts bytes, to columns in characters, as editors count.
   Position At(const YAML::Mark& mark) const;
   Mark MarkAt(Position place) const { return {name_, place.line, place.column}; }
-  /// Without its line end; empty beyond the text. Lines count from 1.
+  /// Returns a line without its line end; empty beyond the text. Lines count from 1.
   std::string_view Line(int line) const;
   int lines() const { return static_cast<int>(line_starts_.size()); }
   const std::string& text() const { return text_; }
@@ -43,8 +44,8 @@ class Source {
   std::vector<std::size_t> line_starts_;
 };
 
-/// A node and its source. Copies are cheap and share the tree, which is not changed: assignment
-/// makes this one refer to another node, where that of YAML::Node would write into the tree.
+/// A node and its source. Copies are cheap and share the tree. Assignment makes this object refer
+/// to another node and does not change the tree, unlike assignment of YAML::Node.
 class YamlNode {
  public:
   enum class Kind { null, scalar, list, map };
@@ -55,9 +56,9 @@ class YamlNode {
   YamlNode& operator=(const YamlNode& other);
 
   Kind kind() const;
-  /// The text of a scalar as written, without its quotes.
+  /// Returns the text of a scalar as written, without quotes.
   const std::string& text() const { return node_.Scalar(); }
-  /// The place of the value, or of its key where there is no value.
+  /// Returns the place of the value; if there is no value, that of its key.
   Position place() const { return place_; }
   Mark mark() const { return source_->MarkAt(place_); }
 
@@ -70,11 +71,11 @@ class YamlNode {
   Position place_;
 };
 
-/// The root of `text`, or nothing and one problem. Texts beyond 16 MiB are refused; yaml-cpp itself
-/// refuses nesting beyond a few hundred levels.
+/// Parses `text` and returns its root, or nothing and reports one problem. Texts beyond 16 MiB are
+/// refused; yaml-cpp refuses nesting beyond a few hundred levels.
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems);
 
-/// The content of a file; an error when it cannot be read or is too large.
+/// Returns the content of a file; an error if it cannot be read or exceeds 16 MiB.
 Result<std::string> ReadWholeFile(const std::string& path);
 
 }  // namespace baudgate::config

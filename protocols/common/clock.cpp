@@ -12,7 +12,7 @@ namespace {
 using std::chrono::hours;
 using std::chrono::minutes;
 
-/// No place on earth is further away from Greenwich.
+/// No time zone is further from UTC.
 constexpr minutes kMostOffset = hours(14);
 
 CivilZone::Utc LastSunday(std::chrono::year year, std::chrono::month month) {

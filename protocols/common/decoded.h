@@ -1,4 +1,4 @@
-// What a decoder makes of the bytes or text of one value.
+// `Decoded` is the result of decoding the bytes or text of one value.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,8 +6,8 @@
 
 namespace baudgate::protocols {
 
-/// A value, or the quality that says why there is none: what is no measurement never becomes a
-/// number.
+/// A value, or an empty value with the quality that tells why. Bytes that are no measurement never
+/// give a number.
 struct Decoded {
   Value value{};
   Quality quality = Quality::good;

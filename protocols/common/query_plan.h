@@ -1,12 +1,13 @@
-// Which requests read a device's points: neighbours share one, and what the device refuses is asked
-// in parts, rarely or not at all. Points come from the configuration, the news of requests from the
-// conversation; knows nothing of bytes.
+// `QueryPlan` decides which requests read a device's points: neighbouring points share a request,
+// and points that the device refuses are asked in smaller requests, rarely, or not at all. Points
+// come from the configuration, the results of requests from the conversation; bytes do not occur
+// here.
 //
 // A device that is starting up may refuse everything for a while. So points that have answered
-// before are asked again every few seconds for an hour, and what was split is tried as a whole
+// before are asked again every few seconds for an hour, and split requests are tried as a whole
 // again.
 //
-// TryAgain says when a refused request is tried again.
+// TryAgain computes when a refused request is tried again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,8 +29,8 @@
 
 namespace baudgate::protocols {
 
-// When something that a device has refused is tried again: soon, because it may have only just
-// started up, and less and less often if it goes on refusing it.
+// TryAgain is the retry timer for something that a device has refused. The first retry comes soon,
+// because the device may be starting up; later retries become less and less frequent.
 //
 //   refused at 0 s    tried and refused at 8 s, 24 s, 56 s …, at last once an hour
 //
@@ -37,41 +38,41 @@ class TryAgain {
  public:
   static constexpr Duration kLongest = 1h;
 
-  /// `first`: the first wait.
   explicit TryAgain(Duration first = 8s) : first_(first) {}
 
-  /// It was refused: starts the first wait, or one twice as long as the last (at most kLongest).
-  /// Does nothing while a wait is running.
+  /// Called on a refusal: starts the first wait, or a wait twice as long as the previous one (at
+  /// most kLongest). Has no effect while a wait is running.
   void OnRefused(Instant now) {
     if (at_ && now < *at_) return;
     wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
     at_ = now + wait_;
   }
-  /// The wait is over.
   bool IsDue(Instant now) const { return at_ && now >= *at_; }
-  /// Like IsDue, but true only once: it also ends the wait.
+  /// Like IsDue, and ends the wait if it is due, so the next call returns false.
   bool TakeDue(Instant now) {
     if (!IsDue(now)) return false;
     at_.reset();
     return true;
   }
-  /// It works again, or nothing is known of it any more.
+  /// Resets the timer, so that the next refusal starts the first wait.
   void Forget() { *this = TryAgain(first_); }
 
  private:
   Duration first_;
-  Duration wait_{};              // the latest
-  std::optional<Instant> at_{};  // its end; empty: none is under way
+  Duration wait_{};              // the latest wait
+  std::optional<Instant> at_{};  // end of the wait; empty: no wait is running
 };
 
-/// What one request reads: places `begin` up to `end` (not included) of one `key`, such as
-/// registers 200…203 of the holding table. A key without places (a command) has the one place 0.
+/// The part of a device that one request reads: places `begin` to `end` (exclusive) of one `key`,
+/// such as registers 200…203 of the holding table. A key without places (a command) has only place
+/// 0.
 template <typename Key>
 struct Block {
   Key key{};
   std::size_t begin = 0;
   std::size_t end = 1;
-  std::size_t items = 1;  ///< different things in it: registers 7, 8 and 20 are 3 in 14 places
+  /// Separate items in the block: registers 7, 8 and 20 are 3 items in 14 places.
+  std::size_t items = 1;
 
   std::size_t size() const { return end - begin; }
   bool Covers(const Block& other) const {
@@ -79,13 +80,14 @@ struct Block {
   }
 };
 
-/// How often points are asked that the device refuses to send. A point that was answered before is
-/// first asked every few seconds (config::Group::again) for an hour. This applies after that hour,
-/// and at once to points that were never answered.
+/// How often points are asked that the device refuses. A point that was answered before is first
+/// asked every few seconds (config::Group::again) for an hour; this rule applies after that hour.
+/// It applies at once to points that were never answered.
 enum class WhenRefused : std::uint8_t {
-  ask_rarely,  ///< with the slow group: a channel that is enabled later comes back by itself
-  ask_daily,   ///< the same, and once the verdict has fallen of what was never answered, daily
-  drop,        ///< if it was never answered: not asked again until OnReconnect
+  ask_rarely,  ///< with the slow group, so a channel that is enabled later returns by itself
+  ask_daily,   ///< like ask_rarely, but points that were never answered are asked daily after
+               ///< Rules::refusals refusals
+  drop,        ///< points that were never answered are not asked again until OnReconnect
 };
 
 using Often = std::function<bool(config::Group)>;
@@ -94,119 +96,125 @@ inline Often OftenOf(const config::Device& device) {
   return [&device](config::Group group) { return config::IsOften(device, group); };
 }
 
-/// What a request's fate has changed. Queries() is another one unless `nothing`.
+/// The change that the result of a request has caused. Queries() has changed unless `nothing`.
 enum class PlanChange : std::uint8_t {
   nothing,
-  split,      ///< it is read in two parts from now on
-  set_apart,  ///< its points are asked rarely, or not at all
-  restored,   ///< its points, so far set apart, are asked with their group again
+  split,      ///< the request is read in two parts from now on
+  set_apart,  ///< the points of the request are asked rarely, or not at all
+  restored,   ///< points that were set apart are asked with their group again
 };
 
-/// Queries stand in this order: fast before slow before once, and `again` last; within a group
-/// in the order in which keys were first added, then by refusal (none first), then by place. The
-/// number of a query stays valid until a call reports a change, or until Make or OnReconnect.
+/// Order of the queries: fast before slow before once, `again` last; within a group by the order in
+/// which keys were first added, then by refusal (none first), then by place. The index of a query
+/// is valid until a call reports a change, or until Make or OnReconnect.
 template <typename Key>
 class QueryPlan {
  public:
   struct Rules {
-    /// Whether a request for `block` may read `next` as well: a place of the same key that begins
-    /// in the block or behind it, and is not yet wholly in it. Left out: never.
+    /// True if a request for `block` may read `next` as well. `next` has the same key, begins
+    /// inside the block or behind it, and is not yet wholly inside. Null: never.
     std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join{};
-    /// Whether a request for this key reads every place from its first to its last, and not only
-    /// those of its points. Left out: always.
+    /// True if a request for this key reads every place from its first to its last; false: only
+    /// those of its points. Null: always true.
     std::function<bool(const Key& key)> reads_between{};
     WhenRefused refused = WhenRefused::ask_rarely;
-    /// So many in a row are a verdict. More than one where a damaged reply may look like a refusal:
-    /// of what has been answered before each is a failure like any other until then.
+    /// The number of consecutive refusals after which the device is assumed not to have a point.
+    /// More than 1 if a damaged reply may look like a refusal: earlier refusals of points that were
+    /// answered before then count as ordinary failures.
     int refusals = 1;
-    /// Whether the group is read at least as often as config::Group::again. Then its doubtful
-    /// points need no sooner turn.
+    /// True if the group is read at least as often as config::Group::again. Its doubtful points
+    /// then need no earlier retry.
     Often is_often = IsFast;
   };
 
   explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
 
-  /// Index `point` is read at these places. Points that are never read are not added.
+  /// Adds a read of point index `point` at these places. Points that are never read must not be
+  /// added.
   void Add(config::Group group, std::size_t point, const Key& key, std::size_t begin = 0,
            std::size_t end = 1);
-  /// Lays the requests out: after the last Add, and whenever may_join has changed its mind.
+  /// Computes the queries. Call it after the last Add, and whenever may_join would return other
+  /// results.
   void Make();
 
   std::span<const Query> queries() const { return queries_; }
-  /// What queries()[query] reads.
+  /// Returns the block that queries()[query] reads.
   const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
-  /// Whether all of the query has been answered at least once, however long ago.
+  /// True if all points of the query have been answered at least once, at any time.
   bool IsProven(std::size_t query) const;
 
-  /// Points that were answered in `other`, another layout of the same points, count as answered.
+  /// Marks points as answered that were answered in `other`, another layout of the same points.
   void TakeProven(const QueryPlan& other);
 
-  // What came of queries()[query]. A number that no query has changes nothing.
+  // Results of queries()[query]. An index beyond the last query has no effect.
 
-  /// With values. The points are asked with their group again.
+  /// The reply has values. The points are asked with their group again.
   PlanChange OnAnswered(std::size_t query, Instant now);
-  /// With a message that says nothing of the points ("busy", "failure"): the request is not
-  /// unknown. Points that are read seldom do not wait for their next turn.
+  /// The reply is a message such as "busy" or "failure", which does not mean that the device lacks
+  /// the points. Points of slow groups are retried sooner.
   PlanChange OnHeard(std::size_t query, Instant now);
-  /// The device does not have all that was asked for. What can be split is, at its widest hole,
-  /// else in its middle, so that one bad item does not cost the others. `divisible`: false when no
-  /// part of it would be answered either (an unknown function). After many refusals in a row the
-  /// device takes nothing at present: what has answered before is then set apart as a whole.
+  /// The device lacks at least one of the items. If the query can be split, it is split at its
+  /// widest gap, or else in the middle, so that one bad item does not block the others.
+  /// `divisible`: false if parts would be refused as well (an unknown function). After many
+  /// refusals in a row the device is assumed to accept nothing at present: a query that was
+  /// answered before is then set apart as a whole.
   PlanChange OnRefused(std::size_t query, Instant now, bool divisible = true);
-  /// One more refusal of the query is the verdict that the device does not have it.
+  /// True if one more refusal of the query proves that the device does not have its points.
   bool IsLastRefusal(std::size_t query) const;
-  /// Its short probe was answered: the device is there, whatever it is silent to.
+  /// The short probe was answered: the device is present, so later silence to a query counts.
   void OnProbed() { heard_ = true; }
-  /// Points that are set apart because the device was silent to them, where the reply to this query
-  /// tells of them: the first reply to any query does, later those to the first query of the plan
-  /// that is answered. Else empty.
+  /// Returns the points that are set apart because the device did not answer them, if their quality
+  /// is to be reported with the reply to this query. This is so for the first reply after a change,
+  /// then for the query with the lowest index among those answered. Else empty.
   std::span<const std::size_t> SilentlyRefused(std::size_t query);
-  /// Without any answer. Some devices refuse by silence, and a device that is gone is silent as
-  /// well: only while other queries, or probes, are answered does the third silence of one that has
-  /// not been answered since OnReconnect count as a refusal.
+  /// No reply came. Some devices refuse by silence, but an absent device is silent as well. So
+  /// silence counts as a refusal only if other queries or probes are answered, the query has not
+  /// been answered since OnReconnect, and it is the third silence.
   PlanChange OnSilent(std::size_t query, Instant now);
 
-  /// Points that were refused are read in the queries of their own group again. Points of
-  /// config::Group::again stay there, because they are tried sooner. False: no refusal was
-  /// forgotten.
+  /// Reads refused points in the queries of their own group again. Points of config::Group::again
+  /// stay there, because they are tried sooner. False: there was no refusal to forget.
   bool ForgetRefusals();
-  /// The device may be another one now: what was refused is asked again, and blocks are whole
-  /// again. A block that it was silent to, and has never answered, stays split: silence costs time.
+  /// Call it if another device may be connected: refused points are asked again, and split blocks
+  /// are joined. A block that never got an answer and was split for silence stays split, because
+  /// silence costs time.
   void OnReconnect();
 
  private:
-  using Cut = std::pair<std::size_t, std::size_t>;  // key and place: no query reads across it
+  // Key and place: no query reads across this place.
+  using Cut = std::pair<std::size_t, std::size_t>;
 
   static constexpr int kSilencesOfARefusal = 3;
-  static constexpr Duration kLasting = 1h;  // of a refusal: then it may be for ever
+  static constexpr Duration kLasting = 1h;  // a refusal that lasts this long may be permanent
 
-  /// A large gateway has 100,000 of them: narrow members, the small ones side by side.
+  /// One place to read. A large gateway has 100,000 items, so members are narrow and the small ones
+  /// are side by side.
   struct Item {
     std::uint32_t point = 0;
-    std::uint32_t key = 0;  // place in keys_
+    std::uint32_t key = 0;  // index into keys_
     std::uint32_t begin = 0;
     std::uint32_t end = 1;
-    std::uint32_t refusal = 0;  // number of the refusal that has set it apart; 0: none has
-    std::uint32_t row = 0;      // number of the row of refusals in which it was set apart
-    int silences = 0;           // in a row, while heard is false
-    int refusals = 0;           // in a row
+    std::uint32_t refusal = 0;  // number of the refusal that set the item apart; 0: not set apart
+    std::uint32_t row = 0;      // value of row_ when the item was set apart
+    int silences = 0;           // unanswered requests in a row, while heard is false
+    int refusals = 0;           // refusals in a row
     config::Group group = config::Group::fast;
-    bool waits = false;    // see OnHeard
-    bool silent = false;   // it was set apart for its silence
-    bool heard = false;    // since OnReconnect
-    bool proven = false;   // answered ever
-    bool crossed = false;  // an answered query has read across its begin
-    bool lasting = false;  // the refusal
+    bool waits = false;    // true: put off by a message such as "busy", see OnHeard
+    bool silent = false;   // true: set apart because the device was silent
+    bool heard = false;    // true: the device replied to it since OnReconnect
+    bool proven = false;   // true: answered at least once
+    bool crossed = false;  // true: an answered query has read across this item's begin
+    bool lasting = false;  // true: refused for kLasting or longer
     std::optional<Instant> refused_since{};
   };
   struct CutMade {
-    bool silent = false;      // the device was, to the whole
-    std::size_t answers = 0;  // answers_ at that time
+    bool silent = false;      // true: the device was silent to the whole block
+    std::size_t answers = 0;  // answers_ when the cut was made
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
-  /// It was refused, or put off with a message such as "busy", and there is no verdict yet. At the
-  /// pace of its own group the verdict would take too long, so it is asked sooner.
+  /// True if the item was refused, or put off with a message such as "busy", and Rules::refusals is
+  /// not reached. The item is asked sooner than its group, so that this is decided in time.
   bool IsInDoubt(const Item& item) const {
     const bool refused = item.waits || (item.refusals > 0 && item.refusals < rules_.refusals);
     return refused && (item.refusal != 0 || !rules_.is_often(item.group));
@@ -226,17 +234,18 @@ class QueryPlan {
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
-  /// Items share a request only if this number is equal. For items of group `again` it numbers the
-  /// run of refusals with no answer in between; those of one run are read together.
+  /// Returns a number that must be equal for items that share a request. For items of group `again`
+  /// it is the number of their run of refusals without an answer in between, so items of one run
+  /// are read together.
   std::size_t RefusalOf(const Item& item) const {
     return IsAskedAgain(item) ? item.row : item.refusal;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  /// Cuts the query at its widest hole, or else in its middle; after the next Make no query reads
-  /// across the cut. `silent`: the device did not answer the whole query. False: it cannot be
-  /// split.
+  /// Cuts the query at its widest gap, or else in its middle; after the next Make no query reads
+  /// across the cut. `silent`: the device did not answer the whole query. False: the query cannot
+  /// be cut.
   bool Split(std::size_t query, bool silent);
-  /// Removes the cuts for which `may_go` is true, so that the next Make joins the blocks again.
+  /// Removes the cuts for which `may_go` returns true, so that the next Make joins the blocks.
   /// False: no cut was removed.
   template <typename MayGo>
   bool Mend(MayGo may_go);
@@ -255,11 +264,11 @@ class QueryPlan {
     item.waits = item.silent = item.lasting = false;
     item.refused_since.reset();
   }
-  /// Calls `change` for every item that the query reads, of whatever group.
+  /// Calls `change` for every item that the query reads, of any group.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
   Cut PlaceOf(std::size_t item) const { return {items_[item].key, items_[item].begin}; }
-  /// The first in by_place_ that begins there or behind it.
+  /// Returns an iterator to the first item in by_place_ that begins at `place` or behind it.
   auto FirstFrom(const Cut& place) const {
     return std::ranges::lower_bound(by_place_, place, {},
                                     [this](std::size_t i) { return PlaceOf(i); });
@@ -273,17 +282,17 @@ class QueryPlan {
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
   std::vector<std::vector<std::uint32_t>> members_;  // items of each query, by place
-  std::vector<std::uint32_t> by_place_;              // items, by key and begin
-  std::vector<std::size_t> silent_;                  // see SilentlyRefused
-  std::size_t teller_ = 0;                           // no query behind this one tells of them
+  std::vector<std::uint32_t> by_place_;              // item indices, sorted by key and begin
+  std::vector<std::size_t> silent_;                  // points, see SilentlyRefused
+  std::size_t teller_ = 0;                           // only queries up to this index report silent_
   std::map<Cut, CutMade> cuts_;
   std::size_t answers_ = 0;
   std::uint32_t refusals_ = 0;
-  std::size_t refusals_in_row_ = 0;  // of proven queries, while none is answered
-  std::uint32_t row_ = 0;            // rows so far
+  std::size_t refusals_in_row_ = 0;  // refusals of proven queries since the last answer
+  std::uint32_t row_ = 0;            // number of runs of refusals so far
   TryAgain whole_;       // when a split block is read as a whole, or, if all is refused, in parts
-  bool mended_ = false;  // blocks are read as a whole again, and were not answered yet
-  bool heard_ = false;   // something was answered since OnReconnect
+  bool mended_ = false;  // blocks were joined again and have not been answered yet
+  bool heard_ = false;   // the device has replied since OnReconnect
 };
 
 // ---------------------------------------------------------------- layout
@@ -343,7 +352,7 @@ void QueryPlan<Key>::Make() {
   ListSilent();
 }
 
-/// `first`: the item that the block begins with.
+/// `first` is the item with which the block begins.
 template <typename Key>
 bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Item& next) const {
   const bool alike = GroupOf(first) == GroupOf(next) && first.key == next.key &&
@@ -354,7 +363,7 @@ bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Ite
   const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
   const bool divided =
       cut != cuts_.end() && cut->first.first == next.key && cut->first.second <= next.begin;
-  // Points that overlap cannot be parted.
+  // Overlapping points cannot be separated by a cut.
   if (divided && next.begin >= block.end) return false;
   return rules_.may_join && rules_.may_join(block, place);
 }
@@ -430,7 +439,7 @@ PlanChange QueryPlan<Key>::OnHeard(std::size_t query, Instant now) {
   return Regroup(query);
 }
 
-/// Lays the requests out again if a point of this query now belongs to another group.
+/// Recomputes the queries if a point of this query now belongs to another group.
 template <typename Key>
 PlanChange QueryPlan<Key>::Regroup(std::size_t query) {
   const auto stays = [&](std::size_t i) { return GroupOf(items_[i]) == queries_[query].group; };
@@ -463,17 +472,18 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   if (!divisible || !Split(query, false)) return SetApart(query);
   whole_.OnRefused(now);
   mended_ = false;
-  // The parts are judged by what is said to them.
+  // Each part is judged by the replies to that part.
   ForItemsOf(query, [](Item& item) { item.refusals = 0; });
   Make();
   return PlanChange::split;
 }
 
-/// Halving a block finds one bad item in as many steps as its length has bits. If still nothing was
-/// answered by then, smaller requests are not what helps; they are tried again less and less often.
+/// True if the device refuses everything. Halving a block finds one bad item in log2(items) steps.
+/// If nothing has been answered by then, smaller requests do not help, and they are tried less and
+/// less often.
 template <typename Key>
 bool QueryPlan<Key>::RefusesAll(Instant now) {
-  constexpr std::size_t kMore = 3;  // a few bad items
+  constexpr std::size_t kMore = 3;  // allows for a few bad items
   if (++refusals_in_row_ < std::bit_width(items_.size()) + kMore) return false;
   const bool tries_parts = whole_.TakeDue(now);
   if (tries_parts) refusals_in_row_ = 1;
@@ -514,7 +524,7 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
   if (first.heard || ++first.silences < kSilencesOfARefusal) return Regroup(query);
   first.silences = 0;
   if (Split(query, true)) {
-    // The parts are suspected already: one more silence is enough.
+    // One more silence is enough for a part, because the whole was silent three times.
     ForItemsOf(query, [](Item& item) { item.silences = kSilencesOfARefusal - 1; });
     Make();
     return PlanChange::split;
@@ -525,7 +535,7 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
   return change;
 }
 
-/// Where an item begins and all before it have ended.
+/// A cut is possible where an item begins and all items before it have ended.
 template <typename Key>
 bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
   const Block<Key>& block = blocks_[query];
@@ -556,7 +566,7 @@ bool QueryPlan<Key>::Mend(MayGo may_go) {
   return std::erase_if(cuts_, [&](const auto& cut) { return may_go(cut.first, cut.second); }) != 0;
 }
 
-/// An answered query has read across the place, at which an item begins.
+/// True if an answered query has read across `place`, where an item begins.
 template <typename Key>
 bool QueryPlan<Key>::IsCrossed(const Cut& place) const {
   for (auto at = FirstFrom(place); at != by_place_.end() && PlaceOf(*at) == place; ++at) {
@@ -565,7 +575,8 @@ bool QueryPlan<Key>::IsCrossed(const Cut& place) const {
   return false;
 }
 
-/// What is refused together is asked together, and never with points that the device does send.
+/// Gives the items of a refused query one refusal number, so that they are asked together and never
+/// with items that the device answers.
 template <typename Key>
 PlanChange QueryPlan<Key>::SetApart(std::size_t query) {
   const auto is_apart = [this](std::size_t i) { return items_[i].refusal != 0; };

@@ -1,5 +1,5 @@
-// A device's options in a struct of its protocol. One table says for each option its key, kind,
-// default and help, for users, and the member that it fills, for the code:
+// `SettingsTable` reads a device's options into a struct of its protocol. Each row has the key,
+// kind, default and help of an option, and the struct member that the option fills:
 //
 //   struct Settings { bool checksum; std::size_t width; Format format; };
 //   constexpr auto kTable = SettingsTable(
@@ -7,8 +7,9 @@
 //       Bind<&Settings::width>(option::Integer("width", "7", 0, 32, "…")),
 //       Bind<&Settings::format>(option::Choice("format", "hex", "decimal,hex", "…")));
 //
-// kTable.specs() goes into the Protocol; kTable.Read(device.options) gives the Settings. The
-// functions of the protocol take the Settings; kWithSettings makes of them what the Protocol has:
+// kTable.specs() is Protocol::options; kTable.Read(device.options) returns the Settings. The
+// protocol's functions take a const Settings&; kWithSettings adapts them to the ParsedOptions in
+// Protocol:
 //
 //   .parse = ParseWith<ReadSettings>, .expect = kWithSettings<Expect>
 //
@@ -33,7 +34,7 @@
 namespace baudgate::protocols {
 namespace settings {
 
-/// 0 for the first word of `choices`: "auto,a,b".
+/// Returns the position of `word` in `choices` ("auto,a,b": auto is 0); 0 if absent.
 constexpr std::size_t IndexOf(std::string_view word, std::string_view choices) {
   std::size_t index = 0;
   for (std::size_t at = 0; at < choices.size(); ++index) {
@@ -49,7 +50,7 @@ inline constexpr bool kIsOptional = false;
 template <typename T>
 inline constexpr bool kIsOptional<std::optional<T>> = true;
 
-/// The value of one option as a member of type T takes it.
+/// Converts the value of one option to the member's type T.
 template <typename T>
 T Get(const config::Options& options, const OptionSpec& spec) {
   const std::string name(spec.name);
@@ -109,19 +110,19 @@ struct Untyped<kFunction, Outcome (*)(View, View, const Settings&)> {
 
 }  // namespace settings
 
-/// A function that reads Settings out of options, as Protocol::parse.
+/// Adapts a function that reads Settings from options to Protocol::parse.
 template <auto kRead>
 ParsedOptions ParseWith(const config::Options& options) {
   return ParsedOptions::Of(kRead(options));
 }
 
-/// A function of bytes and Settings, as a function of bytes and ParsedOptions.
+/// Adapts a function of bytes and Settings to a function of bytes and ParsedOptions.
 template <auto kFunction>
 inline constexpr auto kWithSettings = &settings::Untyped<kFunction>::Call;
 
-/// An option and the member that it fills. Numbers, durations and texts fill members of their kind.
-/// An optional number stays empty for 0. A choice fills an enum, its first word
-/// is enumerator 0; one of two words may fill a bool, which the second makes true.
+/// Binds an option to the member that it fills. Numbers, durations and texts fill members of their
+/// type; an optional number stays empty for 0. A choice fills an enum, whose enumerator 0 is the
+/// first word; a choice of two words may fill a bool, which is true for the second word.
 template <auto kMember>
 constexpr auto Bind(const OptionSpec& spec) {
   using Settings = typename settings::Member<decltype(kMember)>::Of;
@@ -133,9 +134,9 @@ constexpr auto Bind(const OptionSpec& spec) {
       }};
 }
 
-/// The same with a function that makes the member out of the text or texts of the option:
-/// Result<Type> kParse(const std::string&), or of const std::vector<std::string>&. What it refuses
-/// leaves the member as it is, and Check says why.
+/// Binds an option to a member through kParse, which makes the member from the text or texts of the
+/// option: Result<Type> kParse(const std::string&), or of const std::vector<std::string>&. If
+/// kParse fails, the member keeps its default, and Check returns the error.
 template <auto kMember, auto kParse>
 constexpr auto Bind(const OptionSpec& spec) {
   using Settings = typename settings::Member<decltype(kMember)>::Of;
@@ -165,7 +166,7 @@ class SettingsTable {
 
   constexpr std::span<const OptionSpec> specs() const { return specs_; }
 
-  /// `options` has all options of the table.
+  /// `options` must contain all options of the table.
   Settings Read(const config::Options& options) const {
     Settings settings{};
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -174,7 +175,7 @@ class SettingsTable {
     return settings;
   }
 
-  /// The first text that its function refuses.
+  /// Returns the error of the first option whose kParse fails.
   Status Check(const config::Options& options) const {
     Settings settings{};
     for (std::size_t i = 0; i < kCount; ++i) {

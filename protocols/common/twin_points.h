@@ -1,5 +1,5 @@
-// The points of a simulated device, their addresses parsed once: what a twin looks up for every
-// request. Points come from the profile, values from and to the simulated world.
+// `TwinPoints` finds the points of a simulated device by their parsed addresses. Addresses are
+// parsed once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,19 +13,20 @@
 
 namespace baudgate::protocols {
 
-/// `Read` and `Written`: the protocol's parsed forms of `read` and `write`.
+/// `Read` and `Written` are the protocol's parsed forms of `read` and `write`.
 template <typename Read, typename Written = Read>
 class TwinPoints {
  public:
   struct One {
-    std::size_t index = 0;  ///< into the device's points
+    std::size_t index = 0;  ///< index into the device's points
     const config::Point* point = nullptr;
-    std::optional<Read> read;      ///< empty: cannot be read
-    std::optional<Written> write;  ///< empty: cannot be written
+    std::optional<Read> read;      ///< empty: not readable
+    std::optional<Written> write;  ///< empty: not writable
   };
 
-  /// The parsers take a config::Point and give a Result. A point that does not parse is not there:
-  /// the configuration's check has refused it. `device` and `values` outlive this.
+  /// The parsers take a config::Point and return a Result. Text that does not parse leaves the
+  /// point not readable or not writable; the configuration's check has reported it. `device` and
+  /// `values` must outlive this object.
   template <typename ParseRead, typename ParseWrite>
   TwinPoints(const config::Device& device, TwinValues& values, ParseRead parse_read,
              ParseWrite parse_write)
@@ -38,10 +39,9 @@ class TwinPoints {
     }
   }
 
-  /// Every point of the device, by index.
   const std::vector<One>& all() const { return all_; }
 
-  /// The first point whose parsed `read` satisfies the predicate; null: there is none.
+  /// Returns the first readable point whose parsed `read` satisfies the predicate, else null.
   template <typename Matches>
   const One* Find(Matches matches) const {
     for (const One& one : all_) {
@@ -49,7 +49,7 @@ class TwinPoints {
     }
     return nullptr;
   }
-  /// The same for `write`.
+  /// Returns the first writable point whose parsed `write` satisfies the predicate, else null.
   template <typename Matches>
   const One* FindWritable(Matches matches) const {
     for (const One& one : all_) {
@@ -58,7 +58,7 @@ class TwinPoints {
     return nullptr;
   }
 
-  /// Raw, before scale and offset.
+  /// Values are raw, as in TwinValues.
   Value Get(const One& one, Instant now) const { return values_.Get(one.index, now); }
   void Set(const One& one, const Value& value) { values_.Set(one.index, value); }
 

@@ -1,4 +1,4 @@
-// What a device of the example is asked, and what its replies mean.
+// `ExampleConversation` makes the requests to one example device and interprets its replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +22,7 @@ class ExampleConversation final : public Conversation {
  private:
   const config::Device& device_;
   const char address_;
-  std::vector<Query> queries_;  ///< one for each point
+  std::vector<Query> queries_;  ///< one query for each point
 };
 
 }  // namespace baudgate::protocols::example

@@ -1,4 +1,4 @@
-// What may stand in `read` of a point: the number of an item, 1 to 999. DecodeValue and EncodeValue
+// `ParseItem` reads `read` of a point: the number of an item, 1 to 999. DecodeValue and EncodeValue
 // convert the value in a reply.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,9 +19,7 @@ Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// The value in a reply of the example, "=5", to and from a point's.
-
-/// "=5" is 5. The sensor is broken where anything else stands: never a number.
+/// Converts "=5" to 5. Any other text gives the quality for a broken sensor and no number.
 Decoded DecodeValue(std::string_view content);
 std::string EncodeValue(const Value& value);
 

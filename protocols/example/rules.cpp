@@ -20,7 +20,6 @@ Expectation Expect(View request) {
 
 namespace {
 
-/// From one of `starts` to CR.
 Cut CutLine(View held, std::string_view starts, bool idle) {
   if (starts.find(static_cast<char>(held[0])) == std::string_view::npos) {
     return cut::SkipNoise(held, starts);

@@ -1,5 +1,5 @@
-// What may answer a request of the example. RequestRule and ReplyRule say where messages begin and
-// end.
+// `Expect` gives the expected replies to a request of the example. RequestRule and ReplyRule are
+// its frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,10 +7,8 @@
 
 namespace baudgate::protocols::example {
 
-/// An empty request: what a twin listens for.
+/// An empty request gives the expectation for requests, which twins use.
 Expectation Expect(View request);
-
-// Where requests and replies of the example begin and end.
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);

@@ -15,7 +15,7 @@ Bytes ExampleTwin::Answer(View request, Instant now) {
   Message reply{'!', reply_as_, asked->item, "~"};
   const auto is_asked = [&](unsigned item) { return item == asked->item; };
   if (asked->item == 0) {
-    reply.content = "=1";  // its type
+    reply.content = "=1";  // the device type
   } else if (asked->kind == 'W') {
     const auto* point = points_.FindWritable(is_asked);
     const auto [value, quality] = DecodeValue(asked->content);

@@ -1,4 +1,4 @@
-// A device of the example that is not there.
+// `ExampleTwin` simulates a device of the example protocol.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ class ExampleTwin final : public Twin {
  private:
   const char address_;
   char reply_as_ = address_;
-  TwinPoints<unsigned> points_;  ///< by item
+  TwinPoints<unsigned> points_;  ///< found by item number
 };
 
 }  // namespace baudgate::protocols::example

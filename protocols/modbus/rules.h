@@ -30,13 +30,13 @@ const PduCarrier* Carrier(Framing framing);
 Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle);
 
-// The same for Modbus ASCII.
+// The rules that cut Modbus ASCII messages.
 
 /// Cuts requests and, on a bus with several devices, also replies, which have the same form.
 Cut AsciiRequestRule(View held, const Expectation& expect, bool idle);
 Cut AsciiReplyRule(View held, const Expectation& expect, bool idle);
 
-// The same for Modbus TCP.
+// The rules that cut Modbus TCP messages.
 
 Cut TcpRequestRule(View held, const Expectation& expect, bool idle);
 Cut TcpReplyRule(View held, const Expectation& expect, bool idle);

@@ -68,7 +68,8 @@ Result<std::string> Decode(View frame, const Settings& settings) {
     return text;
   }
   text = AsText(TextIn(frame, settings));
-  // Control characters belong to some texts, as the GS between the fields of a bar code.
+  // Control characters are allowed, because some texts contain them, such as GS between the fields
+  // of a bar code.
   const auto foreign = [](char c) { return c == 0 || static_cast<unsigned char>(c) >= 0x80; };
   if (std::ranges::any_of(text, foreign)) return Error{kForeign};
   return std::string(Trim(text));

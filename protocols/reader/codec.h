@@ -1,9 +1,9 @@
-// The wire format of readers. They speak by themselves; two commands may be sent to some.
+// The wire format of readers. Readers send unasked; some accept two commands.
 //   form: tag    CR LF - 06001259E3 CR LF >   ten hex digits, of an EM4100 tag; zeros: no tag.
-//                                             The last prompt may stand in front, or be missing
+//                                             The '>' may come before CR LF instead, or be missing
 //   form: text   STX ST,GS,+  12.35kg ETX     start and end are options (settings.h)
-//   r CR                                      read now: answered as a tag is told
-//   i CR                                      what are you? MOD-RFID125-BOX CR LF >, or more lines
+//   r CR                                      read now: the reply has the form of a tag message
+//   i CR                                      identify: MOD-RFID125-BOX CR LF >, or more lines
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,32 +16,36 @@
 
 namespace baudgate::protocols::reader {
 
-inline constexpr std::size_t kTagFrame = 16;  ///< with the prompt
+inline constexpr std::size_t kTagFrame = 16;  ///< including the '>'
 inline constexpr std::size_t kTagDigits = 10;
-inline constexpr std::size_t kTagAt = 3;  ///< of the first digit
+inline constexpr std::size_t kTagAt = 3;  ///< offset of the first digit
 
-/// Those that are ever sent. `b` makes a reader wait for new firmware, `m…` changes its settings.
+/// The only commands that are sent. `b` makes a reader wait for new firmware, `m…` changes its
+/// settings.
 enum class Command : std::uint8_t { read, information };
 Bytes EncodeCommand(Command command);
-/// Whoever sent it: a captured line may have a reader on it that the configuration never asks.
+/// True if `request` is the information command. A captured line may contain it even if the
+/// configuration has no commands.
 bool IsInformation(View request);
-/// The lines of the answer to `information`, a blank between them, without prompt and echo. An
-/// error: there are none, or it is no such answer.
+/// Returns the lines of the reply to `information`, joined by blanks, without '>' and echo. Error:
+/// there is no line, or it is no such reply.
 Result<std::string> DecodeInformation(View answer);
 
 Bytes EncodeTag(std::string_view digits);
 Bytes EncodeText(std::string_view text, const Settings& settings);
 
-/// Without its ends; where it has no start, also without the CR, LF, 00 and FF around it.
+/// Returns the text without start and end characters; without a start character, also without the
+/// CR, LF, 00 and FF around the text.
 View TextIn(View frame, const Settings& settings);
-/// So many of all these may stand around a text.
+/// The maximum number of CR, LF, 00 and FF around a text.
 inline constexpr std::size_t kMostAround = 8;
 
-/// What a whole message says: the digits in upper case, or the text without its ends and the blanks
-/// at both sides. An error: characters that are no ASCII, as where the parity differs.
+/// Returns the content of a whole message: the digits in upper case, or the text without start, end
+/// and blanks at both ends. Error: characters that are no ASCII, as with a wrong parity.
 Result<std::string> Decode(View frame, const Settings& settings);
 
-/// A reader has no address: any number tells its users which one it is.
+/// Accepts "none" or a number from 1 to 255. A reader has no address; the number serves people
+/// only.
 Result<int> ParseAddress(std::string_view text);
 
 }  // namespace baudgate::protocols::reader

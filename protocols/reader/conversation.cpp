@@ -15,9 +15,9 @@
 namespace baudgate::protocols::reader {
 namespace {
 
-constexpr std::uint32_t kTagCode = 1;   // of the events, see config/profiles/reader
-constexpr std::size_t kMostKnown = 64;  // texts that a repeat is recognised of
-constexpr std::size_t kMostOwed = 16;   // answers
+constexpr std::uint32_t kTagCode = 1;   // code of tag events, see config/profiles/reader
+constexpr std::size_t kMostKnown = 64;  // the maximum number of texts in latest_
+constexpr std::size_t kMostOwed = 16;   // the maximum number of outstanding replies to `r`
 constexpr std::size_t kMostQuoted = 30;
 
 std::vector<Item> ItemsOf(const config::Device& device) {
@@ -26,7 +26,7 @@ std::vector<Item> ItemsOf(const config::Device& device) {
   return items;
 }
 
-/// One for what the reader is, one for what a message says.
+/// Returns at most two queries: one for the reader's identity, one for the points of a message.
 std::vector<Query> QueriesOf(const config::Device& device, const std::vector<Item>& items,
                              const Settings& settings) {
   std::vector<Query> queries;
@@ -57,7 +57,6 @@ bool IsNoTag(const std::string& text, const Settings& settings) {
   return settings.form == Form::tag && text.find_first_not_of('0') == std::string::npos;
 }
 
-/// "12,35".
 bool HasDecimalComma(std::string_view text) {
   for (std::size_t at = text.find(','); at != std::string_view::npos; at = text.find(',', at + 1)) {
     if (IsDecimalComma(text, at)) return true;
@@ -65,7 +64,8 @@ bool HasDecimalComma(std::string_view text) {
   return false;
 }
 
-/// "$GPGGA,063905.00,": what receivers of satellites, compasses and wind sensors send.
+/// True for sentences of NMEA 0183, such as "$GPGGA,063905.00,", which satellite receivers,
+/// compasses and wind sensors send.
 bool IsSentence(std::string_view text) {
   constexpr std::size_t kName = 5;
   if (text.size() < kName + 2 || (text[0] != '$' && text[0] != '!') || text[kName + 1] != ',') {
@@ -76,13 +76,12 @@ bool IsSentence(std::string_view text) {
   });
 }
 
-/// "OL,GS,+-------kg", "OVER".
+/// True for texts such as "OL,GS,+-------kg" or "OVER".
 bool ShowsOverload(std::string_view text) {
   return text.starts_with("OL") || text.find("OVER") != std::string_view::npos ||
          text.find("over") != std::string_view::npos;
 }
 
-/// "Err 03".
 bool HasErrorWord(std::string_view text) {
   std::string low(text);
   std::ranges::transform(low, low.begin(),
@@ -91,7 +90,7 @@ bool HasErrorWord(std::string_view text) {
                              [&](const char* word) { return low.find(word) != std::string::npos; });
 }
 
-/// Reason and remedy.
+/// Returns the reason why `text` has no usable number, and the remedy.
 std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::string_view unit) {
   constexpr std::string_view kNumber = "0123456789.";
   constexpr std::string_view kDigit = "0123456789";
@@ -160,7 +159,7 @@ Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   Request request;
   request.bytes = EncodeCommand(information ? Command::information : Command::read);
   request.expect = Expect(request.bytes, settings_);
-  request.any_order = true;  // a message says what is, whichever command it answers
+  request.any_order = true;  // a message shows the present state, whichever command it answers
   request.stamped = true;
   request.reply = settings_.answer;
   return request;
@@ -171,7 +170,7 @@ void ReaderConversation::Stamp(Request& request, Now arrives, Duration) {
   if (owed_.size() > kMostOwed) owed_.pop_front();
 }
 
-/// What it says of a tag is a message, see OnUnasked.
+/// A reply to `r` has no readings here: OnUnasked gets it as a message.
 Answer ReaderConversation::OnFrame(const Task&, const Request& request, View frame, Instant) {
   if (!IsInformation(request.bytes)) return {};
   const auto said = DecodeInformation(frame);
@@ -245,13 +244,13 @@ Answer ReaderConversation::OnDue(Now now) {
 
 void ReaderConversation::OnEventsKept(std::string_view said) {
   if (std::exchange(recalled_, true)) return;
-  // Some may have come before it was known how many there were.
+  // Tags that came before this call were numbered from 1 on.
   const auto before = ParseInteger<std::uint64_t>(said).value_or(0);
   counter_ += before;
   for (auto& tag : ring_) tag.counter += before;
 }
 
-/// Within `same_tag` of the last time that it came: a tag that stays is one.
+/// True if the text last came less than `same_tag` ago, so it is the same tag that stays.
 bool ReaderConversation::IsKnown(const std::string& text, Instant now) {
   std::erase_if(latest_, [&](const auto& one) { return now - one.second >= settings_.same_tag; });
   return latest_.contains(text);
@@ -265,12 +264,12 @@ void ReaderConversation::Remember(const std::string& text, Instant now) {
   latest_.insert_or_assign(text, now);
 }
 
-/// Whether this message is the answer to `r`; it looks like any message. If the reader repeats its
-/// last tag when it is asked, that is no news, however long ago the tag came. But if the tag comes
-/// again meanwhile, there are two messages, and the second is judged as if nothing was asked:
+/// True if this message is the reply to `r`, which looks like any message. If the reader repeats
+/// its last tag after `r`, the tag is not new, however long ago it came. If two such messages come,
+/// the tag has come again, and the second message is judged as if nothing was asked:
 ///   tag A, 10 s, r, A                  one tag, which stays
-///   tag A, 10 s, r, A, A               came again: two
-///   tag A, 10 s, r, B, then B or none  came and was read: A and B, once each
+///   tag A, 10 s, r, A, A               the tag came again: two tags
+///   tag A, 10 s, r, B, then B or none  B came and was read: A and B, once each
 bool ReaderConversation::TakeAnswer(const std::string& text, Instant now) {
   std::erase_if(owed_, [now](Instant until) { return until < now; });
   const bool answer = !owed_.empty() && (text.empty() || text == last_);
@@ -288,7 +287,8 @@ void ReaderConversation::AddTag(const std::string& text, Now received, Answer& a
       EventBatch{.events = {{.code = kTagCode, .text = text}}, .said = std::to_string(counter_)};
 }
 
-/// Places for which there was no tag yet have no value: a 0 would be one.
+/// Adds readings for all points of the ring of tags. Places without a tag have no value, because 0
+/// would look like a tag.
 void ReaderConversation::TellRing(Answer& answer) const {
   for (std::size_t point = 0; point < items_.size(); ++point) {
     const Item& item = items_[point];

@@ -1,5 +1,5 @@
-// ReaderConversation reports each tag or text that a reader sends. With `commands: ask` the gateway
-// asks it for the tag that is present, and once for its name.
+// `ReaderConversation` reports each tag or text that a reader sends. With `commands: ask` it also
+// asks for the present tag, and once for the reader's name.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@ class ReaderConversation final : public Conversation {
  public:
   ReaderConversation(const config::Device& device, const Settings& settings);
 
-  /// None without `commands: ask`.
+  /// Empty without `commands: ask`.
   std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
@@ -29,9 +29,9 @@ class ReaderConversation final : public Conversation {
   Answer OnUnasked(View message, Now received) override;
   std::optional<Instant> DueAt() const override { return gone_at_; }
   Answer OnDue(Now now) override;
-  /// From now on its answer may come, see TakeAnswer.
+  /// Records when the reply to `request` must have come, see TakeAnswer.
   void Stamp(Request& request, Now arrives, Duration character) override;
-  /// Numbers go on where they were before a restart, if that is known before the first tag.
+  /// Continues the numbers of tags from before a restart.
   void OnEventsKept(std::string_view said) override;
 
  private:
@@ -44,18 +44,18 @@ class ReaderConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;
-  const std::vector<Item> items_;  // by point
+  const std::vector<Item> items_;  // the item of each point
   const std::vector<Query> queries_;
   const Standing standing_;
-  std::vector<bool> had_number_;           // by point: before that it is never read, not bad
-  std::deque<Tag> ring_;                   // the last one first
-  std::map<std::string, Instant> latest_;  // when each text came last, within same_tag
+  std::vector<bool> had_number_;  // by point: true after the first number; before, it is not bad
+  std::deque<Tag> ring_;          // the newest tag first
+  std::map<std::string, Instant> latest_;  // the time when each text came last, within same_tag
   std::string last_;                       // the last message; empty: no tag
-  std::deque<Instant> owed_;               // answers to `r`: until when each may come
+  std::deque<Instant> owed_;               // outstanding replies to `r`: the latest time for each
   std::uint64_t counter_ = 0;
   bool recalled_ = false;
   std::uint64_t repeats_ = 0;
-  std::optional<Instant> gone_at_;  // when what is present is not any more
+  std::optional<Instant> gone_at_;  // when the present tag counts as gone
 };
 
 }  // namespace baudgate::protocols::reader

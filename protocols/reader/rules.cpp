@@ -12,12 +12,13 @@
 namespace baudgate::protocols::reader {
 namespace {
 
-/// The answer to Command::information.
+/// Tag of the Shape for replies to Command::information.
 constexpr int kInformation = -2;
-/// Tags of a reader that answers commands: what is no tag may be of an answer.
+/// Tag of the Shape for a reader that answers commands: bytes that are no tag may belong to a
+/// reply, so they are no sign of damage.
 constexpr int kTagsAndAnswers = -1;
-constexpr int kNone = 0x100;  // no such character
-constexpr int kEnds = 0x200;  // more than any
+constexpr int kNone = 0x100;  // code for "no such character"
+constexpr int kEnds = 0x200;  // factor that separates the codes of start and end
 constexpr std::size_t kMostInformation = 256;
 
 int CodeOf(std::optional<std::uint8_t> character) { return character ? *character : kNone; }
@@ -27,13 +28,12 @@ std::optional<std::uint8_t> OfCode(int code) {
   return static_cast<std::uint8_t>(code);
 }
 
-/// The options of a text as the one Shape of an expectation: its ends in `tag`, `length` and `most`
-/// in the lengths. An expectation without a shape: tags, and else there is nothing on the line.
+/// Packs the options of a text into the one Shape of an expectation: start and end into `tag`,
+/// `length` and `most` into the lengths. An expectation without a shape is for tags alone.
 Shape ShapeOf(const Settings& settings) {
   return {CodeOf(settings.start) + kEnds * CodeOf(settings.end), settings.length, settings.most};
 }
 
-/// The same way back.
 Settings OfShape(const Shape& shape) {
   return {.form = Form::text,
           .start = OfCode(shape.tag % kEnds),
@@ -44,8 +44,8 @@ Settings OfShape(const Shape& shape) {
 
 }  // namespace
 
-/// A text that is too long is kept a little longer, so that its end is not taken for one of its
-/// own.
+/// A text that is too long is buffered somewhat beyond its limit, so that its end is not taken for
+/// a text.
 Expectation Expect(View request, const Settings& settings) {
   if (IsInformation(request)) {
     return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
@@ -62,11 +62,11 @@ Expectation Expect(View request, const Settings& settings) {
 
 namespace {
 
-constexpr std::string_view kTagForm = "\r\n-##########\r\n>";  // #: a hex digit
+constexpr std::string_view kTagForm = "\r\n-##########\r\n>";  // # stands for a hex digit
 static_assert(kTagForm.size() == kTagFrame);
-constexpr std::string_view kBetween = "\r\n>";  // what may stand between two messages
+constexpr std::string_view kBetween = "\r\n>";  // bytes that are allowed between two messages
 
-/// `noise`: what stands between two tags.
+/// `noise` is the outcome for bytes between two tags.
 Cut CutTag(View held, bool idle, Outcome noise) {
   const std::size_t size = std::min(held.size(), kTagFrame);
   std::size_t fits = 0;
@@ -75,7 +75,7 @@ Cut CutTag(View held, bool idle, Outcome noise) {
     if (kTagForm[fits] == '#' ? !HexDigit(c) : c != kTagForm[fits]) break;
   }
   if (fits == kTagFrame) return Cut::Frame(kTagFrame);
-  // The prompt alone is missing: the digits are whole.
+  // Only the '>' is missing: all digits have come.
   if (fits == kTagFrame - 1 && (idle || size > fits)) return Cut::Frame(fits);
   if (fits == size && !idle) return Cut::NeedMore();
   if (fits >= kTagAt) return Cut::Discard(1, Outcome::corrupt, "a damaged tag");
@@ -83,7 +83,8 @@ Cut CutTag(View held, bool idle, Outcome noise) {
   return Cut::Discard(1, harmless ? Outcome::none : noise, "noise before a tag");
 }
 
-/// To the prompt at the begin of a line; if none comes, to the silence after a whole line.
+/// Cuts up to the '>' at the beginning of a line; if none comes, up to a silence after a whole
+/// line.
 Cut CutInformation(View held, std::size_t most, bool idle) {
   const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
   const std::size_t size = std::min(held.size(), most);
@@ -94,7 +95,8 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
     if (held[at] == '>' && begins && said) {
       return Cut::Discard(at + 1, Outcome::corrupt, "a damaged answer");
     }
-    said = said || !cut::IsHarmless(held[at], "\r\n>i");  // and the echo
+    // The last two: '>' and the echo of the command.
+    said = said || !cut::IsHarmless(held[at], "\r\n>i");
   }
   if (held.size() >= most) return cut::TooLong();
   if (!idle) return Cut::NeedMore();
@@ -103,7 +105,7 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
   return cut::Wait(idle, held.size());
 }
 
-/// A whole text, if it is as long as it should be.
+/// Accepts a whole text if its length is right.
 Cut Checked(View frame, const Settings& form) {
   const View text = TextIn(frame, form);
   const std::size_t around = frame.size() - text.size();
@@ -117,7 +119,7 @@ Cut Checked(View frame, const Settings& form) {
                : Cut::Discard(frame.size(), Outcome::corrupt, "not as long as a text should be");
 }
 
-/// Its index, from `from` on; held.size(): it has not come yet.
+/// Returns the index of `wanted`, from `from` on; held.size() if it has not come yet.
 std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {
   const auto begin = held.begin() + static_cast<std::ptrdiff_t>(from);
   return static_cast<std::size_t>(std::find(begin, held.end(), wanted) - held.begin());
@@ -164,7 +166,7 @@ namespace {
 
 constexpr std::size_t kQuoted = 24;
 constexpr std::size_t kShortest = 3;
-/// A wire or a buffer takes no more characters out of a message.
+/// A bad wire or a full buffer loses at most this many characters of a message.
 constexpr std::size_t kFewLost = 2;
 constexpr std::string_view kLineEnds = "\r\n";
 constexpr std::string_view kMarks = ":;<=>?@[]!\"#&'()*,";
@@ -172,7 +174,7 @@ constexpr std::string_view kUnusual = "{|}~`^\\";
 
 bool IsShown(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// The characters for people in it.
+/// Returns the printable characters in quotes, at most kQuoted of them.
 std::string Quote(View heard) {
   std::string text;
   for (const std::uint8_t byte : heard) {
@@ -195,7 +197,7 @@ Recognised Other(std::string cause, std::string remedy) {
   return {Recognised::What::other_setting, std::move(cause), std::move(remedy)};
 }
 
-/// Each end of a line as CR LF.
+/// Returns `heard` with each line end as CR LF.
 Bytes WithFullEnds(View heard) {
   Bytes full;
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -226,8 +228,8 @@ std::optional<Recognised> OtherTag(View heard, const Expectation& expect) {
                "set form: text in the configuration, or use another profile");
 }
 
-/// Hardly any label or display has such characters, or marks and not one digit or blank; another
-/// bit rate makes them of anything.
+/// True for characters that labels and displays hardly use, or for marks without any digit or
+/// blank. Such text often comes from a wrong bit rate.
 bool IsUnusual(View heard) {
   const std::string_view text = AsText(heard);
   const bool marks = text.find_first_of(kMarks) != std::string_view::npos;
@@ -235,7 +237,7 @@ bool IsUnusual(View heard) {
          (marks && text.find_first_of("0123456789 ") == std::string_view::npos);
 }
 
-/// Between its start and its end.
+/// Counts the printable characters between start and end.
 std::size_t CharactersOf(View heard, const Settings& settings) {
   const auto around = [&](std::optional<std::uint8_t> mark) {
     return mark && IsShown(*mark) && std::ranges::find(heard, *mark) != heard.end() ? 1U : 0U;

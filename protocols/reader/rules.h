@@ -1,5 +1,5 @@
-// What a reader may say, as the frame rule wants it. RequestRule and MessageRule say where messages
-// begin and end, and Recognise what a message is that cannot be read.
+// `Expect` gives the messages that a reader may send. RequestRule and MessageRule are the frame
+// rules, and Recognise explains messages that cannot be read.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,16 +14,14 @@ namespace baudgate::protocols::reader {
 
 Expectation Expect(View request, const Settings& settings);
 
-// Where the messages of readers begin and end.
-
-/// Nobody asks a reader: a line of text, for twins that hear one anyway.
+/// Cuts a line of text, for twins, which may get commands.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut MessageRule(View held, const Expectation& expect, bool idle);
 
-// What a message is that cannot be read: other line ends, texts in place of tags, another start,
-// end or length than the options say.
+// Explains bytes that are no valid message: other line ends, texts instead of tags, or another
+// start, end or length than configured.
 
-/// `request` is empty where nothing was asked.
+/// `request` is empty if no command was sent.
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::reader

@@ -16,8 +16,8 @@ constexpr std::uint64_t kFirstTag = 0x06001259E3;
 ReaderTwin::ReaderTwin(const config::Device& device, TwinValues& values)
     : settings_(ReadSettings(device.options)), points_(device, values, ParseItem, ParseItem) {}
 
-/// What the event says as a number is the tag; "06001259E3" and the next ones where it says none.
-/// A scale says what its point `number` has.
+/// The tag number is the event's text if that is a number, else 06001259E3 and the numbers that
+/// follow. A scale sends the value of its point `number`.
 bool ReaderTwin::Raise(const DeviceEvent& event, Now now) {
   if (queue_.size() >= kMostWaiting) return false;
   const auto said = ParseInteger<std::uint64_t>(event.text);

@@ -1,5 +1,5 @@
-// A reader that is not there: it sends a tag, or a text, for each event that is raised; where it
-// answers commands the last tag stays before it.
+// `ReaderTwin` simulates a reader. It sends a tag, or a text, for each raised event. If it answers
+// commands, it reports the last tag.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

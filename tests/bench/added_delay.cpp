@@ -1,6 +1,5 @@
-// Added delay: from the last byte of a reply to the sample in a DDS subscriber in another process,
-// beside a bare pipeline with the same hops: pty read, hand-over to a writer thread, a socket to
-// another process, bare Fast DDS.
+// Benchmark: delay from the last byte of a reply to the sample in a DDS subscriber process. The
+// limit is a bare pipeline with the same hops: pty, writer thread, socket, bare Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -43,16 +42,14 @@ constexpr std::string_view kGateway = "gateway";
 
 std::int64_t NowNs() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
-/// A DCON reply that carries `number`: ">+12345." and CR.
 std::string Reply(int number) { return fmt::format(">+{:05d}.\r", number); }
 
-/// Both pipelines read this: one line of text out of a pty.
 void WriteAll(int descriptor, std::string_view text) {
   if (write(descriptor, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
     std::exit(4);
 }
 
-/// The other process: prints "<source> <value> <arrival in ns>" for each sample.
+/// The subscriber process. It prints "<source> <value> <arrival in ns>" for each sample.
 class Subscriber {
  public:
   explicit Subscriber(const std::string& self) {
@@ -75,7 +72,7 @@ class Subscriber {
     fclose(stream_);
   }
 
-  /// When the sample arrived there; nothing within two seconds.
+  /// Returns the arrival time of the sample in the subscriber; nothing after two seconds.
   std::optional<std::int64_t> Arrival(std::string_view source, int number) {
     std::unique_lock lock(mutex_);
     const auto key = std::pair(std::string(source), number);
@@ -121,8 +118,8 @@ void WriteBare(dds::SampleWriter& writer, double number) {
   writer.Write(sample);
 }
 
-/// The limit: a thread reads the pty up to CR, hands the number to a writer thread, which sends it
-/// to another process (of the program `self`) that writes it.
+/// The limit: a thread reads the pty up to CR; a second thread sends the number to a process that
+/// publishes it.
 class DirectPipeline {
  public:
   explicit DirectPipeline(const std::string& self) : pty_(std::move(*tools::Pty::Create())) {
@@ -208,7 +205,7 @@ class DirectPipeline {
   std::thread write_thread_;
 };
 
-/// Ours: the same reply through line, store and publisher.
+/// The gateway's pipeline: the same reply through line, store and publisher.
 class GatewayPipeline {
  public:
   explicit GatewayPipeline(const config::Catalog& catalog)
@@ -242,7 +239,7 @@ class GatewayPipeline {
     twin_.join();
   }
 
-  /// Says when the next poll was answered with `number`.
+  /// Answers the next poll with `number` and returns the time of the answer.
   std::int64_t Feed(int number) {
     std::unique_lock lock(mutex_);
     number_ = number;
@@ -252,7 +249,7 @@ class GatewayPipeline {
   }
 
  private:
-  /// A module that answers always, with the same number while the other pipeline is measured.
+  /// Plays a DCON module that answers every request.
   void BeTwin() {
     char buffer[64];
     std::string request;
@@ -262,7 +259,7 @@ class GatewayPipeline {
       const ssize_t count = read(pty_.master(), buffer, sizeof buffer);
       if (count > 0) request.append(buffer, static_cast<std::size_t>(count));
       if (request.empty() || request.back() != '\r') continue;
-      // The reply may not come before the request is off the wire: 5 characters at 115200.
+      // The request takes 5 characters at 115200 bit/s, so the reply must not come earlier.
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       Answer(request);
       request.clear();
@@ -270,7 +267,7 @@ class GatewayPipeline {
   }
 
   void Answer(const std::string& request) {
-    if (request != "#010\r") return WriteAll(pty_.master(), "!017017\r");  // its name
+    if (request != "#010\r") return WriteAll(pty_.master(), "!017017\r");  // the module's name
     const std::lock_guard lock(mutex_);
     const std::int64_t now = NowNs();
     WriteAll(pty_.master(), Reply(number_));
@@ -343,10 +340,9 @@ namespace {
 struct Delays {
   std::vector<double> limit;
   std::vector<double> ours;
-  std::vector<double> ratios;  ///< of medians, by round
+  std::vector<double> ratios;  ///< of the medians, one for each round
 };
 
-/// The gateway and the bare pipeline in turns.
 Delays Compare(const config::Catalog& catalog, const std::string& self) {
   Subscriber subscriber(self);
   DirectPipeline direct(self);

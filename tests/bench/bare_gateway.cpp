@@ -21,8 +21,8 @@ namespace baudgate::bench {
 namespace {
 
 constexpr std::uint8_t kSlave = 20;
-constexpr std::size_t kReplySize = 7;  // of one register
-constexpr std::size_t kAduSize = 12;   // of a read
+constexpr std::size_t kReplySize = 7;  // reply to a read of one register
+constexpr std::size_t kAduSize = 12;   // a read request
 constexpr int kPatience = 1000;        // ms
 
 void WriteWhole(int descriptor, View bytes) {

@@ -1,5 +1,5 @@
-// The limits of the route benchmarks: a slave that answers at once, and a bare master and gateway
-// before it.
+// The limits of the route benchmarks: a slave that answers at once, a bare master and a bare
+// gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,20 +14,17 @@
 
 namespace baudgate::bench {
 
-/// Answers a read of one register with 0x09C4, whatever its address.
+/// Answers a read of one register with 0x09C4 at every address.
 std::vector<Piece> InstantAnswer(View request);
 
-/// Read of one register at `address` of slave 20, as RTU frame.
 Bytes ReadFrame(std::uint16_t address);
-/// The same as Modbus TCP frame.
 Bytes ReadAdu(std::uint16_t transaction, std::uint16_t address);
 
-/// A tty opened raw.
 int OpenRaw(const std::string& path);
-/// Waits until `count` bytes have come; false after a second of silence.
+/// Waits until `count` bytes have been received. Returns false after a second of silence.
 bool ReadWhole(int descriptor, std::uint8_t* to, std::size_t count);
 
-/// The bare gateway: one epoll loop, Modbus TCP in, RTU out, one request at a time, no checks.
+/// A minimal gateway: one epoll loop, Modbus TCP in, RTU out, one request at a time, no checks.
 class BareGateway {
  public:
   explicit BareGateway(const std::string& tty);

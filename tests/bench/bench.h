@@ -1,5 +1,4 @@
-// What the benchmarks share: a temporary place, configurations as text, medians, and the report.
-// Every figure is a ratio against a limit that is measured in the same run.
+// Shared by the benchmarks. Every result is a ratio to a limit that is measured in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,23 +17,20 @@ namespace baudgate::bench {
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double share);
 
-/// A new directory below the temporary one; removed at exit.
+/// Creates a new directory in the temporary directory. It is removed at exit.
 std::string Scratch();
-/// The configuration, or the end of the program with its problems.
+/// Loads a configuration. If it has problems, prints them and exits.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
-/// Counters of all devices, since the start.
 struct Totals {
   std::uint64_t exchanges = 0;
   std::uint64_t failed = 0;
-  std::uint64_t missed = 0;    ///< periods
-  std::uint64_t readings = 0;  ///< of points
+  std::uint64_t missed = 0;    ///< missed polling periods
+  std::uint64_t readings = 0;  ///< point readings
 };
 Totals Sum(const bus::PointStore& store);
-/// Processor time of another process since its start.
 double CpuSeconds(pid_t process);
-/// A number of /proc/PID/status, for example VmRSS in KiB; 0: there is none.
+/// Returns a number of /proc/PID/status, for example VmRSS in KiB; 0: missing.
 double StatusOf(pid_t process, const std::string& key);
-/// "reached" or "MISSED", for the column behind a figure.
 const char* Verdict(bool reached);
 
 void RunLineUse(const config::Catalog& catalog);
@@ -51,7 +47,7 @@ void RunDrive(const config::Catalog& catalog);
 void RunRoutes(const config::Catalog& catalog);
 void RunTagDelay(const config::Catalog& catalog);
 
-// Other processes of the same program: `self ROLE ARGS…`.
+// Entry points of child processes of the same program: `self ROLE ARGS…`.
 int BeDelaySubscriber(int argc, char** argv);
 int BeDelayRelay(int argc, char** argv);
 int BeScaleTwins(const config::Catalog& catalog, int argc, char** argv);

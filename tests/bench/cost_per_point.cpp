@@ -1,6 +1,5 @@
-// What one changed point costs from the line's thread to the writer's door: store, feed and publish
-// plan, with 1,000 to 100,000 points. The writer itself does nothing here: what Fast DDS adds is
-// its own.
+// Benchmark: cost of one changed point from the line's thread to the DDS writer (store, feed,
+// publish plan), with 1,000 to 100,000 points, without the cost of Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -17,7 +16,7 @@ namespace {
 
 constexpr std::size_t kPointsPerDevice = 100;
 constexpr std::uint64_t kUpdates = 500'000;
-constexpr double kWanted = 1.5;  // dearest to cheapest
+constexpr double kWanted = 1.5;  // ratio of the highest cost to the lowest
 
 class CountingWriter final : public dds::SampleWriter {
  public:
@@ -59,7 +58,7 @@ double ProcessSeconds() {
   return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) / 1e9;
 }
 
-/// Processor time for each update, both threads together, in microseconds.
+/// Returns the processor time of both threads for each update, in microseconds.
 double RunOne(std::size_t points) {
   const config::Config config = MakeConfig(points);
   bus::PointStore store(config);
@@ -68,7 +67,7 @@ double RunOne(std::size_t points) {
       dds::DdsPublisher::Create(config, store, std::make_unique<CountingWriter>(written));
   if (!publisher) std::exit(4);
   while (written < points)
-    std::this_thread::yield();  // the start-up image is paced and not meant here
+    std::this_thread::yield();  // the start-up image is paced, so it is not measured
   std::vector<bus::Sample> samples(kPointsPerDevice);
   const double began = ProcessSeconds();
   auto next = std::chrono::steady_clock::now();
@@ -79,7 +78,7 @@ double RunOne(std::size_t points) {
     value += 1;
     for (std::uint32_t i = 0; i < kPointsPerDevice; ++i) samples[i] = {i, value, Quality::good};
     store.Update(device, samples, ReadClocks(), 1ms);
-    // A device each millisecond: 100,000 points a second, as many lines would deliver them.
+    // One device each millisecond makes 100,000 points a second, as from many lines.
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);
   }

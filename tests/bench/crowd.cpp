@@ -1,6 +1,6 @@
-// A crowd of serial servers: 1,000 lines on tcp://, and 100 in the same run, each with one SPA
-// device of a hundred points at 1 s. What does an exchange cost, and does it cost more where there
-// are many lines? The devices are one other process, the gateway another; this one looks at both.
+// Benchmark: cost of an exchange with 100 and with 1,000 lines on tcp://, each with one SPA device
+// of a hundred points at 1 s. Devices and gateway are two child processes, which this process
+// measures.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -60,13 +60,13 @@ std::string Yaml(const std::vector<int>& ports) {
 
 // ---------------------------------------------------------------- the devices
 
-/// What is measured does not change, so that every reply is made once.
+/// The values never change, so each reply is computed only once.
 struct StillValues final : protocols::TwinValues {
   Value Get(std::size_t point, Instant) const override { return static_cast<double>(point) / 2; }
   void Set(std::size_t, const Value&) override {}
 };
 
-/// All devices of the crowd in one thread: one epoll loop, replies out of a table.
+/// All devices in one thread: one epoll loop that takes replies from a table.
 class Slaves {
  public:
   explicit Slaves(const config::Catalog& catalog)
@@ -125,7 +125,7 @@ class Slaves {
       close(fd);
       return;
     }
-    // The gateway sends a request in one piece, and the next one after the reply.
+    // The gateway sends each request in one piece, and waits for the reply before the next.
     const std::string& reply = ReplyTo(std::string(buffer.data(), static_cast<std::size_t>(count)));
     if (!reply.empty() && write(fd, reply.data(), reply.size()) < 0) close(fd);
   }
@@ -146,7 +146,7 @@ class Slaves {
 
 // ---------------------------------------------------------------- between the processes
 
-/// Seen whole or not at all.
+/// Renames the file into place, so that readers never see a part of it.
 void Publish(const std::string& path, const std::string& text) {
   std::ofstream(path + ".new") << text;
   fs::rename(path + ".new", path);
@@ -156,7 +156,6 @@ void Await(const std::string& path) {
   while (!fs::exists(path)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
 }
 
-/// Another process, as /proc shows it.
 struct Process {
   pid_t id = 0;
 
@@ -164,7 +163,6 @@ struct Process {
     const fs::directory_iterator all(fmt::format("/proc/{}/fd", id));
     return std::distance(fs::begin(all), fs::end(all));
   }
-  /// What the gateway has counted until now.
   Totals Ask(const std::string& directory) const {
     fs::remove(directory + "/totals");
     kill(id, SIGUSR1);
@@ -192,7 +190,7 @@ Process Spawn(const std::string& self, const char* role, const std::string& dire
 struct Figures {
   double per_second = 0;
   double cores = 0;
-  double cost_us = 0;  ///< processor time of an exchange
+  double cost_us = 0;  ///< processor time of one exchange
   double mib = 0;
   double threads = 0;
   long descriptors = 0;
@@ -257,12 +255,12 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGUSR1);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // for all threads to come
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by all threads that start later
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);
   config::Config config = Load(Yaml(ports), catalog);
-  malloc_trim(0);  // as the program does: the nodes of the parser are not the gateway's
+  malloc_trim(0);  // returns the parser's memory to the system, as the real program does
   daemon::Daemon daemon(std::move(config), catalog);
   if (const Status status = daemon.Start(); !status) {
     fmt::print(stderr, "{}\n", status.error());

@@ -1,6 +1,5 @@
-// Dead devices and returning ports: what do dead devices cost the living ones on the same paced
-// line, and how soon is a port that comes back served? The lines run side by side in one run; the
-// one without dead devices is the limit.
+// Benchmark: loss of living devices through dead ones on the same paced line, and the time until a
+// port that comes back is served. The limit is a line without dead devices in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -22,7 +21,7 @@ namespace {
 constexpr int kLiving = 5;
 constexpr int kDead[] = {0, 1, 10, 30};
 constexpr std::size_t kLines = std::size(kDead);
-constexpr Duration kSettle = 40s;  // thirty dead devices are asked once each
+constexpr Duration kSettle = 40s;  // enough to ask thirty dead devices once each
 constexpr Duration kMeasured = 120s;
 constexpr double kWanted = 0.97;
 
@@ -41,8 +40,7 @@ std::string LineYaml(const std::string& port, int living, int dead) {
   return yaml;
 }
 
-/// Lines of a configuration that are run for real, each behind a paced simulator of its first
-/// devices.
+/// Runs lines with real runners. Each line has a paced simulator of its first devices.
 class Lines {
  public:
   Lines(const std::string& yaml, const config::Catalog& catalog)
@@ -77,7 +75,6 @@ class Lines {
         world_, protocol_, {its.devices.begin(), its.devices.begin() + kLiving}, options);
     twins_[line] = std::move(*twins);
   }
-  /// The pty hangs up and its link is gone.
   void StopTwins(std::size_t line) {
     asio::post(world_, asio::use_future([&] { twins_[line].reset(); })).wait();
   }
@@ -129,7 +126,7 @@ void MeasureReturn(const config::Catalog& catalog) {
   lines.StartRunners();
   std::vector<double> waits;
   for (int i = 0; i < kReturns; ++i) {
-    std::this_thread::sleep_for(300ms + i * 700ms);  // a longer absence every time
+    std::this_thread::sleep_for(300ms + i * 700ms);  // the port is absent for longer each time
     lines.StartTwins(0);
     const auto began = std::chrono::steady_clock::now();
     while (lines.answered(0) == 0) std::this_thread::sleep_for(1ms);

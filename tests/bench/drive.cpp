@@ -1,6 +1,5 @@
-// The installation that transparent routes are for: an inverter behind RS-485 at 19200 8E1, and a
-// PLC that fires five messages again and again, transfers whole parameter blocks, and starts and
-// stops the motor. Checks the line while it measures how soon a start shows in the frequency.
+// Benchmark: time from a motor's start to a changed frequency. A PLC repeats five messages and
+// transfers parameter blocks through a transparent route to an inverter on RS-485 at 19200 8E1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,14 +15,15 @@
 namespace baudgate::bench {
 namespace {
 
-/// Requests that began on the line after a start was sent and before the start itself, and were no
-/// writes: the exchange under way at most may stand before it, and that has begun already.
+/// Returns the number of reads that were sent after the PLC's start command (`sent`) but before it
+/// on the line. The exchange that was already under way does not count.
 int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   int reads = 0;
   for (const OnWire& request : log) {
     if (request.from < sent) continue;
     if (request.pdu == StartPdu()) return reads;
-    const bool on_its_way = request.from < sent + 1ms;  // the start, through the gateway
+    // The start command needs time to pass through the gateway.
+    const bool on_its_way = request.from < sent + 1ms;
     if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }
   return reads;
@@ -36,7 +36,7 @@ double Milliseconds(Duration time) {
 struct Setup {
   const char* name;
   bool blocks;
-  bool high;  ///< the frequency is asked for on a listener of high priority
+  bool high;  ///< the frequency is read through a listener of high priority
 };
 
 void Measure(const config::Catalog& catalog, const Setup& setup) {

@@ -1,4 +1,5 @@
-// The PLC of the drive bench: a Modbus TCP client that asks the inverter through the gateway.
+// The PLC of the drive benchmark: a Modbus TCP client that accesses the inverter through the
+// gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,25 +16,25 @@
 
 namespace baudgate::bench {
 
-inline constexpr Duration kPlcPeriod = 30ms;  // of the five messages, nominal
-/// Where the parameter blocks begin that a PLC transfers.
+inline constexpr Duration kPlcPeriod = 30ms;  // nominal period of the five messages
+/// First registers of the parameter blocks that a PLC transfers.
 inline constexpr std::array<std::uint16_t, 9> kBlocks = {999,  1119, 1239, 1359, 1479,
                                                          1599, 1719, 1839, 1959};
 
-/// PDU of the start, as hex.
+/// As hex.
 std::string StartPdu();
 
-/// The PLC: a message is fired again when its period has come and its last answer is there.
+/// The PLC. It repeats a message when its period is over and its last answer has arrived.
 class Plc {
  public:
-  /// `watch_port`: where the frequency is asked for.
+  /// Reads the frequency through `watch_port`.
   Plc(std::uint16_t port, std::uint16_t watch_port, bool blocks);
 
   void Run();
 
   struct Start {
     Instant sent;
-    std::optional<Instant> seen;  ///< the first frequency that is not zero
+    std::optional<Instant> seen;  ///< when the first non-zero frequency was read
   };
   std::vector<Start> starts;
   int mismatches = 0;
@@ -52,7 +53,7 @@ class Plc {
   };
 
   void Fire(Message& message, Instant now);
-  /// Nine reads and one write of a block, over and over.
+  /// Sends nine reads and one write of a block, repeatedly.
   void FireBlocks();
   void Send(const std::string& pdu, Message* message);
   void Receive();

@@ -1,5 +1,4 @@
-// The inverter of the drive bench: a Modbus RTU slave at the far end of a pty, in a thread of its
-// own.
+// The inverter of the drive benchmark: a Modbus RTU slave on a pty, in a separate thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +18,6 @@
 
 namespace baudgate::bench {
 
-/// The inverter's registers: the frequency follows the run command.
 class DriveValues final : public protocols::TwinValues {
  public:
   explicit DriveValues(const config::Device& device) {
@@ -50,14 +48,13 @@ class DriveValues final : public protocols::TwinValues {
   bool running_ = false;
 };
 
-/// One request as the slave saw it.
 struct OnWire {
   Instant from;
   std::string pdu;
 };
 
-/// The inverter at the far end of a pty: keeps the bit rate, thinks for 5 ms, delivers long replies
-/// in fragments, and watches that nobody talks out of turn.
+/// The inverter on a pty. It paces bytes at the bit rate, thinks for 5 ms, sends long replies in
+/// fragments, and counts violations of the protocol's timing.
 class Drive {
  public:
   Drive(const protocols::Protocol& rtu, const config::Device& device,
@@ -66,14 +63,14 @@ class Drive {
 
   const std::string& path() const { return pty_.path(); }
   std::vector<OnWire> log() const;
-  std::atomic<int> overlaps = 0;        ///< bytes that came before an exchange was over
-  std::atomic<int> short_silences = 0;  ///< less than 3.5 characters between a reply and a request
+  std::atomic<int> overlaps = 0;        ///< bytes received before an exchange was over
+  std::atomic<int> short_silences = 0;  ///< silences below 3.5 characters between reply and request
   std::atomic<std::uint64_t> bytes_in = 0;
   std::atomic<std::uint64_t> bytes_out = 0;
 
  private:
   void Run();
-  /// Says when the last byte went out, rather too early than too late.
+  /// Returns an estimate of when the last byte was sent, rather too early than too late.
   Instant Answer(View request, Instant begin);
 
   tools::Pty pty_;

@@ -1,5 +1,5 @@
-// What the history costs: 10,000 points that are read every second, of which every reading is
-// another one; and a chart of a year. By processor time, in virtual seconds: no line, no waiting.
+// Benchmark of the history: 10,000 points are read every second and change with every reading; then
+// a chart of a year is read. Counts processor time, in virtual seconds, without lines or waiting.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ namespace {
 using namespace history;
 
 constexpr std::uint32_t kDevices = 100;
-constexpr std::uint32_t kPoints = 100;  // each
+constexpr std::uint32_t kPoints = 100;  // on each device
 constexpr int kSeconds = 900;
 constexpr double kShareWanted = 0.08;
 constexpr double kBytesWanted = 3;
@@ -50,7 +50,8 @@ config::Config ManyPoints() {
   return config;
 }
 
-/// One point in four is a state, two change in steps of a tenth, and one is noise.
+/// Makes test values: one point in four is a state, two change in steps of a tenth, and one is
+/// noise.
 class Signal {
  public:
   Value Next(std::uint32_t point, int second) {
@@ -136,7 +137,7 @@ void RunManyPoints() {
     recording += middle - begin;
     writing += ProcessorSeconds() - middle;
   }
-  // What waits becomes chunks, as at the end of an hour.
+  // Waiting values are written as chunks, as at the end of an hour.
   const double begin = ProcessorSeconds();
   now = {now.instant + 2h, now.wall + 2h};
   for (int step = 0; step < 300; ++step) {

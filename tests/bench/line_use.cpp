@@ -1,6 +1,5 @@
-// Line use: how much of what characters, think time and prescribed silences allow does the line
-// carry? A gateway polls as fast as it can a twin that is paced at the real bit rate: the line
-// alone, then with Modbus TCP, DDS, every reading in the history and, of a relay, events.
+// Benchmark: share of the possible exchanges that a line carries, as limited by characters, think
+// time and prescribed silences: the line alone, then with Modbus TCP, DDS, history and events.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

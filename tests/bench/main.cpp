@@ -1,6 +1,6 @@
-// The benchmarks as one command: baudgate_bench
-// [line|dead|modbus|routes|drive|delay|scale|cost|crowd|rivals|history|tag|harm]…, all without
-// arguments.
+// Runs the benchmarks: baudgate_bench
+// [line|dead|modbus|routes|drive|delay|scale|cost|crowd|rivals|history|tag|harm]…, all of them
+// without arguments.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/utsname.h>
@@ -23,7 +23,7 @@ double CpuSeconds(pid_t process) {
   std::ifstream file(fmt::format("/proc/{}/stat", process));
   std::string text;
   std::getline(file, text);
-  text.erase(0, text.rfind(')') + 1);  // the name may hold anything
+  text.erase(0, text.rfind(')') + 1);  // the process name may contain any characters
   std::istringstream words(text);
   std::string skipped;
   for (int i = 0; i < 11; ++i) words >> skipped;
@@ -73,7 +73,7 @@ config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
     }
     std::exit(3);
   }
-  // Each gateway has its own, and nothing is left on the machine.
+  // Each gateway has a separate state directory, which is removed at exit.
   static int gateways = 0;
   loaded.config.state = Scratch() + "/state-" + std::to_string(++gateways);
   return std::move(loaded.config);

@@ -1,5 +1,5 @@
-// Modbus reads a second, beside a bare epoll echo server with the same message sizes and the same
-// load generator in the same run: the limit that this machine's loopback and scheduler set.
+// Benchmark: Modbus reads per second. The limit is a bare epoll echo server with the same message
+// sizes and load generator in the same run.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -51,7 +51,7 @@ void Watch(int poll, int descriptor) {
   epoll_ctl(poll, EPOLL_CTL_ADD, descriptor, &event);
 }
 
-/// The limit: answers 12 bytes with as many as a Modbus reply would have, and does nothing else.
+/// The limit: answers 12 bytes with as many bytes as a Modbus reply has, and does nothing else.
 class EchoServer {
  public:
   explicit EchoServer(std::size_t reply) : reply_(reply), listener_(Listen(port_)) {
@@ -96,7 +96,7 @@ class EchoServer {
   std::thread thread_;
 };
 
-/// One outstanding request on each connection; returns replies a second.
+/// The load generator: one outstanding request on each connection. Returns replies per second.
 class Load {
  public:
   Load(std::uint16_t port, int connections, std::uint8_t registers) : poll_(epoll_create1(0)) {
@@ -167,7 +167,6 @@ class NoCommands final : public bus::CommandSink {
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-/// One device with enough registers, all good.
 config::Config MakeConfig() {
   config::Config config;
   config::Listener listener;

@@ -1,5 +1,5 @@
-// Transparent routes beside the barest programs that could do the same: round trips, requests per
-// second, what is added to the silences that the bus prescribes, and how clients share a line.
+// Benchmark of transparent routes against minimal programs with the same task: round trips, rate,
+// time added to prescribed silences, and how clients share a line.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <poll.h>
@@ -28,17 +28,16 @@ constexpr int kRounds = 9;
 constexpr int kPerRound = 400;
 constexpr Duration kMeasured = 3s;
 constexpr double kWantedRoundTrip = 2.0;
-/// mbusd 0.5.3 at its shortest pause made 700 requests per second beside a bare gateway's 7,800 on
-/// the same machine (4,700 when that was busiest); five times that is wanted.
+/// mbusd 0.5.3 at its shortest pause carried 700 requests per second, a bare gateway 7,800 on the
+/// same machine (4,700 when the machine was busiest). Wanted: five times mbusd's share.
 constexpr double kWantedRate = 5 * 700.0 / 7800;
 constexpr double kWantedSilence = 150;  // us
 constexpr int kClients = 64;
 constexpr double kWantedFairness = 0.8;
 constexpr double kWantedHigh = 0.5;
-constexpr std::size_t kReplyFrame = 7;  // of one register
+constexpr std::size_t kReplyFrame = 7;  // reply to a read of one register
 constexpr std::uint16_t kFrequency = 200;
 
-/// A port that nobody listened on a moment ago.
 std::uint16_t FreePort() { return BareGateway("/dev/null").port(); }
 
 struct Gateway {
@@ -57,7 +56,7 @@ struct Gateway {
       fmt::print(stderr, "{}\n", status.error());
       std::exit(4);
     }
-    // The line opens on a thread of its own.
+    // The line opens in another thread.
     RawClient client(port);
     for (int i = 0; i < 100; ++i) {
       client.Send(ReadAdu(1, kFrequency));
@@ -104,7 +103,7 @@ std::vector<double> TimeMaster(int tty, int count, Duration quiet = {}) {
   return times;
 }
 
-/// Requests per second of `clients` that each have one outstanding.
+/// Returns requests per second. Each client has one outstanding request.
 double Rate(std::uint16_t port, int clients) {
   std::vector<RawClient> all;
   std::vector<pollfd> ready;
@@ -112,7 +111,8 @@ double Rate(std::uint16_t port, int clients) {
     all.emplace_back(port);
     ready.push_back({all.back().socket(), POLLIN, 0});
   }
-  std::uint16_t address = 0;  // no two alike: identical reads would share an exchange
+  // All addresses differ, because identical reads would share an exchange.
+  std::uint16_t address = 0;
   for (const RawClient& client : all) client.Send(ReadAdu(1, address++));
   std::uint64_t answered = 0;
   const auto began = Clock::now();
@@ -170,7 +170,7 @@ void MeasureRoundTrip(const config::Catalog& catalog) {
   }
 }
 
-/// A slave that keeps the bit rate and thinks for 5 ms.
+/// A slave that paces bytes at the bit rate and thinks for 5 ms.
 class PacedSlave {
  public:
   explicit PacedSlave(const config::Catalog& catalog) {
@@ -235,8 +235,8 @@ void MeasureSilences(const config::Catalog& catalog) {
              Median(direct), Median(routed), added, Verdict(added <= kWantedSilence));
 }
 
-/// How many requests each client got through in the measured time; of a client that is `watched`
-/// from its first answer to its last.
+/// Returns how many requests of each client were answered in the measured time; for client
+/// `watched`, between its first answer and its last.
 std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
                                  std::optional<std::size_t> watched = {}) {
   std::vector<RawClient> all;
@@ -267,7 +267,7 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
 
 void MeasureFairness(const config::Catalog& catalog) {
   const ScriptedSlave slave({}, InstantAnswer);
-  // A request takes a millisecond of the line, so that the line is what clients wait for.
+  // A request occupies the line for a millisecond, so that clients wait for the line only.
   const Gateway gateway(slave.path(), "115200 8N1", ", timing: { quiet: 1ms }", catalog);
   fmt::print(
       "{} clients on one line (wanted: nobody below {:.0f} % of a fair share; one of high "

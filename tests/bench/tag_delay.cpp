@@ -1,6 +1,5 @@
-// RFID tag to a DDS subscriber: from the last byte of a tag on a pty to its event in a subscriber
-// of its own, through the disk. Beside it what the disk takes for one fsync, measured in the same
-// minute between the tags.
+// Benchmark: delay from the last byte of an RFID tag on a pty to its event in a DDS subscriber,
+// including the write to disk. The time of one fsync is measured between the tags.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,7 +22,7 @@ constexpr int kDomain = 113;
 constexpr int kTags = 200;
 constexpr auto kPeriod = std::chrono::milliseconds(50);
 constexpr double kWantedMs = 20;
-constexpr double kFsyncMs = 5;  // the figure holds where the disk needs no longer
+constexpr double kFsyncMs = 5;  // the limit applies only if an fsync takes at most this long
 
 using Clock = std::chrono::steady_clock;
 
@@ -31,8 +30,7 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// A file where the events are. Its pages are written anew each time, as those of the log of a
-/// database: the file does not grow.
+/// Measures fsync. Overwrites the same pages each time, as a database log does.
 class Fsyncs {
  public:
   Fsyncs()
@@ -67,7 +65,6 @@ class Fsyncs {
   off_t next_ = 0;
 };
 
-/// When each tag arrived, by its digits.
 class Arrivals {
  public:
   void Add(std::string_view tag) {
@@ -127,7 +124,7 @@ void RunTagDelay(const config::Catalog& catalog) {
     const auto sent = Clock::now();
     if (write(pty->master(), frame.data(), frame.size()) < 0) std::exit(4);
     const auto arrived = arrivals.Wait(Digits(tag));
-    if (tag > 1) {  // behind the first all have found each other
+    if (tag > 1) {  // during the first tag, the DDS participants are still being discovered
       if (!arrived) ++lost;
       if (arrived) {
         delays.push_back(std::chrono::duration<double, std::milli>(*arrived - sent).count());

@@ -1,13 +1,10 @@
-// Every piece of YAML in the documents can be pasted: it is completed to a whole file and loaded as
-// `baudgate check` loads it.
+// Tests that every piece of YAML in the documents can be pasted: it is completed to a whole file
+// and loaded.
 //
-// Pieces are blocks that are called yaml, files that a command writes (cat > x.yaml <<'END'), runs
-// of lines in other blocks that begin with a key of the configuration, and code in the text that
-// begins with such a key (`sentinels: { 999: bad }`). A piece is an excerpt: "…" leaves something
-// out, and what has to stand around it is added by one rule: it is tried at every level (the file,
-// a line, a device, a point, a profile …), with every protocol, and has to fit one of them. Names,
-// ports and addresses that are missing there are filled in.
-//
+// Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), lines in
+// other blocks and inline code that begin with a key of the configuration. "…" stands for omitted
+// parts. Each piece is tried at every level (file, line, device, point, profile …) with every
+// protocol until an attempt loads; missing names, ports and addresses are filled in.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,7 +33,7 @@ struct Piece {
   std::string text;
 };
 
-/// Pieces that are no configuration of baudgate, or need what another piece makes.
+/// Pieces that are no configuration of baudgate, or need files that another piece creates.
 struct Exception {
   std::string_view file;
   std::string_view begins;
@@ -54,7 +51,6 @@ constexpr Exception kExceptions[] = {
     {"docs/writes.md", "allow_when: { point: LINE", "a point of the reader's plant"},
     {"docs/settings.md", "gateway: \"substation-7\"", "a file of `baudgate settings`"},
 };
-/// Code in the text, outside of blocks, that is not looked at.
 constexpr Exception kUnreadCode[] = {
     {"protocols/telegram/README.md", "",
      "keys of a telegram; its blocks show them at their places"},
@@ -90,7 +86,7 @@ class Document {
   }
 
  private:
-  /// Returns the number of the next line.
+  /// Takes the pieces that begin in line `i` and returns the number of the next line.
   std::size_t TakeFrom(std::size_t i) {
     const std::string& line = lines_[i];
     if (line.starts_with("```")) {
@@ -162,8 +158,7 @@ class Document {
   std::vector<Piece> pieces_;
 };
 
-/// Without what stands for parts that are left out. A value that is left out is `instead`, or its
-/// key is left out as well.
+/// Replaces omitted values by `instead`, or removes their keys.
 std::string WithoutDots(std::string text, bool keys) {
   static const std::string kDots = R"((…|\.\.\.))";
   const auto replace = [&text](const std::string& form, const std::string& by) {
@@ -179,7 +174,7 @@ std::string WithoutDots(std::string text, bool keys) {
 
 // ---------------------------------------------------------------- a piece as a whole file
 
-/// In blocks, with scalars as they are: `0x8000` and "0x8000" differ.
+/// Prints in block style with unchanged scalars, because `0x8000` and "0x8000" differ.
 void Print(const YAML::Node& node, const std::string& indent, std::string& out) {
   if (node.IsMap() && node.size() > 0) {
     out += "\n";
@@ -215,14 +210,14 @@ void Print(const YAML::Node& node, const std::string& indent, std::string& out) 
   }
 }
 
-/// What an excerpt may belong to.
+/// A protocol with a profile or a point, which the missing parts of an excerpt are taken from.
 struct Base {
   const char* protocol;
   const char* profile;  ///< empty: the device has one point
   const char* read = "";
   const char* type = "float32";
   bool written = false;
-  const char* option = "";  ///< of the device, that an excerpt leaves out
+  const char* option = "";  ///< a device option that excerpts omit
   const char* value = "";
 };
 constexpr Base kBases[] = {
@@ -257,7 +252,6 @@ YAML::Node List(const YAML::Node& element) {
   return list;
 }
 
-/// One protocol's way to complete a piece.
 class Completion {
  public:
   explicit Completion(const Base& base) : base_(base) {}
@@ -304,7 +298,7 @@ class Completion {
     Each(line["devices"], &Completion::Device);
     return line;
   }
-  /// Keys of lower levels beside those of the file are put where they belong.
+  /// Moves keys of lower levels that stand beside those of the file to their level.
   YAML::Node File(YAML::Node file) const {
     const auto move = [&file](const char* key, const auto& to) {
       if (!file[key]) return;
@@ -348,7 +342,6 @@ class Completion {
   static void Fill(YAML::Node& map, const char* key, const std::string& value) {
     if (!map[key]) map[key] = value;
   }
-  /// Of the first device whose profile is a shipped one.
   static std::optional<std::string> ProtocolOf(const YAML::Node& devices) {
     if (!devices || !devices.IsSequence()) return std::nullopt;
     for (const YAML::Node& device : devices) {
@@ -359,7 +352,7 @@ class Completion {
     }
     return std::nullopt;
   }
-  /// An excerpt names lines that it does not show.
+  /// Routes name lines that an excerpt omits.
   static void AddLinesOfRoutes(YAML::Node& file) {
     if (!file["modbus"].IsMap() || !file["modbus"]["routes"].IsSequence()) return;
     for (const YAML::Node& route : file["modbus"]["routes"]) {
@@ -382,7 +375,6 @@ class Completion {
 
 YAML::Node Listed(const YAML::Node& piece) { return piece.IsMap() ? List(piece) : piece; }
 
-/// Where a piece may stand, and the file that it makes there.
 using Level = YAML::Node (*)(YAML::Node& piece);
 constexpr Level kLevels[] = {
     [](YAML::Node& piece) { return piece; },
@@ -427,9 +419,9 @@ constexpr Level kLevels[] = {
     },
     [](YAML::Node& piece) { return Map("devices", List(Map("timing", piece))); },
 };
-/// What the other levels take does not depend on a protocol: no profile need be read for them.
+/// Only the first levels depend on the protocol; the others need no profile, so they are tried
+/// once.
 constexpr std::size_t kLevelsOfProtocols = 4;
-/// The same in a profile.
 constexpr Level kProfileLevels[] = {
     [](YAML::Node& piece) { return piece; },
     [](YAML::Node& piece) {
@@ -439,7 +431,7 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// The attempt that comes nearest: an unknown key says only that the piece does not belong there.
+/// Stores the attempt with the fewest problems. Unknown keys weigh more: they show a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }
@@ -468,7 +460,6 @@ std::string Printed(const YAML::Node& node) {
   return printed;
 }
 
-/// Tries everything that may be made of the text, until something is accepted.
 void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   const config::Catalog& catalog = Shipped();
   for (const Base& base : kBases) {
@@ -495,7 +486,7 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   }
 }
 
-/// Why nothing can be made of it; empty: something can.
+/// Returns the problems of the best attempt; empty: the piece loads.
 std::string Refusal(const Piece& piece) {
   Attempts attempts;
   for (const bool keys : {false, true}) {

@@ -1,4 +1,4 @@
-// The key events: of the gateway, of devices and of profiles.
+// Tests the key events of the gateway, of devices and of profiles.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -150,7 +150,7 @@ TEST(AlarmsKey, TheMoreSpecificSettingWinsEachKeyByItself) {
     const char* line;
     const char* device;
     const char* route;
-    const char* are;  // of all four
+    const char* are;  // alarm settings of gateway, line, device and route
   };
   const Row rows[] = {
       {"", "", "", "", "medium 30s, medium 30s, medium 30s, medium 30s"},
@@ -199,7 +199,7 @@ TEST(EventAlarms, ChangeRowsOfTheTable) {
   EXPECT_EQ(config::FindEvent(table, 2, 17)->text, "output TS1 activated");
 }
 
-/// What the document of a device calls a trip, a fault or a loss.
+/// The alarms are those that the device's document calls a trip, a fault or a loss.
 TEST(ShippedProfiles, RaiseAlarms) {
   struct Row {
     const char* protocol;
@@ -234,7 +234,7 @@ TEST(ShippedProfiles, RaiseAlarms) {
   }
 }
 
-// ---------------- The key records: of profiles, and what becomes of the points that stand there.
+// ---------------- The key records of profiles, and the groups of the points in records.
 
 using config::Group;
 
@@ -252,7 +252,7 @@ struct LoadedProfile {
   std::string problems;
 };
 
-/// As a device of the profile would have it. `keys`: behind the points.
+/// Loads a profile with `keys` behind its points and resolves it as for a device.
 LoadedProfile LoadKeys(const std::string& keys, bool events = true) {
   static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
@@ -312,7 +312,7 @@ TEST(Records, SayWhatIsWrong) {
               HasSubstr("it has: none"));
 }
 
-// ---------------- The key history: which points it means, and what is wrong with it.
+// ---------------- The key history: which points it selects, and its problems.
 
 constexpr const char* kFeeders =
     "lines:\n- { name: bay, port: /dev/l, protocol: fake, devices: [\n"

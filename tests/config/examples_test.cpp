@@ -1,4 +1,4 @@
-// The shipped examples and every shipped profile load without any problem, with the real protocols.
+// Tests that the shipped examples and profiles load without problems, with the real protocols.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -65,7 +65,7 @@ TEST(Examples, ADeviceKnowsWhatOnlyOtherTypesCallThemselves) {
       << Shown(wrong.problems);
 }
 
-/// Names, places, and what the annotated example calls an example differ; all else is the default.
+/// Only names, places and values marked as examples may differ from the defaults.
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Loaded loaded = config::LoadFile("config/examples/baudgate.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());
@@ -104,7 +104,7 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
   }
 }
 
-/// What a profile repeats needlessly could no longer be set for a whole line or gateway.
+/// A default that a profile repeats would override the setting of a line or gateway.
 TEST(Profiles, SayNothingThatIsTheDefault) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
     const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);

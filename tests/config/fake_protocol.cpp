@@ -44,7 +44,6 @@ Status CheckDevice(const config::Device& device) {
   return Error{"mode slow has no room for width 20"};
 }
 
-/// Asks for every point with 10 characters and gets 10 characters.
 class FakeConversation : public protocols::Conversation {
  public:
   explicit FakeConversation(const config::Device& device)

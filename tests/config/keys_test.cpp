@@ -1,6 +1,6 @@
-// docs/keys.md shows the rows of the configuration's keys (config/model/fields.h). A table stands
-// behind `<!-- keys: NAME -->`, up to the next empty line. The man page is made from that file
-// (packaging/man/pages.py). To write the tables anew:
+// Tests that docs/keys.md contains the keys of the configuration (config/model/fields.h). A table
+// stands between `<!-- keys: NAME -->` and the next empty line. The man page is made from that file
+// (packaging/man/pages.py). To write the tables again:
 //
 //     BAUDGATE_WRITE_DOCS=1 build/release/tests/config_test --gtest_filter='Keys*'
 // SPDX-License-Identifier: Apache-2.0
@@ -55,7 +55,7 @@ std::string AllowedOf(const Field<kMember>& field) {
   return ValueText(field.least) + "…" + ValueText(field.most);
 }
 
-/// The keys in front of which `prefix` stands: "gateway." of "gateway.name".
+/// Returns the table of the keys that begin with `prefix`: "gateway." for "gateway.name".
 template <HasFields T>
 std::string TableOf(const T& its, std::string_view prefix = "") {
   std::string text = "| key | default | allowed | |\n| --- | --- | --- | --- |\n";

@@ -1,4 +1,4 @@
-// Every key of a listener, at a TCP port and at a serial one, and what is refused or warned of.
+// Tests every key of a listener at a TCP port and at a serial port.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ constexpr const char* kDrive =
     "- { name: drive, port: /dev/l, protocol: modbus_rtu, devices: [{ name: d, address: 1, "
     "points: [{ name: p, read: A1, type: int16 }] }] }\n";
 
-/// The keys stand in line 1 from column 21 on.
+/// The keys begin in line 1, column 21.
 config::Loaded LoadListener(const std::string& keys) {
   return LoadModbus("modbus: { listen: { " + keys + " } }\n" + kDrive);
 }
@@ -153,8 +153,8 @@ TEST(Network, ServersMayLeaveThePortOut) {
   EXPECT_EQ(shown("x:0"), "'x:0' has no usable port number; allowed: 1…65535");
 }
 
-// ---------------- modbus.routes: what they come to, what is refused, and which of their units they
-// do not get.
+// ---------------- modbus.routes: resulting and refused routes, and units that a route does not
+// get.
 
 using config::Route;
 
@@ -165,7 +165,7 @@ constexpr const char* kRoutedLines =
     "- { name: drive, port: /dev/b, protocol: modbus_rtu }\n"
     "- { name: text, port: /dev/c, protocol: modbus_ascii }\n";
 
-/// The routes stand in line 2 from column 12 on; the two at the end keep the lines in use.
+/// The routes begin in line 2, column 12. The two routes at the end keep the lines in use.
 config::Loaded LoadRoutes(const std::string& routes) {
   return LoadModbus("modbus: {\n  routes: [ " + routes +
                     ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" +
@@ -242,8 +242,7 @@ TEST(Units, AsText) {
   EXPECT_EQ(text({33, 34, 35, 37, 254, 255}), "33-35, 37, 254-255");
 }
 
-// ---------------- The sections gateway, modbus and dds: forms of listeners and networks, and what
-// is refused.
+// ---------------- The sections gateway, modbus and dds.
 
 constexpr const char* kLines =
     "lines:\n"

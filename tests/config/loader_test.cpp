@@ -1,5 +1,4 @@
-// What a good configuration comes to: defaults, precedence of device over profile over protocol,
-// options, serial settings.
+// Tests the result of a valid configuration: defaults, precedence, options, serial settings.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/loader.h"
 
@@ -201,8 +200,7 @@ TEST(OptionTable, ReadsTextForEveryKind) {
       << "a secret is not quoted";
 }
 
-// ---------------- A protocol that uses the profiles of another beside its own: found by name,
-// listed, and named in messages.
+// ---------------- A protocol that also uses the profiles of another protocol.
 
 class SharedProfiles : public ::testing::Test {
  protected:
@@ -260,12 +258,12 @@ TEST_F(SharedProfiles, AreNamedWhereOneIsMissed) {
   EXPECT_NE(missed.error().find((root_ / "owner").string()), std::string::npos);
 }
 
-// ---------------- Times, retries and periods: the protocol's default < gateway < line < profile <
-// device, each key by itself.
+// ---------------- Times, retries and periods: protocol's default < gateway < line < profile <
+// device, for each key separately.
 
 using config::Timing;
 
-/// The fake's profile `relay` says reply 700ms, gap 30ms, retries 5, poll 2s, slow 2min.
+/// The fake's profile `relay` has reply 700ms, gap 30ms, retries 5, poll 2s, slow 2min.
 config::Line LineOf(const std::string& gateway, const std::string& line,
                     const std::string& device) {
   const config::Loaded loaded = Load("lines:\n- { name: l, port: /dev/l, protocol: fake, " + line +
@@ -273,7 +271,7 @@ config::Line LineOf(const std::string& gateway, const std::string& line,
                                      " }] }\n"
                                      "gateway: { name: g" +
                                      gateway + " }\n");
-  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);  // warnings are of other tests
+  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);  // other tests check warnings
   return loaded.config.lines.empty() ? config::Line() : loaded.config.lines[0];
 }
 
@@ -380,7 +378,7 @@ TEST(Resolve, MoreTimeForPausesIsMoreTimeForTheExchange) {
 }
 
 TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
-  // The profile says reply 700ms, gap 30ms.
+  // The profile has reply 700ms, gap 30ms.
   const auto timing = [](const std::string& line, const std::string& device) {
     return LineOf("", "timing: { " + line + " },", kProfiled + device).devices[0].timing;
   };

@@ -1,4 +1,4 @@
-// A configuration without secrets.
+// Tests that a masked configuration contains no secrets.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 using ::testing::Not;
 
-/// KEY is each secret key, SECRET its value.
+/// KEY is replaced by each secret key, SECRET by its value.
 const char* const kPlaces[] = {
     "lines:\n- { name: l, devices: [{ name: d, KEY: SECRET, address: 1 }] }\n",
     "lines:\n- devices:\n  - KEY: \"SECRET\"  # SECRET\n    name: d\n",

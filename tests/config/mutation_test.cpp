@@ -1,5 +1,4 @@
-// Whatever is done to the examples, loading them ends with a result: never a crash, a throw or a
-// hang.
+// Tests that loading any mutation of the examples returns a result.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

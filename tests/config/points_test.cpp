@@ -1,5 +1,4 @@
-// Points: their keys, what they may say, registers that overlap, and profiles with inline
-// additions.
+// Tests points: keys and values, overlapping registers, and additions to a profile's points.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -130,7 +129,7 @@ TEST(Points, TypesAreCalledAsInIec61131) {
   EXPECT_EQ(RangeOf(device.points[2]).highest, 86'399'999U);
 }
 
-// ---------------- `ratios` of a device: what its units are at this site.
+// ---------------- `ratios` of a device: its units at this site.
 
 config::Loaded LoadRatios(const std::string& ratios) {
   return Load(
@@ -169,12 +168,12 @@ TEST(Ratios, OneDoesNotMeetTheResultOfAnother) {
   EXPECT_EQ(loaded.config.lines[0].devices[0].points[0].scale, 200);
 }
 
-// ---------------- What may be written: keys of points and devices, and what is wrong with them.
+// ---------------- Write permission: keys of points and devices, and their problems.
 
 using ::testing::HasSubstr;
 
-/// A device with points a (rw), b (rw, bool), r (read only) and t (rw, text); `keys` of the device,
-/// `more` of point a.
+/// Loads a device with points a (rw), b (rw, bool), r (read only) and t (rw, text). `keys` are
+/// added to the device, `more` to point a.
 config::Loaded LoadDevice(const std::string& keys, const std::string& more = "") {
   return Load(
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"

@@ -1,4 +1,4 @@
-// Every problem of a configuration: the exact place and sentence of each stands in problems.txt.
+// Tests place and text of every problem of a configuration, as listed in problems.txt.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ std::string Joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-/// The document with each part of what is written at its place.
+/// Returns the document `form` with the parts of `written` in place of its "§" signs.
 std::string DocumentOf(const std::string& form, std::string written) {
   const std::string place = "§";
   std::string text = form;
@@ -57,7 +57,6 @@ std::string ProblemsOf(const std::string& catalog, const std::string& document) 
   return problems;
 }
 
-/// Without the lines that begin with `prefix`.
 std::string Without(const std::string& prefix, std::string problems) {
   for (std::size_t at = 0; at < problems.size();) {
     const std::size_t size = problems.find('\n', at) + 1 - at;
@@ -70,7 +69,7 @@ std::string Without(const std::string& prefix, std::string problems) {
   return problems;
 }
 
-/// The head of the file explains the signs.
+/// The head of problems.txt explains the signs.
 TEST(Problems, AreSaidAsInTheTable) {
   const auto cases = ReadFileCases("tests/config/problems.txt");
   EXPECT_GT(cases.size(), 500U);

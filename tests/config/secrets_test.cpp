@@ -1,4 +1,4 @@
-// A password that a slip made part of something else is in no message.
+// Tests that no message contains a password, even if a typing error made it part of another value.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

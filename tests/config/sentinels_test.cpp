@@ -1,4 +1,4 @@
-// Sentinels of each protocol: what they mean in hex, and that those which can never come are named.
+// Tests sentinels of each protocol, and warnings about sentinels that can never occur.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -58,8 +58,8 @@ TEST(Sentinels, InHexAreTheBitsOfWhatIsRead) {
   }
 }
 
-// ---------------- A number with a leading zero is 10 to some readers and 8 to others: an error
-// wherever numbers stand, and nowhere else.
+// ---------------- A number with a leading zero is 10 to some YAML readers and 8 to others: it is
+// an error wherever a number is expected, and only there.
 
 using ::testing::HasSubstr;
 
@@ -77,7 +77,7 @@ TEST(LeadingZero, NamesBothReadings) {
   }
 }
 
-// ---------------- Which protocol is meant by a name that is none.
+// ---------------- Suggestions for an unknown protocol name.
 
 TEST(MeantProtocol, IsFoundByWhatPeopleCallIt) {
   const struct {

@@ -1,4 +1,4 @@
-// The protocols that are shipped, with their profiles, for tests of whole configurations.
+// The shipped protocols with their profiles, for tests of whole configurations.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

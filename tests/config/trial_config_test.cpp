@@ -1,4 +1,4 @@
-// The copy of a configuration that is tried without hardware.
+// Tests the copy of a configuration that runs without hardware.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// The discovery server: any bytes as datagrams, one relay for all of an input.
-// Input: datagrams: a length (2, big-endian), the last byte of the sender's address 127.0.0.x, a
-// byte of the time that has passed in 50 ms, and as many bytes.
+// Fuzzes the discovery server: any bytes as datagrams, one relay for a whole input.
+// Input: datagrams, each with a length (2 bytes, big-endian), the last byte of the sender's address
+// 127.0.0.x, the time that has passed (a byte, in 50 ms), and its bytes.
 #include "gateway/outputs/dds/discovery/announcement_relay.h"
 #include "tests/fuzz/fuzz.h"
 #include "tests/fuzz/target.h"
@@ -23,7 +23,7 @@ void CheckOne(AnnouncementRelay& relay, const Bytes& datagram, UdpAddress sender
   for (const Introduction& one : relayed.introductions) {
     Require(one.to.address >> 8 == kLoopback >> 8, "only senders are sent to");
     Require(one.datagram.size() <= 600, "an announcement does not grow");
-    // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+    // A separate copy lets AddressSanitizer detect reads beyond the end.
     const Bytes passed(one.datagram.begin(), one.datagram.end());
     bool read = false;
     for (std::uint32_t last = 0; last < 256 && !read; ++last) {

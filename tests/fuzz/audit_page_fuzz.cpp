@@ -1,7 +1,6 @@
-// What the audit reads from its file, whatever stands there: one byte chooses damage to the bytes
-// of a good file, or rows of any type and size in a table without rules.
-// Input of damage: places (two bytes) and what stands there (one). Of rows: for each field a byte
-// for its type and then its content.
+// Fuzzes the reader of the audit file. The first byte chooses: damage to a good file, as places
+// (two bytes each) with the byte to write there; or rows of any type and size in a table without
+// constraints, as a byte for the type of each field and its content.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/records/audit/audit_log.h"
@@ -29,7 +28,6 @@ WriteRecord Example(int i) {
   return record;
 }
 
-/// A file with a few records.
 std::vector<char> GoodFile() {
   FaultyDisk disk;
   {

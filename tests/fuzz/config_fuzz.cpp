@@ -1,6 +1,5 @@
-// Any text as a configuration: problems with a place and words, never a crash or a hang. What is
-// accepted loads a second time to the same, and everything that is made of it can be made.
-// Input: the YAML text.
+// Fuzzes the loading of configurations. An accepted configuration loads a second time with the same
+// result, and everything can be built from it. Input: the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 

@@ -1,5 +1,4 @@
-// `baudgate decode` on any capture file: one JSON object an exchange, or a complaint.
-// Input: one byte for the protocol, then the text.
+// Fuzzes `baudgate decode`. Input: one byte for the protocol, then the text of a capture file.
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 #include <sstream>

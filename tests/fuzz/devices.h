@@ -1,5 +1,4 @@
-// Devices of the shipped profiles, in small slices so that a conversation is made quickly, and
-// checks of what conversations answer about them.
+// Devices made from small slices of the shipped profiles, so that a conversation is built quickly.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,11 +10,10 @@
 
 namespace baudgate::fuzz {
 
-/// A few points of a profile of the protocol under test, writable wherever the plugin allows it.
-/// Kept for ever, made on first use; any number is a device.
+/// Returns a device with a few points, writable if the plugin allows it. The device is made on
+/// first use and never freed. All arguments are valid.
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant);
 
-/// The contract of Answer.
 void CheckAnswer(const protocols::Answer& answer, const config::Device& device);
 
 }  // namespace baudgate::fuzz

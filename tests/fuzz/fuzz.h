@@ -1,4 +1,4 @@
-// What all fuzz targets share: a reader of the fuzzer's bytes, and a check that ends the run.
+// Shared by all fuzz targets: a reader of the fuzzer's bytes, and a check that ends the run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,14 +12,14 @@
 
 namespace baudgate::fuzz {
 
-/// A finding: says what was promised and not kept, and ends the process.
+/// If `kept` is false, prints the broken promise and aborts the process.
 inline void Require(bool kept, std::string_view promise) {
   if (kept) return;
   std::fprintf(stderr, "not kept: %.*s\n", static_cast<int>(promise.size()), promise.data());
   std::abort();
 }
 
-/// The fuzzer's bytes from front to back; behind their end there are zeros and empty slices.
+/// Reads the fuzzer's bytes from front to back; behind their end it returns zeros and empty slices.
 class Input {
  public:
   explicit Input(View bytes) : rest_(bytes) {}
@@ -29,7 +29,7 @@ class Input {
     const View one = Take(1);
     return one.empty() ? std::uint8_t{0} : one[0];
   }
-  /// Below `limit`; 0 when there is nothing to choose from.
+  /// Returns a number below `limit`; 0 if `limit` is 0.
   std::size_t Below(std::size_t limit) {
     const std::size_t byte = U8();
     return limit == 0 ? 0 : byte % limit;
@@ -39,7 +39,7 @@ class Input {
     rest_ = rest_.subspan(taken.size());
     return taken;
   }
-  /// A length byte and as many bytes.
+  /// Takes a length byte and that many bytes.
   View TakeCounted() { return Take(U8()); }
   View Rest() { return Take(rest_.size()); }
 

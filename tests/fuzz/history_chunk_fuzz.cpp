@@ -1,6 +1,6 @@
-// What the history reads from its files, whatever stands there. The first byte chooses: the bytes
-// as they are; or columns that are compressed here, so that they get past the check sum of zlib; or
-// entries that have to come back as they were.
+// Fuzzes the reader of history files. The first byte chooses: the bytes as they are; or columns
+// that are compressed here, so that they pass the checksum of zlib; or entries that must be read
+// back unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <zlib.h>
 

@@ -1,4 +1,4 @@
-// What `baudgate decode` does with one captured exchange: any request, any reply.
+// Fuzzes the decoding of one captured exchange.
 // Input: device, options, request (counted), then the reply in pieces (stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
@@ -35,7 +35,7 @@ void FuzzInterpret(View bytes) {
   Bytes request(written.begin(), written.end());
   if ((head & 0x80U) != 0) Seal(UnderTest(), request, 0);
   if (UnderTest().name == "spabus" && !request.empty() && request.back() == '\n') {
-    request.pop_back();  // requests end in CR
+    request.pop_back();  // an SPA request ends in CR only
   }
   const auto bus = MakeBus(UnderTest());
   const auto conversation = MakeConversation(UnderTest(), device, bus.get());

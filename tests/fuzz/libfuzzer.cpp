@@ -1,4 +1,4 @@
-// A program of libFuzzer. Its name says which of its targets it runs: CMakeLists.txt makes a link
+// The main program with libFuzzer. Its file name chooses the target: CMakeLists.txt makes a link
 // for each target.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>

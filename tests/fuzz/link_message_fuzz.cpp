@@ -1,5 +1,5 @@
-// What the daemon and the DDS process read from each other: any packet is refused with a reason, or
-// means the same after it has been written anew.
+// Fuzzes the messages between daemon and DDS process: a packet is refused with a reason, or has the
+// same meaning after it was encoded again.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 #include "gateway/outputs/dds/published_types.h"
@@ -23,7 +23,7 @@ void CheckSample(const LinkMessage& message) {
   Require(again.ok() && again->kind == message.kind, "a sample that was read can be sent on");
   Sample back;
   Require(Decode(again->body, back), "what was sent on can be read");
-  // Not the samples themselves: NaN is not equal to NaN.
+  // Compare the encodings, because NaN is not equal to NaN.
   Bytes second(kMaxLinkMessage);
   second.resize(EncodeSample(message.kind, back, second));
   Require(Same(packet, second), "and says the same");
@@ -84,7 +84,7 @@ void CheckPacket(View packet) {
 }
 
 void FuzzLinkMessage(View bytes) {
-  // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+  // A separate copy lets AddressSanitizer detect reads beyond the end.
   const Bytes packet(bytes.begin(), bytes.end());
   CheckPacket(packet);
 }

@@ -1,6 +1,5 @@
-// The Modbus path without sockets: bytes to frames, checked requests, values and writes, and the
-// answer that libmodbus makes of them.
-// Input: a spare byte, then pieces: a length byte and as many bytes.
+// Fuzzes the Modbus server without sockets.
+// Input: an unused byte, then pieces: a length byte and that many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
@@ -25,7 +24,6 @@ modbus::OwnUnits& TheUnits(FuzzSink*& sink) {
   return units;
 }
 
-/// Bytes of values that a checked write carries.
 std::size_t DataOf(const modbus::ModbusRequest& request) {
   switch (request.function) {
     case modbus::kWriteCoil:
@@ -66,7 +64,7 @@ void AnswerFrame(modbus::OwnUnits& units, View frame) {
   CheckModbusAnswer(frame, answer);
 }
 
-/// Frames as they come out, whatever the pieces; nothing after the first defect.
+/// Extracts frames from the pieces until the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
   modbus::OwnUnits& units = TheUnits(sink);
@@ -93,7 +91,7 @@ void Receive(Input& input) {
       out += frame.size();
       Require(out <= in, "no frame is longer than what came");
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
-      // In memory of its own, so that AddressSanitizer sees who reads beyond its end.
+      // A separate copy lets AddressSanitizer detect reads beyond the end.
       const Bytes copy(frame.begin(), frame.end());
       AnswerFrame(units, copy);
     }
@@ -104,7 +102,7 @@ void Receive(Input& input) {
 
 void FuzzMbap(View bytes) {
   Input input(bytes);
-  input.U8();  // spare: the inputs of the corpus begin with it
+  input.U8();  // unused: the corpus has this byte at the beginning
   Receive(input);
 }
 

@@ -1,7 +1,5 @@
-// A whole session over a socket pair, Modbus TCP or RTU frames: pieces from a client, writes and
-// routed requests that are answered late or not, answers that the client reads late, and an end at
-// any moment.
-// Input: flags, then pieces: what happens (see Play), a length byte and as many bytes.
+// Fuzzes a Modbus session over a socket pair, with TCP or RTU frames, late answers and late reads.
+// Input: flags, then pieces: an action byte (see Step), a length byte and that many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/socket.h>
 #include <unistd.h>
@@ -23,7 +21,7 @@ namespace {
 class Gateway : private modbus::ClientSession::Owner {
  public:
   Gateway() {
-    log::SetLeast(log::Level::error);  // none of them comes from a session
+    log::SetLeast(log::Level::error);  // a session logs no errors
     Require(clients_->Open().ok(), "there is an epoll set");
     clients_->Start();
     shared_.inbox()->Open(io_, ReadClocks);
@@ -70,7 +68,7 @@ class Gateway : private modbus::ClientSession::Owner {
   void OnClosed(modbus::ClientSession&) override { ++closed_; }
   void SweepAt(Instant) override {}
 
-  /// Bits 0 and 1: permission, 2: RTU frames, 3: silent, 4: broadcasts pass.
+  /// Bits 0 and 1: permission; 2: RTU frames; 3: no exception replies; 4: broadcasts pass.
   void Configure(std::uint8_t flags) {
     constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
                                      config::Permit::data, config::Permit::all};
@@ -83,9 +81,9 @@ class Gateway : private modbus::ClientSession::Owner {
   }
   bool speaks_rtu() const { return listener_.framing == modbus::Framing::rtu; }
 
-  /// One byte: bit 0 the server runs, bit 1 the client reads, bit 2 a kept write and a routed
-  /// request end, bit 3 the deadlines pass, bit 4 the piece of an RTU client is a frame without its
-  /// CRC.
+  /// Takes one byte. Bit 0: the server runs; bit 1: the client reads; bit 2: a waiting write and a
+  /// waiting routed request end; bit 3: deadlines pass; bit 4: the piece of an RTU client is a
+  /// frame without its CRC.
   void Step(Input& input, modbus::ClientSession& session, int client, Bytes& sent, Bytes& answers) {
     const std::uint8_t what = input.U8();
     Bytes framed;
@@ -119,7 +117,7 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Every answer is a whole frame with a good CRC, as long as its function says.
+  /// Every answer is a whole frame with a good CRC and the length that its function prescribes.
   static void CheckRtuAnswers(View answers) {
     while (!answers.empty()) {
       Require(answers.size() >= 5, "answers are whole");
@@ -140,7 +138,7 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Answers come in any order where writes wait, so each is looked for among the requests.
+  /// Answers may arrive in any order while writes wait, so each is matched to any of the requests.
   static void CheckAnswers(View sent, View answers) {
     std::vector<View> requests;
     const auto next = [](View& bytes) -> View {

@@ -1,6 +1,5 @@
-// A gateway for the Modbus targets: devices with points of every type, table and access, values of
-// every kind, lines that answer writes at once, routes to slaves of all tempers, and the promises
-// that every answer keeps.
+// A gateway for the Modbus fuzz targets, with points of every type, values of every kind, and
+// routes to slaves of different behaviour; and checks of its answers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,35 +14,33 @@
 
 namespace baudgate::fuzz {
 
-/// Kept for ever.
 const config::Config& ModbusConfig();
 bus::PointStore& FilledStore();
-/// Between the values' times: some are young, some old, some were never read.
+/// A time at which some values are young, some are old, and some were never read.
 Instant ModbusNow();
 
-/// Takes, refuses or keeps writes, by turns that the input sets.
+/// Accepts, refuses or stores writes, as `turn` (set from the input) chooses.
 class FuzzSink final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override;
 
   std::uint8_t turn = 0;
-  std::deque<bus::WriteCommand> kept;  ///< not answered yet
+  std::deque<bus::WriteCommand> kept;  ///< stored writes, not answered yet
 };
 
-/// Takes, refuses or keeps routed requests, by turns that the input sets.
+/// Accepts, refuses or stores routed requests, as `turn` (set from the input) chooses.
 class FuzzTarget final : public bus::RouteTarget {
  public:
   bool Submit(bus::RoutedRequest request) override;
   void Abandon(std::uint64_t client) override;
-  /// Answers the oldest request that was kept.
   void AnswerKept(Outcome outcome);
 
   std::uint8_t turn = 0;
   std::deque<bus::RoutedRequest> kept;
 };
 
-/// `answer` is a whole frame that answers `request`: the same ids and function, or an exception,
-/// and as long as it says.
+/// Checks that `answer` is a whole frame that answers `request`: the same ids and function, or an
+/// exception, and the length that it declares.
 void CheckModbusAnswer(View request, View answer);
 
 }  // namespace baudgate::fuzz

@@ -1,5 +1,5 @@
-// Any text as a device profile, of each protocol in turn.
-// Input: one byte for the protocol ('d', 's', 'm', 'r'; others: by number), then the YAML text.
+// Fuzzes the loading of device profiles. Input: one byte for the protocol ('d', 's', 'm', 'r';
+// others: by number), then the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
@@ -12,7 +12,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// The first whose name has the letter; for other bytes by number.
+/// The first protocol whose name contains the letter, else the protocol of this number.
 const protocols::Protocol& ProtocolOf(std::uint8_t byte) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;
@@ -37,7 +37,7 @@ void FuzzProfile(View bytes) {
     for (const config::Point& point : points) {
       Require(protocol.check_point(point).ok(), "the protocol takes its points");
     }
-  } catch (const YAML::Exception&) {  // ends at the edge in config/loader.cpp
+  } catch (const YAML::Exception&) {  // config/loader.cpp catches these exceptions
   }
 }
 

@@ -1,6 +1,5 @@
-// Every input of tests/fuzz/corpus runs through its target: what the fuzzer has found once is not
-// found again. A target is a process of its own, so that one that ends it is named with its input,
-// and the others still run.
+// Runs every input of tests/fuzz/corpus through its target. Each target runs in a child process, so
+// that an input that ends the process is named and the other targets still run.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,11 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned kMostSeconds = 60;  // of one input
+constexpr unsigned kMostSeconds = 60;  // time limit of one input
 
 fs::path Folder() { return fs::path(FUZZ_SOURCE_DIR) / "tests/fuzz"; }
 
-/// The first word of each line of targets.txt.
 std::vector<std::string> Names() {
   std::ifstream file(Folder() / "targets.txt");
   std::vector<std::string> names;
@@ -51,11 +49,11 @@ std::vector<fs::path> Entries(const fs::path& folder) {
   return entries;
 }
 
-/// In the child. Writes a byte before each input.
+/// Runs in the child. Writes a byte to `progress` before each input.
 [[noreturn]] void RunAll(const Target& target, const std::vector<fs::path>& inputs, int progress) {
   for (const fs::path& path : inputs) {
     std::ifstream file(path, std::ios::binary);
-    // In memory of its own size, so that AddressSanitizer sees who reads beyond its end.
+    // A copy of the exact size lets AddressSanitizer detect reads beyond the end.
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     const Bytes input(text.begin(), text.end());
     if (::write(progress, "", 1) != 1) std::exit(3);

@@ -1,5 +1,6 @@
-// A frame rule keeps its laws on any bytes: every cut within what is held, bytes in = delivered +
-// discarded + held, bounded memory, and the same frames however the bytes are split.
+// Fuzzes the laws of frame rules: every cut lies within the held bytes, bytes in = delivered +
+// discarded + held, memory is bounded, and the fragmentation of the bytes does not change the
+// frames.
 // Input: options, request (counted; replies only), then pieces (stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
@@ -11,7 +12,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// The assembler forgives what a rule may not do; this does not.
+/// Checks the laws of a rule directly, because the assembler tolerates some violations.
 template <protocols::FrameRule protocols::Protocol::*kRule>
 protocols::Cut CheckedRule(View held, const protocols::Expectation& expect, bool idle) {
   const protocols::Cut cut = (UnderTest().*kRule)(held, expect, idle);
@@ -33,7 +34,7 @@ protocols::Cut CheckedRule(View held, const protocols::Expectation& expect, bool
 }
 
 struct Delivery {
-  std::vector<std::size_t> ends;  ///< where each frame ended in the stream
+  std::vector<std::size_t> ends;  ///< end of each frame in the stream
   std::vector<Bytes> frames;
   std::uint64_t discarded = 0;
   Outcome blame = Outcome::none;
@@ -93,7 +94,7 @@ void FuzzRule(View bytes) {
     Require(whole.frames == pieces.frames && whole.ends == pieces.ends,
             "any fragmentation gives the same frames");
     Require(whole.discarded == pieces.discarded, "any fragmentation discards the same bytes");
-    // Nobody asks what was wrong with bytes before a request.
+    // The blame of bytes before a request is never used.
     Require(!kReplies || whole.blame == pieces.blame, "any fragmentation gives the same blame");
   }
 }

@@ -15,12 +15,12 @@ bool HasCrc(const protocols::Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
-/// The one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
+/// True for the one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
 bool IsKs(const protocols::Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }
 
-/// No check value: the length in the header is made true.
+/// Modbus TCP has no check value; sets the length in the header.
 void SealTcp(Bytes& bytes, std::size_t from) {
   const std::size_t size = bytes.size() - from;
   if (size < 6) return;
@@ -28,7 +28,7 @@ void SealTcp(Bytes& bytes, std::size_t from) {
   bytes[from + 5] = static_cast<std::uint8_t>(size - 6);
 }
 
-/// The LRC of the bytes that the hex text behind ':' stands for.
+/// Appends the LRC of the bytes that the hex text behind ':' encodes.
 void SealAscii(Bytes& bytes, View covered) {
   const std::string_view text = AsText(covered);
   const auto start = text.find(':');

@@ -1,5 +1,5 @@
-// Bytes on a line as the fuzzer makes them: pieces, of which some end a fragment and some get a
-// right checksum, because no fuzzer guesses a CRC.
+// Makes the bytes on a line from the fuzzer's input: pieces, some of which end a fragment and some
+// of which get a right checksum, because a fuzzer cannot guess a CRC.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,15 +15,15 @@ struct Stream {
   std::vector<std::size_t> cuts;  ///< ends of fragments, ascending
 };
 
-/// Appends the check value that the protocol's frames end with, over what begins at `from`.
-/// `checksum`: which kind, where it has several (Expectation::checksum).
+/// Appends the check value of the protocol's frames over the bytes from index `from` on.
+/// `checksum`: its kind, if the protocol has several (Expectation::checksum).
 void Seal(const protocols::Protocol& protocol, Bytes& bytes, std::size_t from, int checksum = 0);
 
-/// Takes the check value off a whole frame, so that Seal can make it anew.
+/// Removes the check value of a whole frame, so that Seal can append a new one.
 void Unseal(const protocols::Protocol& protocol, Bytes& frame, int checksum = 0);
 
-/// All pieces that are left in the input: one byte of length (6 bits), 0x40 = seal everything since
-/// the last seal, 0x80 = a fragment ends here; then the piece.
+/// Takes all remaining pieces of the input. A piece has one byte before it: length (6 bits), 0x40 =
+/// seal everything since the last seal, 0x80 = a fragment ends behind the piece.
 Stream TakeStream(const protocols::Protocol& protocol, Input& input);
 
 }  // namespace baudgate::fuzz

@@ -1,6 +1,5 @@
-// A fuzz target: what is done with one input. A source registers those that it has, and one of two
-// programs runs them: libfuzzer.cpp with new inputs (clang), replay_test.cpp with all inputs of the
-// corpora (ctest).
+// A fuzz target processes one input. Targets are registered by their source files and run by
+// libfuzzer.cpp with new inputs (clang), or by replay_test.cpp with the corpora (ctest).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,20 +13,18 @@
 namespace baudgate::fuzz {
 
 struct Target {
-  std::string name;  ///< as in targets.txt
+  std::string name;  ///< the name in targets.txt
   std::function<void(View input)> run;
 };
 
-/// A constant of this type makes a target known before main() begins.
+/// Registers a target. Define a constant of this type, so that it is registered before main().
 class Registered {
  public:
   Registered(std::string name, std::function<void(View input)> run);
 };
 
-/// All that are known.
 const std::vector<Target>& Targets();
 
-/// Null: there is none of that name.
 const Target* FindTarget(std::string_view name);
 
 }  // namespace baudgate::fuzz

@@ -1,7 +1,7 @@
-// Any patterns as the telegrams of a description: the one frame rule keeps its laws on them, and
-// what an answer means never becomes a number that is none. Input: flags, patterns (counted, at
-// most four), then the bytes of the line in pieces, each with its length; 0x80 of a length puts a
-// telegram of the first pattern in its place.
+// Fuzzes telegram descriptions: the frame rule keeps its laws, and a decoded number is always
+// valid.
+// Input: flags, patterns (counted, at most four), then pieces, each after its length; 0x80 in a
+// length puts a telegram of the first pattern in place of the piece.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <memory>
@@ -81,7 +81,6 @@ Form FormOf(View text, std::uint8_t flags) {
   return form;
 }
 
-/// What is a good number was written as one.
 void CheckNumbers(const Telegram& telegram, View frame) {
   const Reply reply = DecodeReply(telegram, frame, {});
   Require(reply.outcome == Outcome::ok || !reply.reason.empty(), "what is not ok has a reason");

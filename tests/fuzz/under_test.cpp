@@ -15,7 +15,7 @@ namespace {
 
 const protocols::Protocol* under_test = nullptr;
 
-/// If the telegrams of the protocol are described: as a shipped profile describes them.
+/// Sets the telegram description of a shipped profile, if the protocol uses descriptions.
 void Describe(const protocols::Protocol& protocol, std::uint8_t variant, config::Options& options) {
   const std::string name(protocol.name);
   const config::Catalog catalog = {.protocols = {{name, &protocol}},

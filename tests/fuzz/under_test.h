@@ -1,4 +1,4 @@
-// The protocol that a target fuzzes, with its options in many combinations.
+// The protocol that a target fuzzes, and many combinations of its options.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,25 +10,23 @@
 
 namespace baudgate::fuzz {
 
-/// The protocol of the target that runs.
 const protocols::Protocol& UnderTest();
 
 enum class Protocols {
   all,
-  with_conversations,  ///< those of modbus_ascii are the conversations of modbus_rtu
+  with_conversations,  ///< without modbus_ascii, which uses the conversations of modbus_rtu
 };
 
-/// Registers a target for each protocol, with the protocol's name between `before` and `behind`.
+/// Registers a target for each protocol. Its name is `before`, the protocol's name and `behind`.
 class RegisteredFor {
  public:
   RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
                 void (*run)(View input));
 };
 
-/// The device options with flags and choices set by the bits of `variant`.
 config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant);
 
-/// Kept for ever, made on first use.
+/// Made on first use and never freed.
 const protocols::ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

@@ -1,8 +1,7 @@
-// What is asked of the web server, whatever it is: the front door, logins, files of the page and
-// every request of the API.
-// Input: a byte for the method, one for the path (a known one, or the counted text that follows),
-// counted texts: host, origin, cookie, authorization, body; then pairs of a byte for the name of a
-// query and a counted text.
+// Fuzzes the web server with any request.
+// Input: a byte for the method, a byte for the path (a known path, or the counted text that
+// follows), counted texts: host, origin, cookie, authorization, body; then pairs of a byte for the
+// name of a query and a counted text.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <asio/io_context.hpp>
@@ -55,7 +54,7 @@ web::Request AnyRequest(Input& input) {
   return request;
 }
 
-/// One gateway for all inputs: nothing that is asked may change it.
+/// One gateway for all inputs: no request may change it.
 struct WebWorld {
   WebWorld() : live(config, {store, lines, Info()}, io), past(config, store, lines, Info(), io) {
     config.web.on = true;

@@ -1,6 +1,5 @@
-// What strangers publish on baudgate/write: any bytes are refused, or are a request that can be
-// sent on; and whatever requests come in whatever order, each is carried out once at most, and the
-// memory of them is bounded. Several requests in one input, each behind its length.
+// Fuzzes samples on baudgate/write: they are refused, or are executed once at most in any order,
+// within bounded memory. Input: several requests, each behind its length.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>

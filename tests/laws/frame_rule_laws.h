@@ -1,11 +1,12 @@
-// The laws of frame rules, as three parameterised suites that a protocol instantiates with its own
-// frames and its own garbage. The first holds for every rule; of which subjects the other two are
-// demanded, the subjects themselves say.
+// The laws of frame rules, as three parameterised test suites that a protocol instantiates with its
+// own frames and garbage. FrameRuleLaws holds for every rule; ChecksumLaws and GarbageLaws are only
+// run for subjects with the matching flag (`checksum`, `found_behind_garbage`):
+//
 //   using ::testing::ValuesIn;
 //   INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
 //   INSTANTIATE_TEST_SUITE_P(Dcon, ChecksumLaws, ValuesIn(WithChecksum(Subjects())),
-//   LawSubjectName); INSTANTIATE_TEST_SUITE_P(Dcon, GarbageLaws,
-//   ValuesIn(FoundBehindGarbage(Subjects())),
+//                            LawSubjectName);
+//   INSTANTIATE_TEST_SUITE_P(Dcon, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
 //                            LawSubjectName);
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -27,14 +28,14 @@ struct LawSubject {
   protocols::FrameRule rule = nullptr;
   protocols::Expectation expect;
   std::vector<Bytes> frames;  ///< good frames that all fit `expect`
-  /// Bytes in which no whole frame stands: noise, cut frames, foreign text.
+  /// Returns bytes without a whole frame: noise, truncated frames, foreign text.
   std::function<Bytes(std::mt19937&)> garbage;
-  /// The part of a delivered frame that carries meaning; default: all of it.
+  /// Returns the part of a delivered frame that carries meaning; by default all of it.
   std::function<Bytes(View)> essence = [](View frame) { return Bytes(frame.begin(), frame.end()); };
-  /// The frames carry a check value; without one nothing in a frame could tell damage.
+  /// The frames have a check value; without one, damage cannot be detected.
   bool checksum = true;
-  /// Delimited, or with a check value that is tried at every byte: a good frame behind garbage is
-  /// found. Not so where only the silence before a frame says where it begins.
+  /// A good frame after garbage is found, because frames are delimited or the check value is tried
+  /// at every byte. False if only silence marks the beginning of a frame.
   bool found_behind_garbage = true;
 };
 
@@ -55,7 +56,7 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
  protected:
   using Frames = std::vector<Bytes>;
 
-  /// What comes out when `stream` arrives in pieces that end at `cuts`, then silence.
+  /// Returns the frames of a `stream` in pieces that end at `cuts`, followed by silence.
   static Frames Deliver(const LawSubject& subject, View stream,
                         const std::vector<std::size_t>& cuts) {
     protocols::Assembler assembler;

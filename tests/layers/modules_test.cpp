@@ -1,4 +1,4 @@
-// The tree against docs/modules.txt; and that a wrong include would be found.
+// Checks the source tree against docs/modules.txt, and tests that a wrong include would be found.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/layers/modules.h"
 
@@ -24,7 +24,6 @@ std::string ReadFile(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// All sources of the product, as paths from the root.
 std::vector<std::string> Sources() {
   std::vector<std::string> sources;
   for (const char* top : {"config", "protocols", "transports", "gateway"}) {
@@ -63,7 +62,7 @@ TEST(Layers, EveryNameInTheTableIsUsed) {
   }
 }
 
-/// A protocol is loaded at run time: only its own sources know it.
+/// A protocol is loaded at run time, so only its own sources may include its headers.
 TEST(Layers, NoModuleIncludesAProtocol) {
   for (const std::string& path : Sources()) {
     for (const Include& include : IncludesOf(ReadFile(path))) {
@@ -141,12 +140,12 @@ TEST(Layers, ANameThatStandsBelowIsNamed) {
                           "a names b, which does not stand above it"));
 }
 
-// ---------------- A source that a comment names is there: in the folder of the comment, or under
-// the path that stands before its name.
+// ---------------- A source file that a comment names must exist: in the folder of the comment, or
+// at the given path.
 
 using Exists = std::function<bool(const std::string& path)>;
 
-/// "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
+/// Returns "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
 std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
                                       const Exists& exists) {
   static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
@@ -194,16 +193,16 @@ TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
                   "gateway/bus/jobs/job.cpp:3: there is no gateway/bus/jobs/modules.h"));
 }
 
-// ---------------- gateway/outputs/status and gateway/diagnosis decide nothing by the name of a
-// protocol: what is particular to one is told by its plugin (config/model/options.h), so that a new
-// protocol needs no change there.
+// ---------------- gateway/outputs/status and gateway/diagnosis must not depend on the name of a
+// protocol: the plugin provides its particulars (config/model/options.h), so that a new protocol
+// needs no change there.
 
 std::string ReadAll(const fs::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// "spabus|dcon|…|telegram", from the list that registers protocols.
+/// Returns "spabus|dcon|…|telegram" from the list that registers protocols.
 std::string NamesIn(const std::string& list) {
   std::smatch found;
   if (!std::regex_search(list, found, std::regex(R"(set\(baudgate_protocols ([^)]*)\))")))
@@ -212,7 +211,7 @@ std::string NamesIn(const std::string& list) {
   return std::regex_replace(names, std::regex(R"(\s+)"), "|");
 }
 
-/// Literals that are a name, or that ask the user to set one, and names that are taken apart.
+/// Returns literals that contain a protocol's name, and comparisons of parts of a name.
 std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
   const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
                          ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");

@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kKept = 60;  // requests and replies
+constexpr std::size_t kKept = 60;  // number of requests and replies that Latest() prints
 
 Instant ReadClock() { return std::chrono::steady_clock::now(); }
 
@@ -25,7 +25,7 @@ LagPort::LagPort(asio::io_context& io, const protocols::Protocol& protocol,
       descriptor_(io, pty_.TakeMaster()),
       timer_(io),
       on_request_(std::move(on_request)) {
-  descriptor_.non_blocking(true);  // nobody need be reading
+  descriptor_.non_blocking(true);  // a full pty must not block this thread
   assembler_.Begin(protocol.request_rule, protocol.expect({}, ParseOptions(protocol, options)));
   Read();
 }
@@ -39,8 +39,7 @@ void LagPort::Read() {
                               });
 }
 
-/// A request comes over a pty in no time. Its devices have it when its last character would have
-/// come over a wire.
+/// Passes a request on when its last character would have arrived over a wire.
 void LagPort::Take(View bytes) {
   assembler_.Feed(bytes);
   while (const auto request = NextRequest()) {
@@ -52,7 +51,8 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// A request that only silence ends is taken at once if all that is held is one.
+/// Returns the next request. A request that only silence ends is returned at once if it is
+/// complete.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;

@@ -1,5 +1,5 @@
-// The far end of a real pty: cuts requests out of what a master sends, and writes what is said to
-// them when it is due. One thread, that of the io_context.
+// `LagPort` is the device side of a real pty: it cuts requests out of the bytes that a master
+// sends, and writes the replies when they are due. It runs in the thread of the io_context.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,13 +26,12 @@ class LagPort {
   using OnRequest =
       std::function<std::vector<tools::TimedPiece>(View request, Instant end_of_request)>;
 
-  /// `path`: where a line's port finds it. All but `on_request` outlives this, which ends after the
-  /// last run of `io`.
+  /// `path`: link for the line's port. `io` and `protocol` must stay valid for the lifetime of this
+  /// object, which must end after the last run of `io`.
   LagPort(asio::io_context& io, const protocols::Protocol& protocol, const config::Options& options,
           const tools::TwinWire& wire, const std::string& path, OnRequest on_request);
 
-  /// The latest requests and replies, each with the time before now: who reads of a wrong value
-  /// wants to know what came.
+  /// Returns the latest requests and replies with their ages, to explain a wrong value.
   std::string Latest() const;
 
  private:

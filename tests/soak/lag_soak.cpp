@@ -1,7 +1,6 @@
-// Real time behind lagging servers: lines of four kinds on ptys, each with one query, two and many,
-// and a judge of every good reading. What lag_test.cpp does under virtual time, here with the
-// daemon's own clocks, timers and threads. Some seconds in ctest, an hour by
-// `packaging/soak.sh ptys 60`. Length: BAUDGATE_SOAK_SECONDS; again: BAUDGATE_LAG_SEED.
+// Soak of lag_test.cpp with real clocks, timers and threads: lines on ptys behind lagging servers,
+// and an oracle that judges every good reading. Some seconds in ctest, an hour by
+// `packaging/soak.sh ptys 60`. BAUDGATE_SOAK_SECONDS: the length; BAUDGATE_LAG_SEED repeats a run.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -52,7 +51,7 @@ class LagSoak : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  /// Everything but the lines' own threads runs here. Says whether `done` became true.
+  /// Runs everything but the lines' threads until `done` is true. Returns false after `limit`.
   bool RunUntil(const std::function<bool()>& done, Duration limit) {
     const Instant until = std::chrono::steady_clock::now() + limit;
     while (!done()) {

@@ -11,9 +11,9 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kThink = 5ms;
-constexpr Duration kDeeds = 1s;          // a write, a replacement: perhaps one so often
-constexpr Duration kStaysFor = 1min;     // a device, until another one of the line is replaced
-constexpr std::size_t kOneWriteIn = 10;  // deeds
+constexpr Duration kDeeds = 1s;          // interval of possible writes and replacements
+constexpr Duration kStaysFor = 1min;     // a device, until another device of the line is replaced
+constexpr std::size_t kOneWriteIn = 10;  // one deed in ten is a write
 constexpr std::size_t kOneReplacementIn = 60;
 
 config::Config ConfigOf(config::Line line, const std::string& name, const std::string& path) {
@@ -52,7 +52,7 @@ LagSoakLine::LagSoakLine(const protocols::LagCase& which, unsigned seed, const s
 
 Instant LagSoakLine::NowOnStage() const { return std::chrono::steady_clock::now(); }
 
-/// Its answer comes on the line's thread.
+/// The answer arrives on the line's thread, so it is posted to `world_`.
 bool LagSoakLine::Submit(bus::WriteCommand command) {
   command.done = [&world = world_, done = std::move(command.done)](const WriteResult& result) {
     asio::post(world, [done, result] { done(result); });
@@ -60,7 +60,7 @@ bool LagSoakLine::Submit(bus::WriteCommand command) {
   return runner_->Submit(std::move(command));
 }
 
-/// A device that has been taken away forgets its sessions.
+/// Creates the twins of present devices. A device that was removed loses its sessions.
 void LagSoakLine::MakeTwins() {
   for (std::size_t twin = 0; twin < twins(); ++twin) {
     if (!IsThere(twin)) {
@@ -101,12 +101,12 @@ void LagSoakLine::EndTroubles() {
 void LagSoakLine::EndTurn() {
   const double time = std::chrono::duration<double>(NowOnStage() - turn_began_).count();
   Share& share = troubled_ ? troubled_share_ : quiet_share_;
-  if (turn_ends_ == Instant::max()) return;  // the beginning, when nothing has been read
+  if (turn_ends_ == Instant::max()) return;  // nothing had been read before the first turn
   share.good += time * oracle().Availability();
   share.all += time;
 }
 
-/// Half as long as `turn_` to half as long again.
+/// The length of a turn is 0.5 to 1.5 times `turn_`.
 void LagSoakLine::NextTurn() {
   troubled_ = !troubled_;
   turn_began_ = NowOnStage();
@@ -149,7 +149,7 @@ void LagSoakLine::Look() {
     EndTurn();
     NextTurn();
   }
-  // A foreign device is never good: it stays for one troubled time.
+  // A foreign device's points are never good, so it stays for one troubled turn only.
   for (std::uint32_t device = 0; device < devices() && !troubled_ && !NextChange(); ++device)
     if (IsForeign(device)) Replace(device, 500ms, false);
   if (now >= next_deed_) {

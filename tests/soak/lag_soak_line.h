@@ -1,6 +1,5 @@
-// A real line on a pty behind a lagging server: the daemon's own runner on one side; twins whose
-// values say whose they are and when they were measured on the other (lag_stage.h). Quiet and
-// troubled times change by chance.
+// `LagSoakLine` is a real line on a pty behind a lagging server. The values of its twins contain
+// the device and the time of measurement (lag_stage.h). Quiet and troubled turns alternate.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,23 +18,24 @@ namespace baudgate {
 
 class LagSoakLine final : public protocols::LagStage {
  public:
-  /// The twins run on `world`, in the thread that calls everything here; the line in its own.
+  /// The twins run on `world`, in the thread that calls all these functions; the line runs in
+  /// another thread.
   LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
 
-  /// Quiet and trouble take turns from now on, each for about so long.
+  /// From now on, quiet and troubled turns of about this length alternate.
   void BeginTroubles(Duration turn);
   void EndTroubles();
-  /// Some device is not the one that the configuration demands, or is being replaced.
+  /// True if some device is not the configured one, or is being replaced.
   bool IsReplacing() const;
-  /// As often as can be: judges the store and does what is due. Says of the first wrong reading
-  /// what came over the wire.
+  /// Checks the store and does what is due; must be called as often as possible. The first wrong
+  /// reading fails the test and prints the latest traffic.
   void Look();
   void PrintSummary();
 
  private:
-  /// How much was good in the turns that have ended.
+  /// The share of good points in the turns that have ended.
   struct Share {
     double good = 0;  ///< seconds
     double all = 0;

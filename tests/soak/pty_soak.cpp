@@ -1,6 +1,6 @@
-// Real minutes on ptys: one line per protocol, twins with every fault, and a reader that knows the
-// truth. Ten minutes under AddressSanitizer by `packaging/soak.sh ptys`; some seconds in ctest.
-// Length: BAUDGATE_SOAK_SECONDS.
+// Soak in real time on ptys: one line per protocol, twins with every fault, and a reader that
+// compares with the true values. Ten minutes under AddressSanitizer by `packaging/soak.sh ptys`;
+// some seconds in ctest. BAUDGATE_SOAK_SECONDS sets the length.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,8 @@ constexpr Duration kLook = 10ms;
 constexpr Duration kProgress = 10s;
 constexpr Duration kSampleHeap = 1s;
 constexpr Duration kPatience = 5min;
-constexpr std::size_t kFlat = 256 * 1024;  // of the heap, above the most of the first third
+// Allowed heap growth above the maximum of the first third.
+constexpr std::size_t kFlat = 256 * 1024;
 
 Duration Length() { return std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4)); }
 
@@ -71,7 +72,7 @@ class PtySoak : public ::testing::Test {
     for (const auto& line : lines_) line->Check();
   }
 
-  /// Waits for an event, looking at every value meanwhile.
+  /// Waits until all points are good, and checks every value meanwhile.
   void ExpectAllGood(const std::string& when) {
     const Instant limit = std::chrono::steady_clock::now() + kPatience;
     for (const auto& line : lines_) {

@@ -1,4 +1,4 @@
-// A child process of a soak, and what it costs; settings of a soak from the environment.
+// `Role` is a child process of a soak. Setting and Number read the environment.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,6 @@ inline std::size_t Number(const char* name, std::size_t usual) {
 }
 inline Instant Now() { return ReadClocks().instant; }
 
-/// That have been received on lo.
 inline std::uint64_t LoopbackBytes() {
   std::ifstream file("/proc/self/net/dev");
   for (std::string word; file >> word;) {
@@ -37,7 +36,7 @@ inline std::uint64_t LoopbackBytes() {
   return 0;
 }
 
-/// Dies with us, and by SIGKILL when it is destroyed.
+/// A child process. It is killed by SIGKILL when this object is destroyed or this process dies.
 class Role {
  public:
   explicit Role(const std::function<void()>& run) : id_(::fork()) {
@@ -54,11 +53,10 @@ class Role {
   Role(const Role&) = delete;
   Role& operator=(const Role&) = delete;
 
-  /// User and system, since it began.
   double ProcessorSeconds() const {
     std::ifstream file(Folder() + "stat");
     std::string word;
-    for (int i = 0; i < 13; ++i) file >> word;  // its name has no spaces
+    for (int i = 0; i < 13; ++i) file >> word;  // works because the process name contains no spaces
     double user = 0;
     double system = 0;
     file >> user >> system;

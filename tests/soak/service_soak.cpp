@@ -1,8 +1,9 @@
-// The gateway as a service with devices, each a twin on a pty: how long from its start to the
-// first good value and to its end, what it holds, and that none of it grows: while it runs, and
-// over kill -9. A line each at the end; packaging/soak.sh service.
-//   BAUDGATE_SOAK_SECONDS (of the life that is watched), _KILLS, _DEVICES (14 at most), _DDS (1:
-//   with the DDS process)
+// Soak of the gateway as a service with devices, each a twin on a pty. Measures the time from its
+// start to the first good value and to its end, and checks that memory, descriptors and files do
+// not grow: while it runs, and over kill -9. Prints a line for each at the end; packaging/soak.sh
+// service.
+// BAUDGATE_SOAK_SECONDS (of the run that is watched), _KILLS, _DEVICES (14 at most), _DDS (1: with
+// the DDS process)
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 
@@ -20,10 +21,10 @@ namespace fs = std::filesystem;
 using soak::Now;
 using soak::Number;
 
-constexpr int kUnit = 1;  // of the twin whose values are waited for
-/// More is growth: of a heap that is filled once, malloc hands out a little more now and then.
+constexpr int kUnit = 1;  // the twin whose values are awaited
+/// Below this limit it is no growth: malloc takes a little more now and then.
 constexpr std::size_t kMostGrowthKiB = 2048;
-/// Descriptors of clients whose end has not been seen yet.
+/// Closed client connections that the gateway has not noticed yet hold descriptors.
 constexpr std::size_t kMostMoreDescriptors = 2;
 
 std::size_t Entries(const fs::path& folder) {
@@ -35,7 +36,6 @@ std::size_t Entries(const fs::path& folder) {
   return count;
 }
 
-/// The gateway's, and those of its DDS process if it has one.
 struct Held {
   std::size_t kib = 0;
   std::size_t dds_kib = 0;
@@ -91,7 +91,7 @@ class ServiceSoak : public Station {
     }
     Write("baudgate.yaml", yaml_);
   }
-  /// Seconds until a value of the first twin is served.
+  /// Starts the gateway. Returns the seconds until a value of the first twin is served.
   double StartService() {
     const Instant begin = Now();
     daemon_ = Start({"run", "-c", (directory() / "baudgate.yaml").string()});
@@ -99,17 +99,17 @@ class ServiceSoak : public Station {
         << daemon_->Errors();
     return std::chrono::duration<double>(Now() - begin).count();
   }
-  /// Everything that is made once has been made.
+  /// Waits until all devices answer, so that all one-time allocations have been made.
   void Settle() {
     for (int unit = kUnit; unit < kUnit + static_cast<int>(twins_.size()); ++unit) {
       const auto answers = [&] {
         const auto state = client_.Register(unit, 9000);
-        return state == 1 || state == 2;  // online, or degraded: the machine may be busy
+        return state == 1 || state == 2;  // online, or degraded because the machine is busy
       };
       EXPECT_TRUE(Eventually(answers, 60s)) << unit;
     }
   }
-  /// As a PLC does it: ten registers, ten times a second, each time over a new connection, too.
+  /// Reads ten registers ten times a second, over one connection and over a new one each time.
   void ReadFor(Duration time) {
     for (const Instant end = Now() + time; Now() < end; std::this_thread::sleep_for(100ms)) {
       client_.Input(kUnit, 0, 10);
@@ -172,7 +172,7 @@ TEST_F(ServiceSoak, HoldsNoMoreAfterALongLifeAndManyDeaths) {
     EXPECT_LE(old.kib, young.kib + kMostGrowthKiB);
     EXPECT_LE(old.descriptors, young.descriptors + kMostMoreDescriptors);
   }
-  if (Number("DDS", 0) == 0) return;  // what others have there is not ours
+  if (Number("DDS", 0) == 0) return;  // the files of other processes in /dev/shm do not count
   EXPECT_LE(old.shared, std::max(young.shared, first.shared));
   EXPECT_LE(shared_after, shared_before);
 }

@@ -16,19 +16,17 @@
 namespace baudgate {
 namespace {
 
-/// So that every line has about as much to do as it can.
+/// Short enough to keep every line busy.
 constexpr Duration kFastPeriod = 20ms;
 constexpr Duration kSlowPeriod = 5s;
-/// Wrong values that are told one by one; the rest is counted.
+/// Limit of wrong values that are reported one by one; further ones are only counted.
 constexpr std::size_t kMostTold = 20;
 
-/// Runs `work` in the thread of `io` and waits for it.
 template <typename Work>
 void RunIn(asio::io_context& io, Work work) {
   asio::post(io, asio::use_future(std::move(work))).wait();
 }
 
-/// The twin measures `value` for ever.
 void Pin(config::Point& point, const Value& value) {
   if (!point.simulate || point.simulate->text) return;
   point.simulate = config::Simulate{ToDouble(value), ToDouble(value), std::nullopt};
@@ -112,7 +110,7 @@ SoakLine::~SoakLine() {
   RunIn(world_, [this] { simulator_.reset(); });
 }
 
-/// What a clean run under virtual time shows, whose twins measure what these are set to.
+/// Takes the true values from a clean run under virtual time, and sets the twins to measure them.
 void SoakLine::LearnTruth(const protocols::Setup& setup) {
   protocols::Rig rig(setup);
   rig.LearnTruth();
@@ -146,7 +144,7 @@ bool SoakLine::AllGood() const {
 
 namespace {
 
-/// A meter's clock goes on.
+/// True for a meter's clock, whose value changes by itself.
 bool IsClock(const config::Point& point) { return point.read.starts_with("04 00"); }
 
 }  // namespace
@@ -173,7 +171,7 @@ void SoakLine::BeginFaults(Duration time) {
   const std::string too_late = FormatDuration(*times.reply + *times.drain / 2);
   const Duration turn = std::clamp<Duration>(time / 5, 8s, 1min);
   std::vector<tools::Fault> faults = Standing();
-  const std::uint64_t seed = Crc16(ToBytes(name()));  // no two lines suffer alike
+  const std::uint64_t seed = Crc16(ToBytes(name()));  // makes the faults of each line differ
   for (const std::string& text : {
            std::string("bits:rate=0.01,count=3"),
            std::string("loss:rate=0.01"),
@@ -197,7 +195,8 @@ void SoakLine::EndFaults() {
     struck_ = simulator_->fault_counts();
     simulator_->SetFaults(Standing());
   });
-  if (echoes_) struck_.erase(struck_.begin());  // every exchange had one
+  // Every exchange had an echo, so its count is left out.
+  if (echoes_) struck_.erase(struck_.begin());
 }
 
 void SoakLine::Check() {

@@ -1,6 +1,5 @@
-// A real line on a pty for a soak: shipped profile, real plugin, paced twins with fixed values that
-// misbehave on demand, and a reader of the point store that knows the truth. Values and truth come
-// from tests/protocols/runs/rig.h.
+// `SoakLine` is a real line on a pty for a soak, with paced twins that misbehave on demand. It
+// compares the point store with the true values (tests/protocols/runs/rig.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,14 +17,14 @@
 
 namespace baudgate {
 
-/// Remembers when frames left a twin that are damaged although their check value is good.
+/// Records when a twin sent a damaged frame whose check value is nevertheless good.
 class WeakChecksums {
  public:
   WeakChecksums(const protocols::Setup& setup, const config::Options& options)
       : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
-  /// Whether such a frame can have been read by an exchange that ended at `read_at`.
+  /// True if an exchange that ended at `read_at` may have read such a frame.
   bool MayHaveReached(Instant read_at, Duration longest_exchange) const;
   std::size_t count() const;
 
@@ -38,24 +37,23 @@ class WeakChecksums {
 
 class SoakLine {
  public:
-  /// `world` runs in another thread until this line is gone. With `echoes` the bus brings every
-  /// request back, and the line strips it.
+  /// `world` must run in another thread for the lifetime of this object. With `echoes` the bus
+  /// returns every request, and the line removes the echo.
   SoakLine(const protocols::Setup& setup, bool echoes, const std::string& port,
            asio::io_context& world);
   ~SoakLine();
 
   bool AllGood() const;
-  /// Once all is good: that the store shows what the twins measure.
+  /// Checks that the store contains what the twins measure. Call it when AllGood() is true.
   void CompareWithTruth();
-  /// All faults that a line has to bear, deaths on a schedule that fits into `time`.
+  /// Starts all faults that a line has to tolerate. Device deaths are scheduled within `time`.
   void BeginFaults(Duration time);
   void EndFaults();
-  /// No usable value but the truth; a failure of the test otherwise.
+  /// Fails the test if a usable value is not the true one.
   void Check();
-  /// A line that has sent nothing since the last call is stuck.
+  /// Fails the test if the line has sent nothing since the last call.
   void ExpectProgress();
   void PrintSummary() const;
-  /// So many faults have struck.
   std::uint64_t struck() const;
   const std::string& name() const { return setup_.name; }
 
@@ -70,8 +68,9 @@ class SoakLine {
   asio::io_context& world_;
   config::Config config_;
   std::vector<std::vector<Value>> truth_;
-  std::vector<std::vector<std::uint64_t>> told_;  // seq of the wrong value that was told last
-  std::vector<std::uint64_t> versions_;           // of each device at the last check
+  // Sequence number of the last reported wrong value.
+  std::vector<std::vector<std::uint64_t>> told_;
+  std::vector<std::uint64_t> versions_;  // each device's version at the last check
   std::unique_ptr<bus::PointStore> store_;
   std::unique_ptr<WeakChecksums> weak_;
   std::unique_ptr<tools::Simulator> simulator_;

@@ -1,12 +1,12 @@
-// Cases of a test that stand in a file: what is given, and what has to come of it. A file is read
-// from the root of the tree.
+// Reads test cases from a file: input and expected results. Paths are relative to the root of the
+// source tree.
 //
 //   # a comment
 //   @ HEAD            begins a section, up to the next one
-//   | of the section
+//   |                 more lines of the section
 //   - GIVEN           begins a case
-//   | more lines of it
-//   = RESULT          a sign and a text: what they mean is a matter of the test
+//   |                 more lines of the case
+//   = RESULT          a sign and a text, whose meaning the test defines
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,9 +19,9 @@
 namespace baudgate {
 
 struct FileCase {
-  std::string place;                ///< "tests/config/problems.txt:7", for SCOPED_TRACE
-  std::string head{};               ///< of its section
-  std::vector<std::string> form{};  ///< the lines of its section
+  std::string place;   ///< file and line for SCOPED_TRACE: "tests/config/problems.txt:7"
+  std::string head{};  ///< title of its section
+  std::vector<std::string> form{};  ///< lines of its section
   std::vector<std::string> given{};
   std::vector<std::pair<char, std::string>> results{};
 };

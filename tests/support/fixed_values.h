@@ -1,4 +1,4 @@
-// What a twin measures in a test: the values that the test has set.
+// `FixedValues` makes a twin measure the values that a test sets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,8 @@ namespace baudgate {
 
 struct FixedValues final : protocols::TwinValues {
   std::map<std::size_t, Value> values;
-  Value fallback;                            ///< of points without one
-  protocols::TwinValues* instead = nullptr;  ///< who answers in place of all this
+  Value fallback;                            ///< for points without a value
+  protocols::TwinValues* instead = nullptr;  ///< if set, it answers in place of the values
   Value Get(std::size_t point, Instant now) const override {
     if (instead != nullptr) return instead->Get(point, now);
     const auto found = values.find(point);

@@ -1,4 +1,4 @@
-// Stands for journald: a socket of its own that takes the log of this process.
+// `Journald` stands for journald: a socket that receives the log of this process.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +31,7 @@ class Journald {
     ::close(socket_);
     std::filesystem::remove_all(folder_);
   }
-  /// The log goes there from now on. Once in a process.
+  /// Redirects the log to this socket. May be called once in a process.
   void TakeLog() const {
     struct stat info {};
     ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
@@ -40,7 +40,7 @@ class Journald {
     ::unsetenv("JOURNAL_STREAM");
   }
   std::string path() const { return folder_ / "socket"; }
-  /// The next message; empty: there is none.
+  /// Returns an empty text if there is no message.
   std::string Next() const {
     char buffer[4096];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);

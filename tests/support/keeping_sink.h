@@ -1,4 +1,4 @@
-// A place for writes that keeps what it is given, in place of the lines.
+// `KeepingSink` stores submitted writes in place of the lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -16,16 +16,15 @@ namespace baudgate {
 namespace {
 
 constexpr int kPatience = 20'000;        // ms
-constexpr std::size_t kLengthPlace = 4;  // of Modbus TCP: how many bytes follow the six before
+constexpr std::size_t kLengthPlace = 4;  // in Modbus TCP: the number of bytes behind the first six
 constexpr std::size_t kChunk = 4096;
 
-/// Bytes have come, or the end; false when neither has for long.
+/// Returns true when bytes or the end can be read, false after kPatience.
 bool Readable(int socket) {
   pollfd waited{socket, POLLIN, 0};
   return ::poll(&waited, 1, kPatience) > 0;
 }
 
-/// Fills `bytes` from `from` on.
 bool Fill(int socket, Bytes& bytes, std::size_t from) {
   while (from < bytes.size()) {
     if (!Readable(socket)) return false;
@@ -40,7 +39,7 @@ bool Fill(int socket, Bytes& bytes, std::size_t from) {
 
 RawClient::RawClient(std::uint16_t port, int receive_buffer)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  // Before it connects: the size goes into the first segment.
+  // Before connect(), because the first segment contains the size.
   if (receive_buffer > 0) {
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
   }
@@ -104,7 +103,7 @@ std::optional<std::string> RawClient::ReceiveLine() const {
   std::string line;
   std::string chunk(kChunk, '\0');
   while (Readable(socket_)) {
-    // What follows the line stays in the kernel.
+    // Only peek: bytes behind the line must stay in the kernel.
     const ssize_t seen = ::recv(socket_, chunk.data(), chunk.size(), MSG_PEEK);
     if (seen <= 0) break;
     const auto end = std::string_view(chunk.data(), static_cast<std::size_t>(seen)).find('\n');

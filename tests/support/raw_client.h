@@ -1,6 +1,5 @@
-// A blocking client that knows nothing but bytes, for the tests of every server: over TCP to this
-// machine, or a Unix socket. It waits 20 s at most for whatever it waits for, so that no test
-// hangs.
+// `RawClient` is a blocking client for bytes over TCP to this machine or over a Unix socket. No
+// call waits longer than 20 s, so that no test hangs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +16,7 @@ namespace baudgate {
 
 class RawClient {
  public:
-  /// `receive_buffer`: how many bytes the kernel may hold for it; 0: as many as it likes.
+  /// `receive_buffer`: size of the kernel's receive buffer in bytes; 0: the default.
   explicit RawClient(std::uint16_t port, int receive_buffer = 0);
   explicit RawClient(const std::string& path);
   RawClient(RawClient&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
@@ -27,19 +26,19 @@ class RawClient {
   int socket() const { return socket_; }
   void Close();
 
-  /// How many of the bytes were taken before the other side closed.
+  /// Returns how many of the bytes were sent before the other side closed.
   std::size_t Send(View bytes) const;
   std::size_t Send(std::string_view text) const;
-  /// As many as fit now, without waiting; false once the other side has closed.
+  /// Sends as many bytes as fit now, without waiting. Returns false if the other side has closed.
   bool SendSome(View bytes) const;
 
-  /// Exactly so many bytes; none when the other side closes before.
+  /// Returns exactly `count` bytes, or none if the other side closes before.
   Bytes Receive(std::size_t count) const;
-  /// One frame of Modbus TCP, header included; no bytes when the other side closes before its end.
+  /// Returns one Modbus TCP frame with its header; no bytes if the connection ends before.
   Bytes ReceiveFrame() const;
-  /// One line without its end; nothing when the other side closes before its end.
+  /// Returns one line without its end, or nothing if the other side closes before its end.
   std::optional<std::string> ReceiveLine() const;
-  /// The other side has closed; bytes before the end are passed over.
+  /// True if the other side has closed; skips bytes before the end.
   bool IsClosed() const;
 
  private:

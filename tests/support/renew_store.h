@@ -1,4 +1,4 @@
-// For tests that change the configuration of a point store, as a reload does in place.
+// Changes the configuration of a point store in a test, as a reload without a restart does.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace baudgate {
 
-/// The store takes over what `config` says now of the same lines, devices and points.
+/// `config` must have the same lines, devices and points as the store.
 inline void Renew(bus::PointStore& store, const config::Config& config) {
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
     store.Reconfigure(line, std::make_shared<const config::Line>(config.lines[line]));

@@ -1,5 +1,4 @@
-// A Modbus RTU slave at the far end of a pty that says whatever its script tells it, on a thread of
-// its own.
+// `ScriptedSlave` is a Modbus RTU slave on a pty that answers as its script prescribes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,14 +17,12 @@
 
 namespace baudgate {
 
-/// Address, PDU and CRC.
 Bytes RtuFrame(std::uint8_t unit, View pdu);
-/// The good reply to a read of registers, each of which holds `base` plus its address.
+/// Returns the good reply to a read of registers. Each register contains `base` plus its address.
 Bytes RegistersReply(View request, std::uint16_t base);
-/// The address of the first register of a read.
 std::uint16_t AddressOf(View request);
 
-/// Bytes on the wire, so long after the request or the piece before.
+/// Bytes to send, and the delay after the request or the piece before.
 struct Piece {
   Duration after{};
   Bytes bytes;
@@ -33,19 +30,18 @@ struct Piece {
 
 class ScriptedSlave {
  public:
-  /// Called on the slave's thread with every whole request, whoever it is for.
+  /// Called on the slave's thread with every complete request, for any unit.
   using Script = std::function<std::vector<Piece>(View request)>;
 
-  /// `link`: where it can be opened, beside path(); empty: there only.
+  /// `link`: a path at which the pty can be opened in addition to path(); empty: none.
   ScriptedSlave(const std::string& link, Script script);
   ~ScriptedSlave();
   ScriptedSlave(const ScriptedSlave&) = delete;
   ScriptedSlave& operator=(const ScriptedSlave&) = delete;
 
   bool connected() const { return thread_.joinable(); }
-  /// Where to open the other end.
+  /// Path at which a master opens the pty.
   const std::string& path() const { return pty_->path(); }
-  /// Whole requests in their order.
   std::vector<Bytes> heard() const;
 
  private:

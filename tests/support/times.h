@@ -1,4 +1,4 @@
-// When tests under virtual time begin.
+// The start time of tests under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

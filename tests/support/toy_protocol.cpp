@@ -10,7 +10,6 @@
 namespace baudgate {
 namespace {
 
-/// "?A7=5" or "A7=5" taken apart.
 struct Words {
   char address = 0;
   std::string number;
@@ -116,7 +115,7 @@ class ToyConversation final : public protocols::Conversation {
     return OnContent(task, kind, rest);
   }
 
-  /// Untagged replies answer any untagged read.
+  /// An untagged reply answers any untagged read.
   Outcome Check(View request, View frame) const override {
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request).substr(1));
@@ -252,7 +251,7 @@ class ToyConversation final : public protocols::Conversation {
       closing_ = true;
       answer.then = protocols::Then::ask_again;
     } else if (kind == 'W' || kind == 'P') {
-      // confirmed
+      // the write or probe is confirmed
     } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
       answer.readings.push_back({PointOf(task), *value, Quality::good, {}});
       trouble_ = {};
@@ -304,7 +303,7 @@ class ToyTwin final : public protocols::Twin {
   std::string reply_as_;
 };
 
-/// A ceiling of 1 s at every bit rate.
+/// Makes the longest exchange take 1 s at every bit rate.
 constexpr protocols::TimingRule kTiming = {.quiet = {.least = 5ms},
                                            .reply = {.least = 200ms},
                                            .gap = {.least = 20ms},

@@ -22,7 +22,7 @@ using Piece = TranscriptPiece;
 using Step = TranscriptStep;
 using Script = TranscriptScript;
 
-/// What a line does with the reply, without its clock.
+/// Handles the reply as a line does, but without a clock.
 protocols::Answer Carry(const protocols::Protocol& protocol, protocols::Conversation& conversation,
                         const protocols::Task& task, const protocols::Request& request,
                         const Step& step, Instant now, std::optional<protocols::Request>& instead) {
@@ -176,7 +176,7 @@ class Player {
 
   static Now At(Instant instant) { return {instant, WallTime(instant.time_since_epoch())}; }
 
-  /// A task that the conversation gives no request for ends as unsupported.
+  /// A task without a request must end as unsupported.
   void CheckUnsent(const Step& step, const Result<protocols::Request>& request) const {
     if (request) return Fail(step, "nothing may be sent, but this is: " + ToHex(request->bytes));
     if (step.request) return Fail(step, request.error());

@@ -14,7 +14,7 @@
 namespace baudgate {
 namespace {
 
-/// Parted at blanks, but not between double quotes, which fall away.
+/// Splits at blanks, except between double quotes, which are removed.
 std::vector<std::string> Words(std::string_view text) {
   std::vector<std::string> words;
   bool quoted = false;
@@ -29,7 +29,7 @@ std::vector<std::string> Words(std::string_view text) {
   return words;
 }
 
-/// "scale=0.01" gives "scale" and "0.01".
+/// Returns "scale" and "0.01" for "scale=0.01".
 std::pair<std::string, std::string> KeyAndValue(const std::string& word) {
   const auto equals = word.find('=');
   if (equals == std::string::npos) return {word, ""};
@@ -118,7 +118,6 @@ class Reader {
     script_.line.options = script_.device.options;
   }
 
-  /// All points and options of a shipped profile.
   void Profile(const std::string& name) {
     const config::Catalog catalog = {.protocols = {{std::string(protocol_.name), &protocol_}},
                                      .module_dirs = {},
@@ -236,7 +235,7 @@ class Reader {
   const std::string& path_;
   int line_ = 0;
   bool silence_ = false;
-  Duration wait_{};  // of the silence
+  Duration wait_{};  // duration of the silence
   TranscriptScript script_;
 };
 

@@ -1,4 +1,4 @@
-// A golden transcript as read from its file, before it is played; the format is in transcript.h.
+// A golden transcript, parsed from its file; the format is described in transcript.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,19 +11,19 @@
 
 namespace baudgate {
 
-/// Bytes of a reply that come in one go.
 struct TranscriptPiece {
   Bytes bytes;
-  bool after_silence = false;  ///< a time stood before it
-  Duration silence{};          ///< that time
+  bool after_silence = false;  ///< the file has a time before this piece
+  Duration silence{};          ///< the time before this piece
 };
 
-/// One request and what came of it.
+/// One request with its reply and its expected result.
 struct TranscriptStep {
   int line = 0;
-  std::optional<protocols::Task> task;  ///< begins here: a write, with a raw value, or events
-  bool unasked = false;          ///< nothing is asked: `reply` is what the device says by itself
-  std::optional<Bytes> request;  ///< nothing: the write must end without one
+  /// The task that begins here: a write with a raw value, or events.
+  std::optional<protocols::Task> task;
+  bool unasked = false;          ///< there is no request: the device sends `reply` unasked
+  std::optional<Bytes> request;  ///< nothing: the write must end without a request
   std::vector<TranscriptPiece> reply;
   Outcome outcome = Outcome::ok;
   std::vector<std::string> values;  ///< "name value quality", "event 0 1 12.345s"
@@ -35,7 +35,7 @@ struct TranscriptScript {
   std::vector<TranscriptStep> steps;
 };
 
-/// What is not understood is a GoogleTest failure at its line.
+/// Every line that cannot be parsed is a GoogleTest failure.
 TranscriptScript ReadTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

@@ -1,4 +1,5 @@
-// The player of golden transcripts itself: it must pass what is right and name what is not.
+// Tests of the player of golden transcripts: it must accept correct transcripts and name the
+// differences in others.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/transcript.h"
 
@@ -13,7 +14,7 @@
 namespace baudgate {
 namespace {
 
-/// A file with a device of two points, and these exchanges.
+/// Writes a transcript of a device with two points and these exchanges. Returns its path.
 std::string FileOf(const std::string& exchanges) {
   const std::string path = ::testing::TempDir() + "toy.transcript";
   std::ofstream(path) << "# toy\ndevice: address=A wait=10ms\npoint: first 1 float64\n"

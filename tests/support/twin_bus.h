@@ -1,6 +1,5 @@
-// Many twins of several protocols on one bus, each with settings of its own, and a second master:
-// for tests of scans. Knows the bits of a character, so that 7E1 heard as 8N1 is what it is on a
-// real wire. Has neither port nor clock.
+// `TwinBus` simulates twins of several protocols with separate serial settings on one bus, for
+// tests of scans. It works on the bits of characters: 7E1 received as 8N1 looks as on a real wire.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,11 +17,11 @@
 
 namespace baudgate {
 
-/// Characters on the wire, the first bit first; silence around them is 1.
+/// The bits on the wire in order of time; the wire is 1 when idle.
 using WireBits = std::vector<bool>;
 WireBits ToWire(View bytes, const config::SerialSettings& serial);
 struct FromWire {
-  Bytes bytes;  ///< FF in the place of a damaged one, as ports mark them
+  Bytes bytes;  ///< a damaged byte is replaced by FF, as serial ports do
   std::uint32_t damaged = 0;
 };
 FromWire FromWireBits(const WireBits& bits, const config::SerialSettings& serial);
@@ -33,21 +32,21 @@ struct TwinWish {
   std::string address;
   config::SerialSettings serial;
   std::vector<std::pair<std::string, std::string>> options{};
-  bool judges_parity = true;  ///< it does not hear what comes in another format
+  bool judges_parity = true;  ///< it ignores characters in another format
 };
 
 class TwinBus {
  public:
   void Add(const TwinWish& wish);
-  /// Its options, as a test wants them.
+  /// The device at `index`, so that a test can change its options.
   config::Device& device(std::size_t index) { return *twins_[index]->device; }
 
-  /// What comes back when `request` is sent with these settings, and how many twins have answered.
+  /// What is received after a request with these settings, and how many twins have answered.
   struct Answer {
     FromWire heard;
     int speakers = 0;
   };
-  /// Two that speak at once pull the wire down together, or come one after the other.
+  /// Two replies to one request overlap, or follow each other.
   enum class Two { together, in_turn };
   Answer Ask(View request, const config::SerialSettings& serial, Instant now,
              Two two = Two::together);
@@ -62,7 +61,7 @@ class TwinBus {
     std::unique_ptr<protocols::Twin> twin;
   };
   std::vector<std::unique_ptr<Inhabitant>> twins_;
-  std::size_t asked_ = 0;  // none of two begins at the same moment every time
+  std::size_t asked_ = 0;  // varies the offset between two overlapping replies
 };
 
 }  // namespace baudgate

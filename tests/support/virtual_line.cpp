@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-/// Events at one instant: more than this is a machine that turns in place.
+/// More events than this at one instant are an endless loop.
 constexpr int kMostStepsInPlace = 10'000;
 
 config::Config ConfigOf(config::Line line) {
@@ -179,7 +179,7 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
     Instant at = instant_;
     for (const std::uint8_t byte : echo(bytes)) arriving_.emplace(at += character, Bytes{byte});
   }
-  Bytes said;  // to the server
+  Bytes said;  // the bytes that the devices send to the server
   for (const auto& twin : twins_) {
     const Manner& manner = twin->manner;
     if (manner.dead) continue;

@@ -1,6 +1,6 @@
-// One whole line in a test under virtual time: the poller, a wire that knows its bit rate, and the
-// twins of all devices on it, whose manners a test spoils as it likes. Time jumps from event to
-// event; nothing here knows a real clock. Works with the toy protocol and with the real plugins:
+// `VirtualLine` is a whole line under virtual time: the poller, a wire with a bit rate, and the
+// twins of all devices, whose behaviour a test can disturb. Time jumps from event to event; no real
+// clock is used. Works with the toy protocol and with the real plugins:
 //
 //   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
 //   line.Open();
@@ -31,21 +31,21 @@ class Poller;
 
 namespace baudgate {
 
-/// How a device behaves on the wire, whatever it has to say. May change at any time.
+/// How a device behaves on the wire, independent of its twin's answers. May change at any time.
 struct Manner {
   bool dead = false;
-  Duration think = 5ms;      ///< end of the request to first byte of the reply
+  Duration think = 5ms;      ///< from the end of the request to the first byte of the reply
   std::size_t fragment = 0;  ///< bytes that arrive together; 0: the whole reply at once, when its
                              ///< last byte is through
-  Duration pause{};          ///< silence between fragments, beyond the time of their characters
-  int copies = 1;            ///< the reply comes so often, one after the other
-  Duration babble{};         ///< noise for so long in place of a reply
-  std::function<Bytes(Bytes reply)> distort;  ///< damage
-  /// What it says in place of the twin's answer; nothing: the twin's answer stands. Not asked about
-  /// requests that the twin leaves unanswered, such as those to other devices.
+  Duration pause{};          ///< additional silence between fragments
+  int copies = 1;            ///< the reply is sent this many times, one after the other
+  Duration babble{};         ///< noise of this duration in place of a reply
+  std::function<Bytes(Bytes reply)> distort;  ///< damages the reply
+  /// Returns a reply in place of the twin's; nothing: the twin's reply is sent. Not called for
+  /// requests that the twin does not answer, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
-  /// In place of everything above but `dead` and `fragment`: what arrives, and when. Asked about
-  /// every request on the line; `reply` is empty where the twin has none. See
+  /// Returns what arrives and when, in place of everything above except `dead` and `fragment`.
+  /// Called for every request on the line; `reply` is empty if the twin does not answer. See
   /// gateway/tools/simulate/twin_faults.h.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       deliver;
@@ -53,7 +53,7 @@ struct Manner {
 
 struct Sent {
   Instant at;
-  std::string text;  ///< the request's bytes as characters
+  std::string text;  ///< the bytes of the request as characters
 };
 
 struct StateChange {
@@ -62,7 +62,6 @@ struct StateChange {
   bus::DeviceState to = bus::DeviceState::never_seen;
 };
 
-/// For messages of failed tests.
 inline void PrintTo(WriteEnd end, std::ostream* out) { *out << Name(end); }
 
 class VirtualLine : private bus::RequestPort, private bus::PollerListener {
@@ -74,25 +73,24 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
     std::size_t answered = 0;
   };
 
-  /// `others`: devices on the wire that the line does not know of; their twins come last.
+  /// `others`: devices on the wire that are not configured on the line; their twins come last.
   VirtualLine(config::Line line, std::vector<const protocols::Protocol*> protocols,
               std::vector<config::Device> others = {});
   ~VirtualLine() override;
 
   void Open();
   void Close();
-  /// The program ends and is started again, while whatever is before the devices goes on. What the
-  /// store holds stays: who judges it sees one history.
+  /// Ends the program and starts it again. Server, devices and the content of the store stay.
   void Restart();
   void RunFor(Duration time);
-  /// The program is stopped for so long, as by SIGSTOP: what arrives meanwhile comes in one piece
-  /// when it goes on, before its timers or behind them.
+  /// Stops the program for `time`, as SIGSTOP does. Bytes that arrive meanwhile are delivered in
+  /// one piece afterwards, before the timers that are due or after them.
   void Stop(Duration time, bool timers_first = false);
-  /// Until `done` is true, at most for `limit`; says whether it became true.
+  /// Runs until `done` returns true, at most for `limit`. Returns whether it did.
   bool RunUntil(const std::function<bool()>& done, Duration limit);
-  /// Bytes that arrive `after` from now, whoever sent them.
+  /// Makes bytes arrive `after` this time from now, from any sender.
   void Inject(Bytes bytes, Duration after = {});
-  /// A write of one point through the command queue; its answer goes to `ends`.
+  /// Queues a write of one point; its result is appended to `ends`.
   bool Write(std::uint32_t device, std::uint32_t point, Value raw, Duration within = 1h);
   bool Submit(bus::WriteCommand command);
   void Submit(bus::RoutedRequest request);
@@ -101,7 +99,6 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   Duration elapsed() const { return instant_ - kStart; }
   WireTwin& twin(std::size_t device) { return *twins_[device]; }
   bus::Poller& poller() { return *poller_; }
-  /// An exchange is under way: a request went out and has not ended.
   bool asking() const;
   bus::PointStore& store() { return *store_; }
   const config::Config& config() const { return config_; }
@@ -110,37 +107,37 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   Value ValueOf(std::uint32_t device, std::uint32_t point) const;
   std::optional<Duration> AgeOf(std::uint32_t device, std::uint32_t point) const;
   bus::DeviceStatus StatusOf(std::uint32_t device) const;
-  /// Requests that began with `start`.
   std::size_t CountSent(std::string_view start) const;
 
-  bool keep_sent = true;       ///< cleared by runs that are too long for it
-  bool keeps_bit_rate = true;  ///< false: a pty or a network. Before Open
+  bool keep_sent = true;       ///< false in runs that are too long to store all requests
+  bool keeps_bit_rate = true;  ///< false: a pty or a network; set it before Open()
   std::vector<Sent> sent;
-  bool holds = false;       ///< what is sent waits for a connection
-  std::size_t dropped = 0;  ///< requests of which the port was to drop what was unsent
+  bool holds = false;       ///< bytes wait, because the port has no connection
+  std::size_t dropped = 0;  ///< number of requests whose unsent bytes the port had to drop
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
-  std::vector<WriteEnd> ends;  ///< of Write, in the order of their answers
-  /// What the bus gives back of a request while it is sent, character by character; nothing: this
-  /// bus does not echo.
+  std::vector<WriteEnd> ends;  ///< results of Write(), in the order of their arrival
+  /// The echo of a request, returned by the bus character by character; empty: the bus does not
+  /// echo.
   std::function<Bytes(View request)> echo;
-  /// What a serial server before all devices makes of a request and of what they say to it, empty
-  /// where they are silent: what arrives, and when. In place of all manners but `dead` and
-  /// `instead`.
+  /// What arrives, and when, from a serial server before all devices. Its arguments are a request
+  /// and the replies of the devices, empty if they are silent. It replaces all manners except
+  /// `dead` and `instead`.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       server;
-  /// So long the disk takes for a batch of events; a kill loses what it has not taken yet.
+  /// How long the disk takes to store a batch of events. Restart() loses a batch that is not stored
+  /// yet.
   Duration keep_time = 5ms;
-  /// Whether it has; if not, it is asked again after a second. Without it they go to `events`.
+  /// Returns whether the batch was stored; if not, it is called again after a second. Empty:
+  /// batches are appended to `events`.
   std::function<bool(const bus::ReportedEvents& reported)> keep;
-  std::vector<bus::ReportedEvents> events;  ///< that were kept, in their order
-  /// What the store of events holds at a start of what the device has said last; without it
-  /// nothing.
+  std::vector<bus::ReportedEvents> events;  ///< stored batches, in their order
+  /// The device's last event state that the event store returns at a start; empty: none.
   std::function<std::string(std::uint32_t device)> said;
-  /// See PollerListener; within the poller, which must not be called from here.
+  /// See PollerListener. Called within the poller, so it must not call the poller.
   std::function<void(std::uint32_t device, Instant asked)> drained;
   std::function<void(std::uint32_t device, Instant at)> read;
-  /// Looks at the line after every event, for what must hold at any time.
+  /// Called after every event, to check what must hold at any time.
   std::function<void()> always;
 
  private:
@@ -186,7 +183,7 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }
 inline void PrintTo(Outcome outcome, std::ostream* out) { *out << Name(outcome); }
 
-/// A device with one fast point for each `read`, polled every second.
+/// Makes a device with one fast point for each `read`, polled every second.
 config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads);
 config::Line ToyLine(std::vector<config::Device> devices);
 

@@ -1,6 +1,5 @@
-// The audit of the whole program: what `baudgate writes` says of writes to a point and through a
-// route, and that a gateway which is killed at any moment has a record of all that was on the wire.
-// $BAUDGATE_AUDIT_KILLS: how often, 5 if not given.
+// Tests that `baudgate writes` lists all writes, and that a gateway killed at any moment has a
+// record of every write on the wire. $BAUDGATE_AUDIT_KILLS: the number of kills, by default 5.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -22,15 +21,14 @@ using ::testing::HasSubstr;
 constexpr int kPointUnit = 1;
 constexpr int kRouteUnit = 20;
 constexpr int kRegister = 4;      // of the slave
-constexpr int kFirstValue = 100;  // above what the slave shows at first
+constexpr int kFirstValue = 100;  // above the slave's first value
 
-/// A slave that holds what was written last.
 class Slave {
  public:
   explicit Slave(const std::string& link)
       : slave_(link, [this](View request) { return Answer(request); }) {}
 
-  /// All values that were written to the register of the point, in the order of the wire.
+  /// Returns the values in the order on the wire.
   std::vector<int> Written() const {
     std::vector<int> values;
     for (const Bytes& request : slave_.heard()) {
@@ -50,7 +48,7 @@ class Slave {
     return {{0ms, RegistersReply(request, base)}};
   }
 
-  std::uint16_t held_ = 1;  // of the slave's thread
+  std::uint16_t held_ = 1;  // used on the slave's thread
   ScriptedSlave slave_;
 };
 
@@ -144,7 +142,6 @@ TEST_F(Audit, AGatewayThatWritesNothingSaysSo) {
   EXPECT_FALSE(std::filesystem::exists(directory() / "state"));
 }
 
-/// Writes one number after the other, and remembers which were confirmed.
 class NumberWriter {
  public:
   explicit NumberWriter(std::uint16_t port) : client_(port) {}

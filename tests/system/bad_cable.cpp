@@ -1,4 +1,3 @@
-// One thread that carries bytes between two ptys, badly.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/bad_cable.h"
 
@@ -15,11 +14,12 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kMostDelay = 15;  // ms between two pieces of a reply: below every protocol's gap
+// Milliseconds between two pieces of a reply; shorter than every protocol's gap.
+constexpr int kMostDelay = 15;
 constexpr int kMostNoise = 24;  // bytes at once
 
 void WriteAll(int descriptor, View bytes) {
-  // What does not fit is lost, as on a wire.
+  // Bytes that do not fit are lost, as on a wire.
   [[maybe_unused]] const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
 }
 
@@ -73,7 +73,7 @@ void BadCable::CarryReply(View whole) {
   }
 }
 
-/// One byte at most is changed: more might, rarely, fit an exclusive-or again.
+/// Changes one byte at most, because more changes could, rarely, give a matching exclusive-or.
 void BadCable::Damage(Bytes& reply) {
   if (Random(0, 4) == 0) MakeNoise();
   const auto place = static_cast<std::size_t>(Random(0, static_cast<int>(reply.size()) - 1));

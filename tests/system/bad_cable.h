@@ -1,6 +1,5 @@
-// A bad cable between the daemon and a twin, for tests: tears replies apart, delays the pieces,
-// changes and loses some bytes and adds others. Requests pass unharmed. A pty on the daemon's side,
-// the twin's pty on the other.
+// `BadCable` is a cable between daemon and twin that tears, delays and damages replies. Requests
+// pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the twin's pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,16 +17,16 @@ namespace baudgate::system_test {
 
 class BadCable {
  public:
-  /// `near` is what the daemon opens, `far` the twin's link. The same seed does the same damage to
-  /// the same bytes.
+  /// `near` is the link that the daemon opens, `far` the twin's link. The same seed makes the same
+  /// damage to the same bytes.
   BadCable(const std::string& near, const std::string& far, std::uint32_t seed);
   ~BadCable();
   BadCable(const BadCable&) = delete;
   BadCable& operator=(const BadCable&) = delete;
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
-  /// While it is noisy, random bytes come at random times, before replies and without any, one byte
-  /// of some replies is another, and the rest of some is lost.
+  /// While noisy, random bytes arrive before replies and at other times, a byte of some replies is
+  /// changed, and the rest of some replies is lost.
   void SetNoisy(bool noisy) { noisy_ = noisy; }
   std::size_t noise_bytes() const { return noise_bytes_; }
 

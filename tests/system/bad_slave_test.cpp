@@ -1,5 +1,4 @@
-// Slaves behind a route that are silent, late, taken for each other or gone: what masters see of
-// them, and that it passes when they are well again.
+// Tests slaves behind a route that are silent, late, mistaken for each other or gone.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -30,7 +29,6 @@ class BadSlave : public RouteStation {
     return Yaml({kRoute}, BareLine("drive", timing));
   }
 
-  /// Values of `count` registers from `address` as RegistersReply has them.
   static std::vector<std::uint16_t> Values(std::uint16_t base, int address, int count) {
     std::vector<std::uint16_t> values(static_cast<std::size_t>(count));
     std::iota(values.begin(), values.end(), static_cast<std::uint16_t>(base + address));
@@ -38,7 +36,7 @@ class BadSlave : public RouteStation {
   }
 };
 
-/// The reply to register 10 comes when it has been given up, and looks like one to register 11.
+/// The reply to register 10 arrives after its timeout and looks like a reply to register 11.
 TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
   const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
     return {{AddressOf(request) == 10 ? 700ms : 0ms, RegistersReply(request, 1000)}};
@@ -91,8 +89,8 @@ TEST_F(BadSlave, ThatSpeaksInPiecesIsHeardOut) {
   EXPECT_EQ(route["no_reply"], 0);
 }
 
-/// The reply to a block breaks off and the port goes while a write waits. What comes back has other
-/// values.
+/// The reply to a block breaks off and the port disappears while a write waits. The slave that
+/// returns has other values.
 TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
   const auto daemon = StartGateway(OneLine(), {});
   ModbusClient client(port());
@@ -109,7 +107,7 @@ TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
     Send(cut, ReadRequest(1, kUnit, 999, 120));
     Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
-    // The pty goes with the slave.
+    // the pty disappears with the slave
   }
   EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: down: "));
   EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
@@ -147,8 +145,8 @@ TEST_F(BadSlave, TwinThatIsKilledAndStartedAgainIsAskedAgain) {
   EXPECT_TRUE(daemon->Running());
 }
 
-// ---------------- A serial server that stops taking data for a while: what has been answered with
-// 0x0B meanwhile does not reach it when it goes on.
+// ---------------- A serial server that stops taking data: requests that were answered with 0x0B
+// meanwhile never reach it.
 
 using ::testing::AllOf;
 using ::testing::Contains;
@@ -157,14 +155,14 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr std::uint16_t kCount = 120;  // registers of a write
-constexpr std::uint8_t kAfter = 60;    // the unit that is written to when all is well again
+constexpr std::uint8_t kAfter = 60;    // the unit that is written to after the stall
 constexpr std::size_t kFrame = 7 + 2 * kCount + 2;
 
-/// Accepts connections into a kernel that holds a few requests, and reads nothing unless told to.
+/// Accepts connections with a kernel buffer for a few requests, and reads only in ReadAll().
 class StalledServer {
  public:
   StalledServer() : listening_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const int small = 1;  // the kernel's least: room for some 1 KiB
+    const int small = 1;  // the kernel's minimum: room for about 1 KiB
     ::setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -183,7 +181,6 @@ class StalledServer {
 
   std::uint16_t port() const { return port_; }
 
-  /// The oldest connection not yet accepted.
   int Accept() const {
     return IsReady(listening_, kPatience) ? ::accept(listening_, nullptr, nullptr) : -1;
   }
@@ -191,7 +188,7 @@ class StalledServer {
     pollfd waited = {descriptor, POLLIN, 0};
     return ::poll(&waited, 1, static_cast<int>(limit / 1ms)) == 1;
   }
-  /// All that the connection brings until it ends, or `enough`. Closes it.
+  /// Returns the bytes of the connection until its end, or until there are `enough`. Closes it.
   static Bytes ReadAll(int connection, std::size_t enough) {
     Bytes bytes;
     std::array<std::uint8_t, 4096> buffer;
@@ -209,7 +206,6 @@ class StalledServer {
   std::uint16_t port_ = 0;
 };
 
-/// The units that whole write requests in there are for.
 std::vector<int> UnitsIn(const Bytes& bytes) {
   std::vector<int> units;
   for (std::size_t at = 0; at + kFrame <= bytes.size(); at += kFrame) units.push_back(bytes[at]);
@@ -236,7 +232,8 @@ TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
     return daemon->Errors().find("takes no data: a request has not been acknowledged") !=
            std::string::npos;
   };
-  // Until the server's kernel has no more room: a slave each, as silent ones are not asked again.
+  // Fill the server's kernel buffer, each request for another slave: silent slaves are not asked
+  // again.
   std::uint8_t last = 0;
   while (!lost() && last < kAfter - 1) {
     Send(client, Write(++last));
@@ -248,7 +245,7 @@ TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
   EXPECT_THAT(units, Contains(1)) << "the server's own kernel has it; out of reach";
   EXPECT_THAT(units, Not(Contains(last)));
 
-  // The connection that follows brings the next request, and nothing from before.
+  // The next connection must carry the next request, and no older one.
   const int next = server.Accept();
   ASSERT_GE(next, 0);
   EXPECT_TRUE(Eventually([&] {

@@ -1,4 +1,3 @@
-// Starts, watches and ends child processes.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/child.h"
 
@@ -80,8 +79,8 @@ Child::~Child() {
 
 void Child::Signal(int number) const {
   if (id_ <= 0 || ended_) return;
-  // A pty has its number only while it lives: behind the link that a killed twin leaves stands the
-  // pty of the next test that makes one.
+  // Remove the twin's link: the kernel reuses the pty's number after the kill, so the link would
+  // lead to the next test's pty.
   if (number == SIGKILL && !pty_.empty()) std::filesystem::remove(pty_);
   ::kill(id_, number);
 }

@@ -1,5 +1,4 @@
-// The other subcommands as a user or a script meets them: exit codes, and the shape of what they
-// say.
+// Tests the other subcommands: exit codes and the format of their output.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -25,7 +24,6 @@ class Cli : public Station {
                  Head(true) + Line("bay", "spabus", "address: 1, profile: spaj140c, unit: 5"))
         .string();
   }
-  /// The exchanges that `decode` saw in `captures`.
   std::vector<Json> Decode(std::vector<std::string> words, const std::string& captures) const {
     words.insert(words.begin(), "decode");
     words.push_back(Write("captures.txt", captures).string());

@@ -1,5 +1,4 @@
-// The running daemon asked and told things over its control socket, by the commands that users
-// have.
+// Tests the user's commands that use the control socket of the running daemon.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -23,7 +22,7 @@ using ::testing::StartsWith;
 
 constexpr int kOutOfService = 0x1C;
 
-/// A relay that answers, a ghost on the same line that does not, and a line without its port.
+/// A relay that answers, a device that does not exist, and a line without its port.
 class Control : public ThreeDevices {
  protected:
   std::string YamlOf(const std::string& head) const {
@@ -132,7 +131,7 @@ TEST_F(Control, ATraceShowsTheBytesAndEndsInPeace) {
   EXPECT_TRUE(Eventually([&] { return !other->Output().empty(); }));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(other->WaitForEnd(), 4);
-  // "… is stopping", or "… has closed the connection" where a record was on its way just then.
+  // "… is stopping", or "… has closed the connection" if a record was being sent at that moment.
   EXPECT_THAT(other->Errors(), HasSubstr("the trace has ended: the gateway "));
   EXPECT_EQ(daemon->WaitForEnd(), 0);
   EXPECT_FALSE(fs::exists(socket()));
@@ -167,13 +166,13 @@ TEST_F(Control, AGatewayIsFoundWithoutBeingTold) {
   daemon = Start({"run", "-c", Write("baudgate.yaml", yaml).string()});
   ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
   const auto status = Start({"status"});
-  // Another gateway of this machine may run in /run/baudgate: then both are named.
+  // Another gateway of this machine may run in /run/baudgate: then both gateways are named.
   const auto code = status->WaitForEnd();
   EXPECT_THAT(status->Output() + status->Errors(), HasSubstr(gateway()));
   EXPECT_TRUE(code == 0 || code == 4);
 }
 
-// ---------------- The settings of a relay's twin, kept in a file by the commands that users have.
+// ---------------- The settings of a relay's twin in a file, with the user's commands.
 
 class SettingsOfATwin : public ThreeDevices {
  protected:

@@ -1,5 +1,5 @@
-// Events on DDS from the whole program, with a subscriber on Fast DDS (`watch --events`) and one of
-// another vendor, while the gateway and the process that speaks DDS are killed.
+// Tests events on DDS while the gateway and the DDS process are killed, with a subscriber on Fast
+// DDS (`watch --events`) and one of another vendor.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -25,7 +25,6 @@ class EventsOnDds : public EventStation {
         "--seconds",    "60"};
     return std::make_unique<Child>(words, directory());
   }
-  /// The example of the package baudgate-dev.
   std::unique_ptr<Child> Example() const {
     constexpr char kLoopback[] =
         "<General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
@@ -65,8 +64,8 @@ TEST_F(EventsOnDds, AreHeardByBothSubscribersAsTheyWereKept) {
   EXPECT_EQ(status["skipped"], 0);
 }
 
-/// A subscriber that stays gets all of them, whatever ends; what comes again it knows by its
-/// number.
+/// A subscriber that stays receives all events, whichever process is killed. It recognises
+/// repetitions by their number.
 TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
@@ -105,7 +104,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
     if (line.starts_with("again ")) continue;
     EXPECT_EQ(std::stoull(line), ++number) << line;
   }
-  // Events of different devices may come in another order.
+  // The order between events of different devices may differ.
   const auto printed = [&] {
     std::multiset<std::uint64_t> printed;
     const std::string output = example->Output();
@@ -121,7 +120,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
   for (std::uint64_t seq = 1; seq <= last; ++seq) EXPECT_EQ(printed().count(seq), 1U) << seq;
 }
 
-/// A subscriber of points alone says nothing about events, and one of events alone confirms them.
+/// A subscriber of points alone does not confirm events; a subscriber of events does.
 TEST_F(EventsOnDds, AnOrderlyEndLosesNoneAndRepeatsNoneThatWasConfirmed) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   auto daemon = StartDaemon(Yaml(", events: on", "", true));

@@ -1,5 +1,4 @@
-// The process that speaks DDS is killed and stopped beside a Modbus client and polled lines: reads
-// stay right, and subscribers have everything again soon after.
+// Tests that Modbus and polling continue while the DDS process is killed or stopped.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -26,7 +25,7 @@ class DdsProcess : public ThreeDevices {
  protected:
   pid_t Process() const { return ChildOf(*daemon); }
 
-  /// Every device's value read over Modbus for as long as `until` is not met.
+  /// Reads every device's value over Modbus until `until` is met, and checks the values.
   template <typename Condition>
   ::testing::AssertionResult ReadsAreRightUntil(Condition until) {
     bool right = true;
@@ -43,7 +42,7 @@ class DdsProcess : public ThreeDevices {
                                          << daemon->Errors();
   }
 
-  /// seq of the point at a new subscriber; nothing when the image is not whole.
+  /// Returns nothing if a new subscriber does not get all points.
   std::optional<std::uint64_t> SeqOf(const std::string& device, const std::string& point) const {
     const Finished watch = Command({"watch", "--domain", std::to_string(domain()), "--gateway",
                                     gateway(), "--json", "--once"});
@@ -61,7 +60,6 @@ class DdsProcess : public ThreeDevices {
     return points == points_ ? seq : std::nullopt;
   }
 
-  /// What the gateway says over its socket.
   Json DdsStatus() const { return Status().value("dds", Json()); }
   std::uint64_t Fragments() const {
     return DdsStatus().at("datagrams").at("refused").at("fragment").get<std::uint64_t>();
@@ -77,8 +75,8 @@ class DdsProcess : public ThreeDevices {
   std::size_t points_ = 0;
 };
 
-/// Another program has the port of the domain's multicast group: a subscriber that comes is not
-/// heard. It is said, and is over when that program has ended.
+/// Another program uses the port of the domain's multicast group, so new subscribers cannot be
+/// discovered. The status reports this until that program has ended.
 TEST_F(DdsProcess, ThatCannotHearNewSubscribersSaysSo) {
   const int port = 7400 + 250 * domain();
   const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -130,7 +128,7 @@ TEST_F(DdsProcess, StoppedItIsAStateAndNobodyWaits) {
     return daemon->Errors().find("dds: the process does not read") != std::string::npos;
   }));
   EXPECT_EQ(Process(), process);
-  // Nobody lets it go on: after ten seconds without a sign of life it is replaced.
+  // Nothing continues the process: after ten seconds without a sign of life it is replaced.
   EXPECT_TRUE(ReadsAreRightUntil([&] { return Process() != 0 && Process() != process; }));
   EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process did not read for 10s; it is started"));
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
@@ -145,11 +143,12 @@ TEST_F(DdsProcess, AStoppedOneDoesNotHoldUpTheEnd) {
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
 }
 
-/// CVE-2023-50716: a fragment with inline QoS and no payload, which ends Fast DDS 2.9.1 with
-/// "free(): invalid pointer". To all participants of the domain on this machine.
+/// Sends the datagram of CVE-2023-50716 to all participants of the domain on this machine: a
+/// fragment with inline QoS and no payload, which ends Fast DDS 2.9.1 with "free(): invalid
+/// pointer".
 void SendHostileDatagram(int domain) {
   const Bytes datagram = *ParseHex(
-      "52 54 50 53 02 03 01 0F 00 01 02 03 04 05 06 07 08 09 0A 0B "  // RTPS, the maker's vendor id
+      "52 54 50 53 02 03 01 0F 00 01 02 03 04 05 06 07 08 09 0A 0B "  // RTPS, vendor id of Fast DDS
       "16 03 24 00 00 00 1C 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 "
       "01 00 00 00 01 00 40 00 40 00 00 00 01 00 00 00");
   const int sender = ::socket(AF_INET, SOCK_DGRAM, 0);
@@ -188,7 +187,7 @@ TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
   EXPECT_EQ(watch->WaitForEnd(), 0);
 }
 
-/// Nobody reads the points any more, so no last sample may look good.
+/// The points are not read any more, so no last sample may look good.
 TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
   Begin();
   const auto watch =
@@ -213,7 +212,7 @@ TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
   EXPECT_TRUE(Eventually([&] { return ::kill(process, 0) != 0; }));
 }
 
-/// Names that are no longer used would use up the room: each rename takes some hundred new ones.
+/// Names that are no longer used must be freed: each rename creates some hundred new names.
 TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
   Begin();
   std::string yaml = WithSocket(Yaml(true));
@@ -236,7 +235,7 @@ TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
   EXPECT_THAT(devices.output, Not(HasSubstr("\"renamed-4\"")));
 }
 
-/// As systemd does it: somebody else starts the process, which finds the gateway's socket.
+/// As systemd does: the process is started separately and connects to the gateway's socket.
 TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
   const std::string socket = (directory() / "dds.sock").string();
   const std::string program = fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds";
@@ -244,7 +243,7 @@ TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
     return std::make_unique<Child>(std::vector<std::string>{program, "--socket", socket},
                                    directory());
   };
-  auto process = start();  // before the gateway: it waits
+  auto process = start();  // started before the gateway, so it waits
   ASSERT_TRUE(EventuallyLogged(*process, "waits for the gateway"));
   StartTwins();
   const auto file = Write("baudgate.yaml", Yaml(true));

@@ -1,5 +1,4 @@
-// DDS Security with the whole program: `certs dds`, a gateway with its files, `watch` with and
-// without, and a gateway whose files are not right.
+// Tests DDS Security with the whole program and the files of `certs dds`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <netinet/in.h>
@@ -26,7 +25,7 @@ class DdsSecurity : public ThreeDevices {
   std::string SecuredYaml() const {
     std::string yaml = Yaml(true);
     const std::string enabled = "dds: { enabled: true,";
-    // Relative: to the configuration, wherever the DDS process runs.
+    // A relative path starts at the configuration, whatever the DDS process's directory is.
     return yaml.replace(yaml.find(enabled), enabled.size(),
                         enabled + " security: pki/" + gateway() + ",");
   }
@@ -87,10 +86,11 @@ TEST_F(DdsSecurity, WithoutRightFilesNothingIsPublishedUntilTheyAreRight) {
 
 TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
   MakeCertificates(1);
-  constexpr Duration kShort = 8s;  // enough to begin on a busy machine
+  constexpr Duration kShort = 8s;  // enough for the start on a busy machine
   const auto begun = ReadClocks();
   const auto made =
-      pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);  // subscriber-2, for a few seconds
+      // Makes subscriber-2, valid for a few seconds.
+      pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
   ASSERT_TRUE(made.ok()) << made.error();
   const auto expired = Start(Watch("subscriber-2"));
   ASSERT_TRUE(Eventually([&] { return ReadClocks().instant > begun.instant + kShort + 1s; }));
@@ -103,8 +103,7 @@ TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
   EXPECT_TRUE(expired->Running());
 }
 
-// ---------------- `baudgate discovery-server` with a real gateway and subscribers that have no
-// multicast: they find each other by it, and go on without it.
+// ---------------- `baudgate discovery-server` with subscribers without multicast.
 
 class Discovery : public ThreeDevices {
  protected:
@@ -123,7 +122,6 @@ class Discovery : public ThreeDevices {
     return yaml;
   }
 
-  /// Whether a new subscriber finds the gateway.
   bool IsSeen() const {
     const Finished watch =
         Command({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--once",

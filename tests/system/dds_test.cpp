@@ -1,4 +1,4 @@
-// What twins give arrives at DDS subscribers: our own `baudgate watch` and one of another vendor.
+// Tests that the values of twins arrive at `baudgate watch` and at another vendor's subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -44,7 +44,6 @@ class OnDds : public ThreeDevices {
     return samples;
   }
 
-  /// From the configuration alone.
   std::size_t PointCount() const {
     const Finished map = Command({"map", "--json", "-c", (directory() / "baudgate.yaml").string()});
     return Json::parse(map.output)["points"].size();
@@ -90,12 +89,12 @@ TEST_F(OnDds, WatchAndAForeignSubscriberSeeTheSameValues) {
 
 TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   StartTwins();
-  io.reset();  // one device is not there at all: its points are announced and leave like all others
+  io.reset();  // One device is missing: its points are announced and leave like all others.
   daemon = StartDaemon(Yaml(true));
   const std::size_t points = PointCount();
   const auto watch = Start(WatchWords());
   const auto cyclone = StartCyclone(points, true);
-  // The other subscriber prints one line for each sample of each point, and one for the gateway.
+  // This subscriber prints one line for each sample of each point, and one for the gateway.
   const auto heard = [&] {
     const std::string text = cyclone->Output();
     std::set<std::string> distinct;
@@ -114,7 +113,7 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
   EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
   EXPECT_THAT(cyclone->Output(), HasSubstr("gone meter-1 frequency\n"));
-  // A subscriber that is slow may miss some: the gateway waits a short time only.
+  // A slow subscriber may miss some samples: the gateway waits a short time only.
   EXPECT_TRUE(std::regex_search(cyclone->Output(), std::regex("(meter|relay)-1 \\w+ [0-9.]+ 8 ")))
       << "no point says that it is not connected any more";
   EXPECT_TRUE(Eventually([&] {
@@ -135,7 +134,7 @@ TEST_F(OnDds, ASecondGatewayThatCanNotStartDisturbsNobody) {
     return found == samples.end() ? 0 : found->second.value("seq", 0);
   };
   ASSERT_TRUE(Eventually([&] { return seq() > 0; }));
-  // The same name and the same port: whatever it published would be taken for the first one's.
+  // Same name and same port: subscribers would mistake its samples for those of the first gateway.
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Command({"run", "-c", (directory() / "baudgate.yaml").string()}).code, 4);
   }

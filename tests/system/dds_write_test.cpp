@@ -1,5 +1,4 @@
-// A client of another DDS vendor writes: through the whole program to a twin, with its reply, its
-// record and its refusals. The client knows baudgate by its IDL alone.
+// Tests writes by a client of another DDS vendor, which is built from baudgate's IDL only.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -29,7 +28,7 @@ class DdsWrites : public Station {
                 "address: 2, profile: spaj140c, unit: 2, poll: 200ms, slow: 1h, write: "
                 "[setting_group], points: [{ name: setting_group, select: true }]");
   }
-  /// Twins and the gateway, and every device read once.
+  /// Starts twins and gateway, and waits until every device was read once.
   void StartAll(const std::string& dds, const std::string& io = "allow") {
     io_ = StartTwin("io", "icpdas-i-7024", "0x1F");
     relay_ = StartTwin("relay", "spaj140c", "2");
@@ -38,7 +37,6 @@ class DdsWrites : public Station {
     ASSERT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 0; }));
   }
 
-  /// The gateway, again after an end.
   void Run(const std::string& dds, const std::string& io = "allow") {
     daemon_.reset();
     daemon_ = StartDaemon(Yaml(dds, io));
@@ -54,7 +52,6 @@ class DdsWrites : public Station {
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  /// What a client is told.
   std::string Ask(const std::string& device, const std::string& point,
                   std::vector<std::string> more) const {
     const Finished asked = RunToEnd(Words(device, point, std::move(more)), directory());
@@ -85,7 +82,7 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "3", "--value", "nan"}), HasSubstr("not a number"));
   EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
 
-  // What trips is written by those who say twice that they mean it.
+  // A point that trips a breaker needs a selection (or --confirm) before the write.
   EXPECT_THAT(Ask("relay-1", "setting_group", {"--seq", "4", "--value", "1"}),
               HasSubstr("4 denied 'setting_group' has to be selected"));
   EXPECT_EQ(client_->Register(kRelay, 100), 0);
@@ -93,7 +90,7 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 1; }));
   EXPECT_THAT(Ask("relay-1", "current_l1", {"--seq", "6", "--value", "1"}),
               HasSubstr("can only be read"));
-  // Its time was over before it came: not sent.
+  // The request had expired before it arrived: it is not sent.
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "3", "--not-after", "-1"}),
               StartsWith("7 not_sent "));
   EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
@@ -126,7 +123,8 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredOnceMoreAlsoByANewProcess) {
   ::kill(before, SIGKILL);
   ASSERT_TRUE(Eventually([&] { return Process() > 0 && Process() != before; }));
   ASSERT_TRUE(Eventually([&] { return DdsStatus()["state"] == "up"; }));
-  EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);  // 4.0 by somebody else
+  // Another client writes 4.0.
+  EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
   EXPECT_EQ(client_->Float(kIo, 0), 4.0F) << "done once";
@@ -138,7 +136,8 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   daemon_->Signal(SIGTERM);
   ASSERT_EQ(daemon_->WaitForEnd(), 0);
   Run("write: allow, ");
-  EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);  // 4.0 by somebody else
+  // Another client writes 4.0.
+  EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),
               HasSubstr("7 denied this client has"));
@@ -149,8 +148,8 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   EXPECT_EQ(records[1]["request"], nullptr) << "by Modbus";
 }
 
-/// A client that gets no answer asks again, unchanged, every two seconds. Its gateway is killed
-/// while the device has the request.
+/// A client without an answer repeats its request unchanged every two seconds. The gateway is
+/// killed while the device has the request.
 TEST_F(DdsWrites, WhatAKillHasInterruptedIsUnknownToTheNextRun) {
   StartAll("write: allow, ");
   io_->Signal(SIGSTOP);
@@ -169,8 +168,8 @@ TEST_F(DdsWrites, WhatAKillHasInterruptedIsUnknownToTheNextRun) {
   EXPECT_EQ(Records().size(), 1U);
 }
 
-/// The reader of a gateway that was killed has not acknowledged it: Cyclone hands it to the next
-/// one.
+/// The reader of the killed gateway has not acknowledged the request, so Cyclone DDS delivers it to
+/// the next gateway.
 TEST_F(DdsWrites, WhatADeadGatewayWasAskedIsNotDoneByTheNextOne) {
   StartAll("write: allow, ");
   Child asks(
@@ -211,8 +210,8 @@ TEST_F(DdsWrites, NeedTheDevicesLeaveAsWell) {
   EXPECT_EQ(client_->Float(kIo, 0), 1.5F);
 }
 
-// Cyclone DDS keeps what a transient local writer wrote, and sends it to a volatile reader that
-// asks.
+// Cyclone DDS stores what a transient local writer wrote, and sends it to a volatile reader that
+// requests it.
 TEST_F(DdsWrites, WhatWasAskedBeforeTheGatewayWasThereIsNeverDone) {
   Child early(Words("io-1", "output_0", {"--value", "9", "--early", "--seconds", "40"}),
               directory());

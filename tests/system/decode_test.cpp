@@ -1,4 +1,4 @@
-// `baudgate decode` on what `baudgate trace` prints and the flight recorder saves.
+// Tests `baudgate decode` with the output of `baudgate trace` and the files of the flight recorder.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -54,7 +54,8 @@ TEST_F(Traces, OfOneDevice) {
   EXPECT_EQ(exchanges[0]["values"][0]["value"], 1.0);
 }
 
-/// The ceiling cut the first off, and the second was known to be late: bytes alone do not say so.
+/// The outcomes come from the trace: the ceiling cut off the first exchange, and the second reply
+/// was late. The bytes alone do not show this.
 TEST_F(Traces, EndAsTheyEndedThen) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
@@ -102,7 +103,7 @@ TEST_F(Traces, EndAsTheyEndedThen) {
   }
 }
 
-/// What the recorder was saved in the midst of, and what a release cut off: no failure is invented.
+/// An exchange that was saved half-way, or that a release interrupted, is no failure.
 TEST_F(Traces, MayEndBeforeTheExchange) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.

@@ -1,4 +1,4 @@
-// A relay's twin that has events, and the gateway that keeps them.
+// The fixture of event tests: a relay's twin that has events, and the gateway that stores them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@ namespace baudgate::system_test {
 
 class EventStation : public Station {
  protected:
-  /// Events of the relay only; with "events: {}\n" at the top also those of the gateway.
+  /// With "events: {}\n" in `top`, the gateway records its own events, too.
   std::string Yaml(const std::string& keys = ", events: on", const std::string& top = "",
                    bool dds = false) const {
     return top + WithSocket(Head(dds), "state: " + LinkOf("state") + ", ") +

@@ -1,6 +1,5 @@
-// The events of the whole program: a relay's twin that forgets what it has told, a gateway that is
-// killed in bursts of events, and what `baudgate events` says.
-// $BAUDGATE_EVENT_KILLS: how often, 5 if not given.
+// Tests events with a relay's twin that deletes events once they were read, and a gateway that is
+// killed in bursts of events. $BAUDGATE_EVENT_KILLS: the number of kills, by default 5.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -77,7 +76,7 @@ TEST_F(Events, AreTold) {
   EXPECT_EQ(all->WaitForEnd(), 0);
 }
 
-/// What the relay has recorded of a start is read behind it, and stands with it.
+/// The relay's record of a start is read after the event and stored with it.
 TEST_F(Events, HaveTheirRecords) {
   const auto relay = StartRelay("every:4s");
   const auto daemon = StartDaemon(Yaml());
@@ -120,7 +119,8 @@ TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
   EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 0);
 }
 
-/// A point that exceeds its limit, seen by somebody, over a kill; and a relay that goes away.
+/// A point exceeds its limit, the alarm is acknowledged, and the gateway is killed; then a relay
+/// disappears.
 TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
   const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
   const auto alarms = [this] { return JsonLines(Station::Ask({"alarms", "--json"}).output); };
@@ -203,8 +203,8 @@ TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
   std::cout << kills << " kills, " << number << " events\n";
 }
 
-// ---------------- The registers of events of the whole program, read by pymodbus while the ring
-// goes on under it: the file has more events than the ring, so that each that comes pushes one out.
+// ---------------- The event registers, read by pymodbus while each new event removes the oldest
+// from the ring.
 
 using ::testing::SizeIs;
 
@@ -213,7 +213,7 @@ constexpr std::int64_t kRing = 4000;
 
 class EventRing : public EventStation {
  protected:
-  /// Events of the relay and of a device that is no longer there, in turns of ten.
+  /// Stores ten events of the relay, ten of a device that no longer exists, and so on.
   void FillFile() const {
     const auto folder = directory() / "state" / gateway();
     std::filesystem::create_directories(folder);
@@ -251,7 +251,8 @@ TEST_F(EventRing, IsReadWholeWhileItGoesOn) {
       << daemon->Errors();
   const std::int64_t last = Status()["events"]["newest"].get<std::int64_t>() + 60;
 
-  // The gateway's: all, from the oldest that there is. What is gone before it is read is counted.
+  // Unit 255 returns all events, from the oldest in the ring. Events that are removed before they
+  // are read are counted.
   const Json all = Read(255, kBefore - kRing + 1, last);
   EXPECT_THAT(all["wrong"], SizeIs(0)) << all["wrong"];
   EXPECT_GE(all["oldest"].size(), 2U) << "the ring did not go on";
@@ -266,7 +267,7 @@ TEST_F(EventRing, IsReadWholeWhileItGoesOn) {
   }
   EXPECT_GT(next, last);
 
-  // The relay's own: others are skipped, and not counted.
+  // The relay's unit returns its own events; others are skipped and not counted.
   const Json own = Read(1, kBefore - 99, last);
   EXPECT_THAT(own["wrong"], SizeIs(0)) << own["wrong"];
   EXPECT_EQ(own["lost"], 0);
@@ -302,16 +303,15 @@ TEST_F(EventRing, ShowsTheNewestToWhoeverCanNotWrite) {
   EXPECT_EQ(client.Input(1, 9016, 80).values[11], 2);
 }
 
-// ---------------- The alarms that the gateway raises itself: of a routed slave that leaves a
-// client without a reply, of a device and a port, with and without events, over a restart and a
-// reload.
+// ---------------- The alarms that the gateway raises itself: a routed slave without replies, a
+// device, a port.
 
 using ::testing::ElementsAre;
 
 class Alarms : public Routes {
  protected:
   std::vector<Json> All() const { return JsonLines(Ask({"alarms", "--json"}).output); }
-  /// "drive unit-20 no answer to clients active high".
+  /// Returns texts such as "drive unit-20 no answer to clients active high".
   std::vector<std::string> Shown() const {
     std::vector<std::string> shown;
     for (const Json& alarm : All()) {
@@ -399,7 +399,6 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
   EXPECT_EQ(Ask({"ack", "absent"}).code, 0);
   EXPECT_TRUE(EventuallyShown({"absent  port down acknowledged medium", raised[1]}));
 
-  // Without the line, and with another delay for the device.
   Write("baudgate.yaml",
         yaml(BareLine("drive", "alarms: { priority: low, delay: 2s }, " + devices)));
   const Finished reload = Ask({"reload"});
@@ -408,8 +407,7 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
   EXPECT_EQ(All()[0]["seq"], alarms[1]["seq"]) << "it is the same as before";
 }
 
-/// The unit of docs/events.md, as systemd would start it, with a `curl` that keeps what it is
-/// given.
+/// Runs the unit of docs/events.md as systemd would, with a `curl` that stores its arguments.
 TEST_F(Alarms, AreToldByTheServiceThatTheDocumentHas) {
   std::ifstream document(std::filesystem::path(SYSTEM_TEST_SOURCES) / "../../docs/events.md");
   std::string script;

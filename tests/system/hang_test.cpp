@@ -1,5 +1,4 @@
-// Threads of the running gateway that hang: the test stops them one by one, as a call of a driver
-// that does not come back would.
+// Tests threads of the running gateway that hang, as in a driver call that does not return.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -21,9 +20,9 @@ using ::testing::HasSubstr;
 
 constexpr Duration kWatchdog = 2s;
 
-/// While it lives, the thread does not run. It stands before its next system call that waits for
-/// events, where it holds no lock: stopped just anywhere, it would now and then hold the heap's or
-/// its queue's, as no call of a driver does.
+/// Stops a thread for the lifetime of this object, before its next system call that waits for
+/// events: elsewhere the thread might hold a lock of the heap or of its queue, which a driver call
+/// never does.
 class HeldThread {
  public:
   HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {
@@ -42,7 +41,6 @@ class HeldThread {
   HeldThread& operator=(const HeldThread&) = delete;
 
   bool held() const { return held_; }
-  /// Its process has ended, and it with it.
   bool EndsWithItsProcess() {
     int status = 0;
     const bool ended = Eventually(
@@ -62,7 +60,7 @@ class HeldThread {
            call.op == PTRACE_SYSCALL_INFO_ENTRY && Waits(static_cast<long>(call.entry.nr));
   }
   static bool Waits(long call) {
-#ifdef SYS_epoll_wait  // arm64 has none
+#ifdef SYS_epoll_wait  // missing on arm64
     if (call == SYS_epoll_wait) return true;
 #endif
     return call == SYS_epoll_pwait || call == SYS_rt_sigtimedwait;
@@ -102,7 +100,7 @@ class Hang : public Station {
     ASSERT_TRUE(EventuallyFloat(client_, 2, 0, 1.5F)) << daemon_->Errors();
   }
   Json LineStatus(const std::string& line) const { return Status(line).at("lines").at(0); }
-  /// There is a sign of life that was not there before.
+  /// True if a new watchdog message arrives.
   bool SignsOfLife() const {
     while (!notify_.Receive(MSG_DONTWAIT).empty()) {
     }
@@ -140,8 +138,8 @@ TEST_F(Hang, ALineHangsAlone) {
   EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kNoException);
 }
 
-/// The rest ends in order: DDS subscribers hear the end of every point, of the line that hangs,
-/// too.
+/// Everything else ends in order: DDS subscribers receive the end of every point, including those
+/// of the line that hangs.
 TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   Begin(true);
   const auto watch =
@@ -177,7 +175,7 @@ TEST_P(HangOf, KeepsTheSignOfLifeBack) {
   {
     const HeldThread held(*daemon_, GetParam());
     ASSERT_TRUE(held.held());
-    std::this_thread::sleep_for(kWatchdog / 4);  // what was on its way
+    std::this_thread::sleep_for(kWatchdog / 4);  // let pending messages arrive
     while (!notify_.Receive(MSG_DONTWAIT).empty()) {
     }
     std::this_thread::sleep_for(kWatchdog / 2);

@@ -1,5 +1,4 @@
-// The history of the whole program: a meter's twin whose values change, a gateway that is stopped
-// and killed, and what `baudgate history` and the program sqlite3 say.
+// Tests the history with a gateway that is stopped and killed, by `baudgate history` and sqlite3.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -87,7 +86,7 @@ TEST_F(History, IsKeptAndReadBack) {
   EXPECT_EQ(status["state"], "fine");
   EXPECT_EQ(status["dropped"], 0);
   EXPECT_GE(status["points"].get<int>(), 3);
-  // Read by another program while it is written.
+  // Another program may read the files while they are written.
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("values-") || !name.ends_with(".db")) continue;
@@ -107,8 +106,8 @@ TEST_F(History, IsOffUntilItIsAskedFor) {
   EXPECT_TRUE(Status()["history"].is_null());
 }
 
-// ---------------- What outlives the daemon: the meter that was there before it ended is the only
-// one whose values are good after it has started again, until a person takes another.
+// ---------------- After a restart only the meter that was present before has good values, until a
+// user accepts another one.
 
 constexpr int kGrowingUnit = 21;
 constexpr int kSwapped = 0x090C;

@@ -1,5 +1,5 @@
-// Clients that write as fast as they can to everything, in whole frames and in halves: the device
-// is told nothing that the rules forbid, and a good client and the polls go on.
+// Tests clients that write to all addresses as fast as they can: the device receives no forbidden
+// write, and a good client and polling continue.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/socket.h>
@@ -18,11 +18,11 @@ namespace baudgate::system_test {
 namespace {
 
 constexpr std::uint8_t kHostileUnit = 1;
-constexpr double kMost = 5;  // V, of output_0: the only one that may be written
+constexpr double kMost = 5;  // V, of output_0, the only writable output
 const std::size_t kFrames = LongRun(20'000);
 constexpr int kGoodWrites = 15;
 
-/// Writes of all kinds to all places, that of a register of output_0 among them.
+/// Makes writes of all kinds to all addresses, including the register of output_0.
 class Attack {
  public:
   explicit Attack(unsigned seed) : random_(seed) {}
@@ -44,7 +44,7 @@ class Attack {
       case 3:
         pdu = {22, High(address), Low(address), Byte(), Byte(), Byte(), Byte()};
         break;
-      case 4:  // a good value for the one output, and for all four
+      case 4:  // a good value for one output, or for all four
         return Floats(0, {"4.5"});
       case 5:
         return Floats(0, {"4.5", "4.5", "4.5", "4.5"});
@@ -56,7 +56,7 @@ class Attack {
     return {++transaction_, Pick(8) == 0 ? Byte() : kHostileUnit, pdu};
   }
 
-  /// Bytes of a frame that is cut, or of none.
+  /// Returns a truncated frame, or random bytes.
   Bytes Half() {
     Bytes bytes(1 + Pick(40));
     for (std::uint8_t& byte : bytes) byte = Byte();
@@ -112,7 +112,6 @@ class HostileWrites : public RouteStation {
             "io.io-1.host_watchdog, is: 4 } }, { name: clear_host_watchdog, select: true }]"));
   }
 
-  /// Until `stop`: whole frames, as fast as they are taken.
   void Flood(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {
@@ -124,7 +123,7 @@ class HostileWrites : public RouteStation {
       }
     }
   }
-  /// Halves, and answers that nobody reads.
+  /// Sends parts of frames, and requests whose answers are never read.
   void Litter(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {
@@ -145,7 +144,7 @@ class HostileWrites : public RouteStation {
   std::atomic<std::size_t> sent_ = 0;
 };
 
-/// "#010+04.500" is 4.5 V for output 0; nothing: another request.
+/// Returns 4.5 for "#010+04.500" (4.5 V for output 0); nothing for other requests.
 std::optional<double> VoltsOfOutput0(const std::string& request) {
   if (!request.starts_with("#010") || request.size() != 11) return std::nullopt;
   return std::stod(request.substr(4));

@@ -1,5 +1,4 @@
-// What `cmake --install` puts where Debian expects it, and that the installed program finds its
-// parts.
+// Tests that `cmake --install` puts files where Debian expects them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -16,7 +15,6 @@ using ::testing::HasSubstr;
 
 class Installed : public Station {
  protected:
-  /// Below the scratch root, as it would be below "/".
   fs::path At(const std::string& path) const {
     return directory() / "root" / fs::path(path).relative_path();
   }
@@ -76,7 +74,7 @@ TEST_F(Installed, EverythingIsAtItsPlace) {
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
               AllOf(HasSubstr("\nu baudgate - "), HasSubstr("\nu baudgate-dds - ")));
 
-  // The program alone, told where its parts are because the root is not "/".
+  // The variable tells the program the place of its modules, because the root is not "/".
   const Finished protocols = RunToEnd({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
                                       directory(), {{"BAUDGATE_MODULES", modules.string()}});
   EXPECT_EQ(protocols.code, 0) << protocols.errors;

@@ -36,7 +36,7 @@ LibmodbusSlave::LibmodbusSlave(modbus_t* context, bool tcp)
     memory_->tab_registers[i] = static_cast<std::uint16_t>(1000 + i);
     memory_->tab_input_registers[i] = static_cast<std::uint16_t>(2000 + i);
   }
-  // It waits for this time before it refuses a request that it does not know.
+  // libmodbus waits this long before it refuses an unknown request.
   modbus_set_response_timeout(context_, 0, 1);
   modbus_set_indication_timeout(context_, 0, kIndicationMicroseconds);
   if (tcp_) listening_ = modbus_tcp_listen(context_, 1);

@@ -1,4 +1,4 @@
-// A Modbus slave that is not the project's: libmodbus on a thread, on a tty or a TCP port.
+// `LibmodbusSlave` is a Modbus slave or server made with libmodbus, in a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,8 +13,8 @@ struct _modbus_mapping_t;
 
 namespace baudgate::system_test {
 
-/// libmodbus as slave or server. Register N holds 1000 + N (holding) and 2000 + N (input), 1000 of
-/// each; coil N is on when 3 divides N, discrete input N when 5 does.
+/// A Modbus slave with 1000 registers of each kind: register N contains 1000 + N (holding) and 2000
+/// + N (input). Coil N is on if 3 divides N, discrete input N if 5 divides N.
 class LibmodbusSlave {
  public:
   static constexpr int kSize = 1000;
@@ -27,7 +27,6 @@ class LibmodbusSlave {
   LibmodbusSlave& operator=(const LibmodbusSlave&) = delete;
 
   bool connected() const { return connected_; }
-  /// That the latest request was for.
   int last_unit() const { return last_unit_; }
 
  private:

@@ -1,4 +1,4 @@
-// Frames of Modbus TCP, as many at once as a test likes.
+// Makes, sends and receives Modbus TCP frames, so that a test can have many requests outstanding.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +11,6 @@
 
 namespace baudgate::system_test {
 
-/// A frame of Modbus TCP taken apart.
 struct Message {
   std::uint16_t transaction = 0;
   std::uint8_t unit = 0;
@@ -20,18 +19,16 @@ struct Message {
 
 Bytes FrameOf(const Message& message);
 void Send(const RawClient& client, const Message& message);
-/// The next frame; nothing when it does not come, or the server closes.
+/// Returns nothing if no frame arrives or the server closes.
 std::optional<Message> Receive(const RawClient& client);
 
-/// A read of holding registers.
 Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
                     std::uint16_t count = 1);
-/// A write of one register.
 Message WriteRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
                      std::uint16_t value);
-/// Code of the exception that the frame is; 0: it is none.
+/// Returns 0 if the message is no exception.
 int ExceptionIn(const Message& message);
-/// The registers in the reply to a read; empty: it is none.
+/// Returns no registers if the message is no reply to a read.
 std::vector<std::uint16_t> RegistersIn(const Message& message);
 
 }  // namespace baudgate::system_test

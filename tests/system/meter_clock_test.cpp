@@ -1,6 +1,5 @@
-// The clock of a meter that the whole program corrects by itself, or leaves alone: a twin whose
-// clock is a minute ahead, and a host of which the test says whether its clock is synchronised
-// (host_clock/said_clock.cpp).
+// Tests whether the gateway corrects a meter's clock that is a minute ahead. The test chooses
+// whether the host's clock counts as synchronised (host_clock/said_clock.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -19,11 +18,11 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr int kClockUnit = 21;
-constexpr int kDrift = 8000;  // register of the point
+constexpr int kDrift = 8000;  // register of the point clock_drift
 constexpr int kUncertain = 0x58;
 constexpr std::uint64_t kCorrected = 1000020;
 
-/// The zone of a clock that shows a quarter past noon now, and `ahead`: "-03:17".
+/// Returns the UTC offset at which a clock shows 12:15 plus `ahead` now: "-03:17".
 std::string ZoneOf(std::chrono::minutes ahead) {
   using std::chrono::floor;
   const auto now = floor<std::chrono::minutes>(std::chrono::system_clock::now());
@@ -43,7 +42,6 @@ class MeterClock : public Station {
     twin_ = StartTwin("meters", "twin", "200");
   }
 
-  /// What the host says of its clock from now on.
   std::filesystem::path Say(bool host_clock_is_right) const {
     return Write("host_clock", host_clock_is_right ? "right" : "unknown");
   }
@@ -52,7 +50,7 @@ class MeterClock : public Station {
   }
   void ExpectLeftAlone() {
     ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
-    // Ten readings, the gateway's look at them once a second among them.
+    // Take ten readings; the gateway checks the clock once a second meanwhile.
     for (int reading = 0; reading < 10; ++reading) {
       const Finished read = Ask({"read", "meters.meters-1.clock_drift"});
       ASSERT_EQ(read.code, 0) << read.errors;
@@ -117,7 +115,7 @@ TEST_F(MeterClock, IsLeftAloneWhileNobodyKnowsTheRightTime) {
 }
 
 TEST_F(MeterClock, IsLeftAloneOnceTheHostNoLongerKnowsTheRightTime) {
-  twin_.reset();  // there is nothing to correct yet
+  twin_.reset();  // nothing needs a correction yet
   Run(true);
   ASSERT_TRUE(EventuallyTold("right")) << daemon_->Errors();
   Say(false);

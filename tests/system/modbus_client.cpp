@@ -1,4 +1,3 @@
-// Clients for the daemon's Modbus port.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/modbus_client.h"
 
@@ -28,7 +27,8 @@ bool ModbusClient::Connect(int unit) {
   return connected_ && modbus_set_slave(context_, unit) == 0;
 }
 
-/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE, everything else is the connection.
+/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE; every other number is a connection
+/// error.
 int ModbusClient::Settle(int result) {
   if (result >= 0) return kNoException;
   const int code = errno - MODBUS_ENOBASE;

@@ -1,4 +1,4 @@
-// A Modbus TCP client on libmodbus that connects again by itself.
+// `ModbusClient` is a Modbus TCP client on libmodbus that reconnects by itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,12 +33,12 @@ class ModbusClient {
   Registers Holding(int unit, int address, int count);    ///< FC 3
   Bits DiscreteInputs(int unit, int address, int count);  ///< FC 2
   Bits Coils(int unit, int address, int count);           ///< FC 1
-  /// These return the exception, kNoException or kNoConnection.
+  /// The writes return the exception, kNoException or kNoConnection.
   int WriteRegister(int unit, int address, std::uint16_t value);                        ///< FC 6
   int WriteRegisters(int unit, int address, const std::vector<std::uint16_t>& values);  ///< FC 16
   int WriteCoil(int unit, int address, bool value);                                     ///< FC 5
 
-  /// Nothing unless the answer came and every register was served.
+  /// These return nothing unless every register was read.
   std::optional<float> Float(int unit, int address);
   std::optional<double> Double(int unit, int address);
   std::optional<std::uint16_t> Register(int unit, int address);

@@ -1,4 +1,4 @@
-// What a service tells systemd: READY=1, WATCHDOG=1, STOPPING=1.
+// `NotifySocket` receives the messages of a service to systemd: READY=1, WATCHDOG=1, STOPPING=1.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,6 @@ class NotifySocket {
   NotifySocket& operator=(const NotifySocket&) = delete;
 
   bool bound() const { return bound_; }
-  /// The next message; empty when there is none.
   std::string Receive(int flags = 0) const {
     char buffer[4096];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, flags);

@@ -1,4 +1,3 @@
-// One thread that carries bytes between two ptys.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/null_modem.h"
 
@@ -12,7 +11,6 @@
 namespace baudgate::system_test {
 namespace {
 
-/// How many bytes were carried.
 std::uint64_t Pass(int from, int to) {
   std::array<std::uint8_t, 1024> buffer;
   const ssize_t count = ::read(from, buffer.data(), buffer.size());

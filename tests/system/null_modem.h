@@ -1,5 +1,4 @@
-// A crossed serial cable for tests: two ptys, so that two programs that each want to open a tty
-// have one, and a thread that carries bytes between them and counts them.
+// `NullModem` is a crossed serial cable: two ptys, and a thread that carries and counts bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +14,6 @@ namespace baudgate::system_test {
 
 class NullModem {
  public:
-  /// Links of these names appear; both ends may be opened from now on.
   NullModem(const std::string& near, const std::string& far);
   ~NullModem();
   NullModem(const NullModem&) = delete;

@@ -1,5 +1,4 @@
-// `baudgate bridge` and `baudgate read --port` as a user meets them, and the tutorial of
-// docs/new-device.md, block by block.
+// Tests `baudgate bridge`, `baudgate read --port`, and the tutorial of docs/new-device.md.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -85,7 +84,7 @@ TEST_F(OnePort, OneLookAtADevice) {
   EXPECT_EQ(closed.code, kCannotOpen) << closed.output;
 }
 
-/// The blocks of a page, without what is for the administrator; in one shell, as pasted.
+/// Returns the code blocks of a page as one shell script, without those for the administrator.
 std::string BlocksOf(const std::string& file) {
   std::ifstream page(file);
   std::string script = "set -e\n";

@@ -1,5 +1,4 @@
-// Ports that are absent, cables that are pulled and devices that fall silent: what clients see of
-// them, and that everything comes back by itself.
+// Tests absent ports, pulled cables and silent devices, and that all works again afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -27,7 +26,7 @@ class Outage : public ThreeDevices {
   bool EventuallyUnanswered(int unit) {
     return Eventually([&] { return client.Input(unit, 0, 2).exception == kNotAnswering; });
   }
-  /// Until `done`: whatever is served is the value, or an exception.
+  /// Checks until `done` that every read returns `value` or fails.
   template <typename Condition>
   bool TrueValuesUntil(int unit, float value, Condition done) {
     return Eventually([&] {
@@ -86,7 +85,7 @@ TEST_P(SilentDevice, IsOfflineUntilItAnswersAgain) {
   EXPECT_TRUE(Eventually([&] { return client.Register(unit, 9000) == kOffline; }));
   EXPECT_TRUE(EventuallyLogged(*daemon, "offline"));
 
-  // The requests of all that time lie in the pty: the answers to them are late, and of any of them.
+  // The pty has collected all requests since: the answers are late, and any of them may be next.
   twin.Signal(SIGCONT);
   EXPECT_TRUE(TrueValuesUntil(unit, value, [&] { return client.Register(unit, 20000) == kGood; }));
   EXPECT_TRUE(EventuallyFloat(client, unit, 0, value));
@@ -107,11 +106,10 @@ TEST_F(Outage, ADeviceThatHoldsItsValuesSaysSoByTheirQuality) {
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);
 }
 
-// ---------------- Bad cables and bad clients: values stay true, and the good ones go on being
-// served.
+// ---------------- Bad cables and bad clients: values stay correct, and good clients are served.
 
 constexpr int kUnits[] = {kRelayUnit, kModuleUnit, kMeterUnit};
-/// Short enough for a noisy line to recover many times within the test.
+/// Short times, so that a noisy line recovers many times within the test.
 constexpr const char* kTightTiming =
     "timing: { reply: 300ms, gap: 80ms, ceiling: 1s, drain: 50ms }";
 
@@ -127,7 +125,7 @@ class Damage : public ThreeDevices {
                 "address: 200, profile: meter, unit: 21, poll: 100ms, slow: 1h", kTightTiming);
   }
 
-  /// Every value that is served is the twin's. How many were served.
+  /// Checks that every value that is served is the twin's. Returns the number of values.
   int ExpectTrueValues() {
     int served = 0;
     const auto check = [&](int unit, int address, float value) {
@@ -164,7 +162,7 @@ TEST_F(Damage, OfALineNeverMakesAWrongValue) {
   BadCable* const cables[] = {&relay_cable, &io_cable, &meter_cable};
   for (const BadCable* cable : cables) ASSERT_TRUE(cable->connected());
   daemon = StartDaemon(YamlOverBadCables());
-  // Replies torn apart are read as if they were whole.
+  // Replies in pieces are read like whole ones.
   ASSERT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
 
   std::map<int, std::uint32_t> ok_before;
@@ -174,7 +172,7 @@ TEST_F(Damage, OfALineNeverMakesAWrongValue) {
     failed_before[unit] = Exchanges(unit) - ok_before[unit];
   }
   for (BadCable* cable : cables) cable->SetNoisy(true);
-  // Until each line has been hurt, and has gone on reading.
+  // Wait until each line has had damage and has still read values.
   std::string progress;
   const bool enough = Eventually(
       [&] {
@@ -200,24 +198,24 @@ TEST_F(Damage, OfALineNeverMakesAWrongValue) {
   EXPECT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
 }
 
-/// Frames that no client may send, and some that are merely too many.
+/// Returns frames that no client may send, and some that are valid but too many.
 std::vector<Bytes> HostileFrames() {
   std::vector<Bytes> frames;
   for (const char* hex : {
-           "00 01 00 01 00 06 0B 04 00 00 00 02",           // another protocol id
+           "00 01 00 01 00 06 0B 04 00 00 00 02",           // wrong protocol id
            "00 01 00 00 FF FF 0B 04 00 00 00 02",           // longer than any frame
            "00 01 00 00 00 00",                             // no unit
            "00 01 00 00 00 01 0B",                          // no function
-           "00 01 00 00 00 03 0B 04 00",                    // cut inside
-           "00 01 00 00 00 06 0B 04 00",                    // the rest never comes
+           "00 01 00 00 00 03 0B 04 00",                    // truncated
+           "00 01 00 00 00 06 0B 04 00",                    // the rest never arrives
            "00 01 00 00 00 06 0B 63 00 00 00 02",           // unknown function
-           "00 01 00 00 00 06 0B 04 00 00 FF FF",           // more than fits
-           "00 01 00 00 00 06 0B 04 00 00 00 00",           // nothing
-           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",        // bytes that do not come
-           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",  // fewer bytes than it says
+           "00 01 00 00 00 06 0B 04 00 00 FF FF",           // more registers than fit
+           "00 01 00 00 00 06 0B 04 00 00 00 00",           // no registers
+           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",        // data that never arrives
+           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",  // less data than announced
            "00 01 00 00 00 06 0B 16 00 00 00 00",           // mask write, too short
-           "00 01 00 00 00 02 0B 07",                       // functions without data
-           "00 01 00 00 00 06 0B 04 00 00 00 10",           // good, and never read
+           "00 01 00 00 00 02 0B 07",                       // a function without data
+           "00 01 00 00 00 06 0B 04 00 00 00 10",           // valid, but its reply is never read
        }) {
     frames.push_back(*ParseHex(hex));
   }
@@ -246,7 +244,7 @@ TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
       }
       hostile.SendSome(bytes) ? ++sent : ++thrown_out;
     }
-    // The good client has one connection all the time, and all of its answers are whole and true.
+    // The good client keeps one connection, and all its answers must be whole and correct.
     const Registers answer = client.Input(kModuleUnit, 0, 16);
     ASSERT_TRUE(answer.ok()) << "round " << round << ": " << answer.exception;
     ASSERT_EQ(client.Float(kModuleUnit, 8), -101.5F);

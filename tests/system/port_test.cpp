@@ -1,5 +1,4 @@
-// Ports of the running daemon: found when they appear, followed when they are renumbered, lent to
-// another program and taken back; and what the flight recorder leaves of a failure.
+// Tests ports that appear, get another number or are lent, and the flight recorder's recordings.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -26,7 +25,6 @@ class Ports : public Station {
     PinProfile("dcon", "owen-mv110-8a", "other", {{"input_1", "-7.5"}});
   }
 
-  /// One line "bay" on `port`, with one module.
   std::string Yaml(const fs::path& port) const {
     return WithSocket(Head(), "recordings: " + Folder().string() + ", ") +
            "  - name: bay\n    port: " + port.string() +
@@ -38,7 +36,6 @@ class Ports : public Station {
     words.insert(words.begin(), "release");
     return Ask(words);
   }
-  /// Line bay, as `status` shows it.
   Json Status() const { return Station::Status("bay")["lines"][0]; }
   bool EventuallyQualityIs(int quality) { return EventuallyQuality(client, 1, 0, quality); }
   std::vector<fs::path> Recordings() const {
@@ -66,7 +63,7 @@ TEST_F(Ports, AFolderThatComesLaterIsNotMissed) {
     fs::create_symlink("../../tty0", by_id / "usb-x");
     EXPECT_TRUE(EventuallyQualityIs(kGood));
     EXPECT_EQ(client.Float(1, 0), 100.25F);
-    // The last adapter goes, and with it the folder.
+    // The last adapter is removed, and the folder with it.
     fs::remove_all(by_id);
     if (plugged > 0) break;
     ASSERT_EQ(Release({"bay", "--for", "1s"}).code, 0);
@@ -106,7 +103,7 @@ TEST_F(Ports, APortThatWasLostComesBackAgainAndAgain) {
 
 // ---------------------------------------------------------------- serial servers
 
-/// It accepts, and ends the connection at once: with a close, a reset, or a word.
+/// The server accepts and ends each connection at once: by a close, a reset, or a text before.
 TEST_F(Ports, AServerThatServesAnotherClientIsOneTrouble) {
   TakenServer server(FreePort());
   ASSERT_TRUE(server.listening());
@@ -149,7 +146,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 
-  // The time is over, but the vendor's tool still has it; the daemon says who that is.
+  // The release is over, but the other program still has the port; the daemon names that program.
   EXPECT_TRUE(EventuallyLogged(*daemon, "takes " + LinkOf("bay") + " back"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "in use by"));
   EXPECT_THAT(daemon->Errors(), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));
@@ -213,7 +210,8 @@ TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatReplays) {
   EXPECT_EQ(exchanges.back()["device"], "bay-1");
 }
 
-/// An adapter that echoes although nobody said so sends the password back.
+/// An adapter that echoes, although the configuration does not mention an echo, returns the
+/// password.
 TEST_F(Ports, APasswordIsInNoTrace) {
   PinProfile("set4tm", "set-4tm.03m", "meter", {{"frequency", "50.03125"}});
   const auto twin = Start({"simulate", "--profile", "meter", "--address", "200", "--pty",

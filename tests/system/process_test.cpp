@@ -1,4 +1,4 @@
-// The daemon as a process: start, readiness, stop, crash, and what it says when it cannot start.
+// Tests the daemon as a process: start, readiness, stop, crash, and the messages of a failed start.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -77,7 +77,7 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
   }
 }
 
-/// SIGHUP, by habit or from a terminal that closes, reads the same file once more.
+/// SIGHUP is also sent by habit or when a terminal closes: it reloads the same file.
 TEST_F(Process, OtherSignalsDoNotEndIt) {
   const auto daemon = StartDaemon(Yaml());
   for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
@@ -87,7 +87,8 @@ TEST_F(Process, OtherSignalsDoNotEndIt) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// A stalled log reader, a terminal after Ctrl-S, `docker logs`: full from the start.
+/// The log's reader is stalled (a terminal after Ctrl-S, `docker logs`), so the log is full from
+/// the start.
 TEST_F(Process, StartsRunsAndStopsAlthoughNobodyReadsItsLog) {
   const std::string fifo = (directory() / "log").string();
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
@@ -121,9 +122,9 @@ TEST_F(Process, WritesNoLogIntoItsOwnFilesWhereDescriptorsAreClosed) {
   EXPECT_EQ(daemon.WaitForEnd(10s), 0);
 }
 
-/// As the only process of a container.
+/// The daemon as the only process of a container.
 TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
-  // Root needs no user namespace, which a chroot does not allow.
+  // Root needs no user namespace; a chroot forbids it.
   std::vector<std::string> apart = {"unshare", "-p", "-f", "--kill-child"};
   if (::geteuid() != 0) apart.emplace_back("-r");
   std::vector<std::string> trial = apart;
@@ -134,7 +135,8 @@ TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   const std::string first = (directory() / "first").string();
-  // The shell becomes process 1, and is replaced; its other child loses its parent at once.
+  // The shell is process 1 and is replaced by the daemon; its other child becomes an orphan at
+  // once.
   std::vector<std::string> command = apart;
   command.insert(command.end(),
                  {"/bin/sh", "-c", "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh",
@@ -169,7 +171,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   auto daemon = StartDaemon(Yaml());
   for (int life = 0; life < 3; ++life) {
     ASSERT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
-    // The client's connection is open: its end lingers in the kernel on the very port.
+    // The client's connection is open, so its end remains in the kernel on this port.
     daemon->Signal(SIGKILL);
     EXPECT_EQ(daemon->WaitForEnd(), 128 + SIGKILL);
     daemon = StartDaemon(Yaml());
@@ -177,7 +179,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
 }
 
-/// baudgate.socket: systemd listens, the first client starts the service, which is given the
+/// baudgate.socket: systemd listens, and the first client starts the service, which inherits the
 /// socket.
 TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
   const auto twin = StartTwin("io", "module", "1");
@@ -216,7 +218,7 @@ TEST_F(Process, DoesNotStartOnABadConfiguration) {
                             "      - { name: a, address: 256, unit: 1, colour: red }\n");
   const auto daemon = Start({"run", "-c", file.string()});
   EXPECT_EQ(daemon->WaitForEnd(), kBadConfiguration);
-  // All at once, each with its place.
+  // All errors are listed at once, each with its place.
   const std::string errors = daemon->Errors();
   EXPECT_THAT(errors, HasSubstr(file.string() + ":6:13: "));
   EXPECT_THAT(errors, ContainsRegex("bad.yaml:8:[0-9]+: .*256"));

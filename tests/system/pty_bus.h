@@ -1,5 +1,5 @@
-// A bus of many twins on one pty, which answer only where the port has their bit rate; and odd
-// parity where they have it: all that a pty keeps of its settings. For tests of `baudgate scan`.
+// `PtyBus` is a bus of many twins on one pty, for tests of `baudgate scan`. A twin answers only at
+// its bit rate and its odd or not odd parity: a pty stores no other settings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,13 +14,12 @@ namespace baudgate::system_test {
 
 class PtyBus {
  public:
-  /// `link`: where the pty is found.
   explicit PtyBus(const std::string& link);
   ~PtyBus();
 
-  /// Before Start.
+  /// Must be called before Start().
   void Add(const TwinWish& wish) { bus_.Add(wish); }
-  /// Another master says this again and again.
+  /// Makes another master send this telegram repeatedly.
   void Talk(const std::string& telegram) { talk_ = telegram; }
   void Start();
 

@@ -1,4 +1,4 @@
-// A reader of tags on a pty, and the whole program: registers, events, a port that goes away.
+// Tests a tag reader on a pty with the whole program: registers, events, a port that disappears.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -22,7 +22,6 @@ class ReaderOnAPty : public Station {
     EXPECT_TRUE(Eventually([&] { return !twin->Output().empty(); })) << twin->Errors();
     return twin;
   }
-  /// The tags of the log, in its order.
   std::vector<std::string> Tags() const {
     std::vector<std::string> tags;
     for (const Json& event : JsonLines(Ask({"events", "--json"}).output)) {
@@ -38,7 +37,7 @@ std::uint32_t Double(const std::vector<std::uint16_t>& registers, std::size_t at
   return std::uint32_t{registers[at]} << 16U | registers[at + 1];
 }
 
-/// Numbered tags: one snapshot shows n, n-1, n-2, and so on, and of each whole halves.
+/// Tags are numbered: one snapshot contains n, n-1, n-2 and so on, and never half a tag.
 TEST_F(ReaderOnAPty, EveryReadShowsTheLatestTagsWhole) {
   const auto daemon = StartDaemon(Yaml());
   ModbusClient client(port());

@@ -1,4 +1,4 @@
-// A gateway with three twins, whose configuration file is changed while it runs.
+// The fixture of reload tests: a gateway with three twins, whose file is changed while it runs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,6 @@ class Reload : public ThreeDevices {
   std::filesystem::path ConfirmedCopy() const {
     return directory() / "state" / gateway() / "configurations/confirmed.yaml";
   }
-  /// The second of the three lines.
   std::string WithSlowerIo() const {
     return Replaced(YamlWithSocket(), "unit: 11, poll: 200ms", "unit: 11, poll: 300ms");
   }
@@ -37,7 +36,7 @@ class Reload : public ThreeDevices {
     }
     return {};
   }
-  /// What runs is the file with the slower line, or the one before.
+  /// True if the running configuration is that of the file.
   bool RunsSlower() const {
     const auto io = Ask({"reload", "--dry-run"}).output;
     return io.find("nothing has changed") != std::string::npos;

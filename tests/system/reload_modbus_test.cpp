@@ -1,5 +1,5 @@
-// Listeners and routes that come, go and change while the gateway runs: other clients do not
-// notice, and a port that cannot be opened changes nothing.
+// Tests reloads of listeners and routes: other clients are not disturbed, and a port that cannot be
+// opened changes nothing.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -20,7 +20,6 @@ using ::testing::HasSubstr;
 
 constexpr const char* kMoreUnits = "{ units: 33-40, line: drive, remap: 1 }";
 
-/// Another program that listens there.
 class Taken {
  public:
   explicit Taken(std::uint16_t port) : acceptor_(io_, {asio::ip::address_v4::loopback(), port}) {}
@@ -152,7 +151,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackTakesListenersAndRoutesBack) {
   EXPECT_EQ(steady.Stop(), 0) << "of " << steady.asked();
 }
 
-/// The port of the trial and the confirmed one cannot be open together.
+/// The listener of the trial and the confirmed listener cannot be open together.
 TEST_F(ReloadModbus, ThatIsTakenBackOverASecondTrialHasItsPortAgain) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   ASSERT_EQ(Reload(Of({kRoute}, {At(FreePort())}), {"--confirm", "60s"}).code, 0);

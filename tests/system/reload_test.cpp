@@ -1,5 +1,5 @@
-// A changed configuration while the gateway runs: what is the same does not notice, what is bad
-// changes nothing, and what nobody confirms is taken back, also after kill -9.
+// Tests reloads: unchanged parts are not disturbed, a bad file changes nothing, and an unconfirmed
+// one is rolled back, also after kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -56,7 +56,7 @@ TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
       << "it was begun anew";
 }
 
-/// The relay is read once and then not for ten minutes.
+/// The relay is read once, and not again for ten minutes.
 TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
   const std::string yaml =
       Replaced(YamlWithSocket(), "unit: 1, poll: 200ms", "unit: 1, poll: 10min");
@@ -93,7 +93,7 @@ TEST_F(Reload, LinesComeAndGo) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// Another program has the port: two masters on a bus are none.
+/// Another program has the port: the reload must not open it, because a bus has only one master.
 TEST_F(Reload, KeepsWhatWasSetByHand) {
   StartAll(YamlWithSocket());
   ASSERT_EQ(Ask({"release", "io", "--for", "10min"}).code, 0);
@@ -183,7 +183,7 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
   EXPECT_TRUE(RunsSlower());
 }
 
-/// A reload of somebody else, or of a tool, is no confirmation.
+/// A reload by another user or a tool is no confirmation.
 TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   StartAll(YamlWithSocket());
   const auto with_slower_relay = [](const std::string& yaml) {
@@ -306,7 +306,7 @@ TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
   EXPECT_THAT(said(), HasSubstr("cannot be read: No such file"));
 }
 
-/// With the command of docs/reload.md.
+/// Uses the command of docs/reload.md.
 TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
@@ -324,13 +324,14 @@ TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
-// ---------------- A reload of a gateway to which the system gives no more, or whose file is none.
+// ---------------- A reload while the system refuses resources, or of a file that is not regular.
 
 namespace fs = std::filesystem;
 
 class ReloadLimits : public Reload {
  protected:
-  /// So many more files may be open than are now. The limit is one of numbers, not of files.
+  /// Limits the daemon to this many further open files. RLIMIT_NOFILE limits descriptor numbers,
+  /// not their count.
   void Leave(int more) const {
     const fs::path open = "/proc/" + std::to_string(daemon->id()) + "/fd";
     rlim_t number = 0;
@@ -350,7 +351,7 @@ TEST_F(ReloadLimits, WithoutDescriptorsChangesNothing) {
   StartAll(YamlWithSocket());
   SetFile(WithoutMeter());
   ASSERT_EQ(Ask({"reload"}).code, 0);
-  Leave(2);  // the command's connection and the file
+  Leave(2);  // for the command's connection and the file
   SetFile(YamlWithSocket());
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 4);
@@ -381,7 +382,7 @@ TEST_F(ReloadLimits, WithoutDescriptorsIsTakenBackAllTheSame) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// What ran is known, whatever the disk says by now.
+/// The running configuration is in memory, whatever happens on disk.
 TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());

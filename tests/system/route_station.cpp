@@ -1,4 +1,3 @@
-// Configurations with routes, and masters and slaves that are not the project's.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/route_station.h"
 
@@ -7,7 +6,7 @@
 namespace baudgate::system_test {
 namespace {
 
-/// Debian's own: python3-pymodbus is installed for no other.
+/// Debian's own Python: python3-pymodbus is installed for this one only.
 constexpr const char* kPython = "/usr/bin/python3";
 constexpr const char* kTrouble =
     "pymodbus (python3-pymodbus, python3-serial, python3-serial-asyncio) did not do its part: ";

@@ -1,4 +1,4 @@
-// Unit 20 behind the line "drive", and what its slave says.
+// The fixture of route tests: unit 20 on the line "drive", and its slave's answers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ inline constexpr const char* kRoute = "{ units: 20, line: drive }";
 
 class Routes : public RouteStation {
  protected:
-  /// Register N of every slave holds 1000 + N; writes are confirmed.
+  /// Register N of every slave contains 1000 + N; writes are confirmed.
   static std::vector<Piece> Answer(View request) {
     if (request[1] == 6) return {{0ms, Bytes(request.begin(), request.end())}};
     return {{0ms, RegistersReply(request, 1000)}};

@@ -1,5 +1,4 @@
-// Transparent routes as masters see them: exceptions of each kind, the counters, and routes that
-// are wrong.
+// Tests transparent routes as masters see them: exceptions, counters, and wrong routes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -76,7 +75,7 @@ TEST_F(Routes, AreCountedAsTheTrafficWas) {
   EXPECT_EQ(route["by_unit"][0]["ok"], kReads);
   EXPECT_EQ(route["by_unit"][1]["no_reply"], 1);
 
-  // The daemon's own start was asked for by another client, which has left or not.
+  // The client that waited for the daemon's start may still be listed.
   Json mine;
   for (const Json& peer : status["modbus"]["clients"]) {
     if (peer["requests"] == kReads + 2) mine = peer;
@@ -96,7 +95,8 @@ TEST_F(Routes, AreCountedAsTheTrafficWas) {
   EXPECT_EQ(line["bytes_in"], kReads * 7 + 5);
 }
 
-/// Registers of 32 bits, a device that limits what is written, and a write that comes back whole.
+/// Registers of 32 bits, a device that limits written values, and a reply that contains the whole
+/// write.
 TEST_F(Routes, BringOddRepliesAsTheyCame) {
   const std::map<std::string, std::string> odd = {{"03 13 89 00 01", "03 04 00 01 00 02"},
                                                   {"06 00 0D 00 6C", "06 00 0D 00 64"},
@@ -135,7 +135,7 @@ TEST_F(Routes, ThatAreWrongEndTheProgramWithTheirPlace) {
   EXPECT_THAT(run.errors, HasSubstr("did you mean 'drive'?"));
 }
 
-// ---------------- What listeners of transparent routes let through, and in which form.
+// ---------------- What listeners of transparent routes forward, and in which framing.
 
 TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
@@ -193,8 +193,7 @@ TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
   EXPECT_EQ(results[6][124], 1130);
 }
 
-// ---------------- Transparent routes with many requests and many clients at once: what waits, what
-// is answered, and what is refused.
+// ---------------- Many requests and many clients at once.
 
 TEST_F(Routes, ThatAreFullSaySo) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
@@ -279,7 +278,7 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
   EXPECT_EQ(client.Holding(50, 3, 1).values, std::vector<std::uint16_t>{1003});
 }
 
-/// Not a route: its registers are points of this gateway, in its own store.
+/// A device is no route: the registers of the server are points of this gateway.
 TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);

@@ -1,5 +1,4 @@
-// `baudgate scan` and `baudgate ask` as a user meets them: on ptys with twins of three protocols,
-// on a line of the running gateway, and where somebody else speaks.
+// Tests `baudgate scan` and `baudgate ask` on ptys, on a gateway's line, and beside another master.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -31,7 +30,7 @@ class ScanSystem : public Station {
     bus.Add({"set4tm", "set-4tm.03m", "2", k8O1});
     bus.Add({"set4tm", "set-4tm.03m", "3", k8O1});
   }
-  /// Twelve in all: two of them have one address, one has another parity.
+  /// Adds twelve twins: two of them share one address, one has another parity.
   void AddTwelve() {
     AddSix();
     bus.Add({"spabus", "spaj140c", "3", k7E1});
@@ -77,7 +76,7 @@ TEST_F(ScanSystem, ABusOfThreeProtocolsRunsAsItWasFound) {
   EXPECT_EQ(check.code, 0) << check.output << check.errors;
   EXPECT_NE(Command({"scan", bus.path(), "--config", File()}).code, 0) << "the file is there";
 
-  // The port of Modbus TCP is another one here: other tests run at the same time.
+  // Replace the port of Modbus TCP, because other tests run at the same time.
   std::string yaml = ReadWholeFile(File());
   const std::string fixed = "127.0.0.1:1502";
   ASSERT_NE(yaml.find(fixed), std::string::npos);
@@ -188,7 +187,6 @@ TEST_F(ScanGateway, ATelegramByHandGoesBetweenTwoPolls) {
   EXPECT_EQ(json["sent"], "3E 31 52 46 3A 32 31 0D");
   EXPECT_EQ(json["outcome"], "ok");
   EXPECT_THAT(read.output, HasSubstr("SPCJ 4D29"));
-  // Also to a device that is not configured.
   EXPECT_THAT(Ask(">2RF:XX").output, HasSubstr("SPAU 130 C"));
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood));
 }

@@ -1,5 +1,4 @@
-// The other direction: a serial master on a port of the gateway, mbpoll or pymodbus, reads cached
-// devices, slaves of another line, and servers elsewhere.
+// Tests a serial master (mbpoll or pymodbus) that reads cached devices, slaves and servers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -16,7 +15,7 @@ constexpr int kCachedUnit = 30;
 constexpr int kRoutedUnit = 20;
 constexpr int kServerUnit = 50;
 
-/// A master at the far end of "panel"; a cached inverter, a slave on another line, a server.
+/// A master at the far end of "panel", a cached inverter, a slave on another line, and a server.
 class SerialMaster : public RouteStation {
  protected:
   SerialMaster() {

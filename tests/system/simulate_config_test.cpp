@@ -1,4 +1,4 @@
-// `baudgate simulate -c` as a user meets it: a configuration of a plant is tried on a service.
+// Tests `baudgate simulate -c`: the configuration of a plant is tried on one machine.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -12,7 +12,6 @@ using ::testing::HasSubstr;
 
 class SimulateConfig : public Station {
  protected:
-  /// Two relays and an inverter on one line, a module behind a serial server, a meter over TCP.
   std::string Plant() const {
     return Write("plant.yaml",
                  "gateway: { name: plant }\n"
@@ -98,8 +97,7 @@ TEST_F(SimulateConfig, WhatCanNotBeMadeIsSaidWithTheWayOut) {
             kBadConfiguration);
 }
 
-// ---------------- `baudgate simulate --fault` as a user meets it: a twin that misbehaves, the
-// daemon that reads it, and what the twin says about it at its end.
+// ---------------- `baudgate simulate --fault`: a twin that misbehaves, and its summary at its end.
 
 using ::testing::ContainsRegex;
 using ::testing::Not;
@@ -125,7 +123,6 @@ class SimulateFault : public Station {
                                      "address: 1, profile: module, unit: 11, poll: 100ms",
                                      "serial: 115200 8N1"));
   }
-  /// A 32-bit counter of the status block.
   std::uint32_t Counter(int address) {
     const Registers answer = client_.Input(kFaultyUnit, address, 2);
     return answer.ok() ? static_cast<std::uint32_t>(answer.values[0] << 16 | answer.values[1]) : 0;

@@ -1,5 +1,4 @@
-// Other people's slaves behind Modbus TCP, asked by other people's masters: libmodbus, pymodbus and
-// mbpoll through routes, and cached devices on the same lines.
+// Tests independent slaves with independent masters (libmodbus, pymodbus, mbpoll) through routes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <modbus/modbus.h>
@@ -34,7 +33,6 @@ using Context = std::unique_ptr<modbus_t, FreeContext>;
 
 class Slaves : public RouteStation {
  protected:
-  /// libmodbus as master of this unit.
   Context Connect(int unit) const {
     Context context(modbus_new_tcp("127.0.0.1", port()));
     modbus_set_response_timeout(context.get(), 10, 0);
@@ -159,7 +157,6 @@ TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 30, 0, kGood));
   ASSERT_TRUE(EventuallyQuality(client, 30, 1, kGood));
-  // The line goes on polling, and the routed slave answers all the while.
   for (int i = 0; i < 20; ++i) {
     const Registers routed = client.Holding(kUnit, i, 3);
     ASSERT_TRUE(routed.ok()) << routed.exception;

@@ -1,4 +1,3 @@
-// Sets up and tears down what one system test needs.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/station.h"
 
@@ -22,13 +21,13 @@ namespace fs = std::filesystem;
 
 constexpr int kQualityOffset = 20000;
 
-/// Claims this number, whatever test processes run beside this one: for as long as the descriptor
-/// that is returned is open. Below zero: another process has it.
+/// Claims a number among all test processes, as long as the returned descriptor is open; a negative
+/// result: another process has the number.
 int Claim(const std::string& what, int number) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string name = "baudgate-test-" + what + "-" + std::to_string(number);
-  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // abstract: it is no file
+  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // an abstract socket is no file
   const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), size) == 0) return descriptor;
@@ -55,7 +54,7 @@ bool CanOpen(const std::string& port) {
   return true;
 }
 
-/// Replaces what stands behind "simulate: " at `at`: a list, a text in quotes or a word.
+/// Replaces the value behind "simulate: " at `at`: a list, a quoted text or a word.
 void ReplaceSimulate(std::string& line, std::size_t at, const FixedValues& values,
                      const std::string& point) {
   const std::size_t begin = at + std::string("simulate: ").size();
@@ -182,9 +181,8 @@ std::string Station::Line(const std::string& name, const std::string& protocol,
 }
 
 Child::Environment Station::Environment() const {
-  // Profiles of the test's directory come before those beside the binary; its control socket is not
-  // found by tests that run at the same time.
-  // Nor is its state left on the machine.
+  // Profiles in the test's directory come before those beside the binary. Control socket and state
+  // are the test's own, so that tests do not find each other's.
   return {{"BAUDGATE_MODULES", directory_.string()},
           {"XDG_RUNTIME_DIR", directory_.string()},
           {"STATE_DIRECTORY", (directory_ / "state").string()}};

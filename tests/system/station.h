@@ -1,5 +1,5 @@
-// The fixture of the system tests: a directory of its own, a free port, a DDS domain, device
-// profiles with fixed values, twins made by `baudgate simulate` and the daemon that reads them.
+// `Station` is the fixture of the system tests: a directory, a free port, a DDS domain, profiles
+// with fixed values, twins (`baudgate simulate`), and the daemon that reads them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@ namespace baudgate::system_test {
 
 using Json = nlohmann::json;
 
-/// By point: what the twin gives, as it stands behind `simulate:`.
+/// The twin's value of a point by its name, as written behind `simulate:`.
 using FixedValues = std::map<std::string, std::string>;
 
 class Station : public testing::Test {
@@ -31,8 +31,8 @@ class Station : public testing::Test {
   // ---- files
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const;
-  /// A copy of a shipped profile under another name. Points that are not given and would swing
-  /// between two values stand still at the lower one.
+  /// Copies a shipped profile under another name, with `values` fixed. Other points that would vary
+  /// between two values are fixed at the lower one.
   void PinProfile(const std::string& protocol, const std::string& shipped, const std::string& name,
                   const FixedValues& values) const;
 
@@ -41,29 +41,27 @@ class Station : public testing::Test {
   int domain() const { return domain_; }
   const std::string& gateway() const { return gateway_; }
   std::string LinkOf(const std::string& line) const { return (directory_ / line).string(); }
-  /// The control socket of WithSocket().
+  /// The control socket that WithSocket() configures.
   std::string socket() const { return LinkOf("gate.sock"); }
-  /// `yaml`, whose gateway has that socket, and `keys` besides: "state: /tmp/x, ".
+  /// Adds socket() and `keys` ("state: /tmp/x, ") to the gateway of `yaml`.
   std::string WithSocket(std::string yaml, const std::string& keys = {}) const;
-  /// Head of a configuration; lines follow.
   std::string Head(bool dds = false) const;
-  /// One line on the pty of that name, with one device "NAME-1" described by `keys`.
+  /// Returns one line on the pty of that name, with one device "NAME-1" described by `keys`.
   std::string Line(const std::string& name, const std::string& protocol, const std::string& keys,
                    const std::string& line_keys = {}) const;
 
   // ---- processes
   Child::Environment Environment() const;
   std::unique_ptr<Child> Start(std::vector<std::string> words,
-                               Child::Environment more = {}) const;  ///< of baudgate
-  Finished Command(std::vector<std::string> words) const;            ///< of baudgate
-  Finished Ask(std::vector<std::string> words) const;                ///< of baudgate, over socket()
-  /// `status --json` over socket(), of a line or a device if it is named.
+                               Child::Environment more = {}) const;  ///< runs baudgate
+  Finished Command(std::vector<std::string> words) const;            ///< runs baudgate to its end
+  Finished Ask(std::vector<std::string> words) const;  ///< runs baudgate to its end, with socket()
   Json Status(const std::string& target = {}) const;
-  /// A twin on the pty of `line`, once it can be opened.
+  /// Starts a twin on the pty of `line` and waits until the pty can be opened.
   std::unique_ptr<Child> StartTwin(const std::string& line, const std::string& profile,
                                    const std::string& address,
                                    const std::vector<std::string>& more = {}) const;
-  /// `baudgate run`, once its Modbus port answers.
+  /// Starts `baudgate run` and waits until its Modbus port answers.
   std::unique_ptr<Child> StartDaemon(const std::string& yaml) const;
 
   // ---- expectations
@@ -78,19 +76,18 @@ class Station : public testing::Test {
   std::string gateway_;
 };
 
-/// A document for each whole line.
 std::vector<Json> JsonLines(const std::string& output);
 
-/// The first child of a process; 0 while there is none.
+/// Returns 0 if there is no child.
 pid_t ChildOf(const Child& process);
 
-/// A port of loopback that nobody listens on and no other test has, below the range that the kernel
-/// gives to clients.
+/// Returns a loopback port on which nothing listens and that no other test uses, below the range
+/// from which the kernel takes client ports.
 std::uint16_t FreePort();
 
-/// A DDS domain, 1 to 99, that no other test has: another one at each call, because the gateway of
-/// the test before may still say in its domain that it ends. The domain of the call before is free
-/// again.
+/// Returns a DDS domain, 1 to 99, that no other test uses. Each call returns another domain,
+/// because the gateway of the test before may still announce its end in its domain; the domain of
+/// the call before is released.
 int FreeDomain();
 
 }  // namespace baudgate::system_test

@@ -1,4 +1,4 @@
-// A client that asks all the time on one connection, and how often it could not.
+// `SteadyClient` sends requests all the time on one connection and counts failures.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,21 +14,19 @@ namespace baudgate::system_test {
 
 class SteadyClient {
  public:
-  /// `ask`: whether it was answered as it should be.
+  /// `ask` returns whether the answer was right. It is called on the client's thread.
   SteadyClient(std::uint16_t port, std::function<bool(ModbusClient&)> ask)
       : thread_([this, port, ask = std::move(ask)] { Run(port, ask); }) {}
   ~SteadyClient() { Stop(); }
   SteadyClient(const SteadyClient&) = delete;
   SteadyClient& operator=(const SteadyClient&) = delete;
 
-  /// How often it could not.
   int Stop() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();
     return failed_;
   }
   int asked() const { return asked_; }
-  /// It has asked some more.
   bool GoesOn() const {
     return Eventually([this, until = asked() + 10] { return asked() > until; });
   }

@@ -1,5 +1,5 @@
-// A serial server whose serial port belongs to another client: it accepts every connection and ends
-// it at once, in turns with a close, a reset, and a word before it; until it is told to serve.
+// `TakenServer` is a serial server whose port another client uses: it ends every connection at
+// once, in turn by a close, a reset, and a text before the close, until Serve() is called.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,6 @@ namespace baudgate::system_test {
 
 class TakenServer {
  public:
-  /// Listens on loopback from now on.
   explicit TakenServer(std::uint16_t port);
   ~TakenServer();
   TakenServer(const TakenServer&) = delete;
@@ -25,9 +24,9 @@ class TakenServer {
   bool listening() const { return listening_; }
   std::uint16_t port() const { return port_; }
   std::size_t connections() const;
-  /// From one connection to another, counted from 0; both have been.
+  /// Returns the time between two connections, counted from 0, that have already been accepted.
   Duration Between(std::size_t first, std::size_t second) const;
-  /// From now on connections are kept, and whatever comes is sent back.
+  /// From now on, keeps connections open and echoes all bytes.
   void Serve() { serve_ = true; }
 
  private:

@@ -1,4 +1,3 @@
-// One thread that carries bytes between two ptys.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/tapped_cable.h"
 
@@ -15,7 +14,6 @@
 namespace baudgate::system_test {
 namespace {
 
-/// The bytes that were there.
 std::string PassText(int from, int to) {
   std::array<char, 1024> buffer;
   const ssize_t count = ::read(from, buffer.data(), buffer.size());

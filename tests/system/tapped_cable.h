@@ -1,5 +1,5 @@
-// A cable between the daemon and a twin that keeps what goes to the twin: what a device really was
-// told, whoever else says so. For protocols whose requests end with a carriage return.
+// `TappedCable` is a cable that records all bytes from daemon to twin. For protocols whose requests
+// end with a carriage return.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,14 +16,14 @@ namespace baudgate::system_test {
 
 class TappedCable {
  public:
-  /// `near` is what the daemon opens, `far` the twin's link.
+  /// `near` is the link that the daemon opens, `far` the twin's link.
   TappedCable(const std::string& near, const std::string& far);
   ~TappedCable();
   TappedCable(const TappedCable&) = delete;
   TappedCable& operator=(const TappedCable&) = delete;
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
-  /// In the order of the wire, without their ends.
+  /// Returns the requests in the order on the wire, without their carriage returns.
   std::vector<std::string> Requests() const;
 
  private:

@@ -1,5 +1,4 @@
-// The three reference devices with known values, each on its own line, and the gateway that reads
-// them.
+// The fixture with the three reference devices, each on a separate line with known values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +13,8 @@ constexpr int kRelayUnit = 1;
 constexpr int kModuleUnit = 11;
 constexpr int kMeterUnit = 21;
 
-/// Lines relay (SPAJ 140 C), io (MV110-8A) and meter (SET-4TM.03M). Different values everywhere, so
-/// that no point can be taken for another.
+/// Lines relay (SPAJ 140 C), io (MV110-8A) and meter (SET-4TM.03M). All values differ, so that no
+/// point can be mistaken for another.
 class ThreeDevices : public Station {
  protected:
   ThreeDevices() {
@@ -64,7 +63,7 @@ class ThreeDevices : public Station {
     meter = StartTwin("meter", "meter", "200");
   }
 
-  /// Twins, daemon, and every fast and slow value read once.
+  /// Starts twins and daemon, and waits until every fast and slow value was read once.
   void StartAll(bool dds = false) { StartAll(Yaml(dds)); }
   void StartAll(const std::string& yaml) {
     StartTwins();

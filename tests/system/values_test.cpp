@@ -1,4 +1,4 @@
-// What twins of the three reference devices give arrives at Modbus clients unchanged.
+// Tests that the values of the three reference devices' twins arrive at Modbus clients unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <modbus/modbus.h>
@@ -55,7 +55,7 @@ TEST_F(Values, StandInBothTablesWithQualityAndAge) {
             client.DiscreteInputs(kRelayUnit, 0, 15).values);
   EXPECT_THAT(client.Input(kModuleUnit, 20000, 16).values, Each(kGood));
   EXPECT_THAT(client.Holding(kModuleUnit, 20000, 16).values, Each(kGood));
-  // A value is served as good for at most three polls of 200 ms, or two cycles of a slow machine.
+  // A value is good for at most three polls of 200 ms, or two cycles of a slow machine.
   EXPECT_THAT(client.Input(kModuleUnit, 40000, 16).values, Each(Le(100)));
   EXPECT_THAT(client.DiscreteInputs(kRelayUnit, 20000, 15).values, Each(1));
 }
@@ -102,8 +102,7 @@ TEST_F(Values, ReachMbpoll) {
   EXPECT_THAT(missing.errors, HasSubstr("Illegal data address"));
 }
 
-// ---------------- Writes of a Modbus client go through the daemon to the device, and come back as
-// its values.
+// ---------------- Writes of a Modbus client reach the device and are read back as its values.
 
 constexpr int kDeviceFailure = 4;
 constexpr int kRelay = 1;
@@ -129,7 +128,7 @@ TEST_F(Writes, SettingGroupOfARelay) {
   ASSERT_TRUE(Eventually([&] { return group() == 0; }));
 
   EXPECT_EQ(client.WriteRegister(kRelay, 100, 1), kNoException);
-  // The period of its group is an hour: it is read back because it was written.
+  // The poll period of its group is an hour: it is read back because it was written.
   EXPECT_TRUE(Eventually([&] { return group() == 1; }));
   EXPECT_EQ(client.WriteRegisters(kRelay, 100, {0}), kNoException);
   EXPECT_TRUE(Eventually([&] { return group() == 0; }));
@@ -147,7 +146,6 @@ TEST_F(Writes, OutputsOfAnAnalogModule) {
   EXPECT_EQ(client.WriteRegisters(kRelay, 2, AsRegisters(7.125F)), kNoException);
   EXPECT_TRUE(EventuallyFloat(client, kRelay, 2, 7.125F));
   EXPECT_EQ(client.Float(kRelay, 0), 1.5F) << "the output beside it stays";
-  // Two outputs at once.
   std::vector<std::uint16_t> both = AsRegisters(0.5F);
   for (const std::uint16_t word : AsRegisters(9.5F)) both.push_back(word);
   EXPECT_EQ(client.WriteRegisters(kRelay, 4, both), kNoException);

@@ -1,4 +1,4 @@
-// The page, the JSON and the metrics of a gateway with twins, by HTTP.
+// Tests the page, the JSON and the metrics of a gateway with twins over HTTP.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -81,7 +81,7 @@ TEST_F(Web, ComesMovesAndGoesByReload) {
   const std::uint16_t before = std::exchange(web_, FreePort());
   SetFile(WithWeb(", token: { file: " + token + " }"));
   EXPECT_EQ(Ask({"reload"}).code, 0);
-  bool told = false;  // a beat may come behind it
+  bool told = false;  // a periodic event may follow it
   while (auto event = stream.NextEvent()) told = told || *event == "event: reload\ndata: {}";
   EXPECT_TRUE(told);
   EXPECT_FALSE(HttpClient(before).raw().connected());

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint8_t kWriterUnit = 1;
 constexpr int kOutputs = 4;
-constexpr int kForbidden = 5;  // every so many
+constexpr int kForbidden = 5;  // one of this many writes is forbidden
 
 std::string Number(int client, int number, const char* more = "") {
   char text[32];
@@ -142,10 +142,10 @@ WriteStep StepOf(int client, int number) {
       step.value = Number(client + 10, number);  // above 10 V
       break;
     case 1:
-      step.value = Number(client, number, "5");  // finer than the module
+      step.value = Number(client, number, "5");  // finer than the module's resolution
       break;
     default:
-      step.point = "safe_" + std::to_string(output);  // can only be read
+      step.point = "safe_" + std::to_string(output);  // read-only
       step.address = 20 + 2 * output;
   }
   return step;

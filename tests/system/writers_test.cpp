@@ -1,5 +1,5 @@
-// Several programs write at once to one device: each is answered once, each in its own order, the
-// device is told what the audit says it was told, and nothing that the rules forbid.
+// Tests several programs that write to one device at once: each write is answered once and in
+// order, and the device receives what the audit lists.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/writers.h"
 
@@ -18,12 +18,10 @@ namespace {
 
 constexpr const char* kAddress = "1F";
 
-/// "output_2 3.003"
 using Writes = std::vector<std::string>;
 
 class Writers : public RouteStation {
  protected:
-  /// One writer, and how much of what it was told.
   struct Part {
     std::unique_ptr<Writer> writer;
     std::vector<WriteStep> steps{};
@@ -61,7 +59,7 @@ class Writers : public RouteStation {
   }
 
 #ifdef CYCLONE_WRITER
-  /// What it was told, in place of whether it was told anything.
+  /// Turns the client's output into an exit code: 0 confirmed, 1 denied, 2 no answer.
   RunOnce Cyclone() const {
     return [this, seq = 0](const WriteStep& step) mutable {
       Finished asked = RunToEnd({CYCLONE_WRITER, "--domain", std::to_string(domain()), "--gateway",
@@ -77,9 +75,9 @@ class Writers : public RouteStation {
   }
 #endif
 
-  /// All at once. The first `quick` go on until the others have done their `count` writes.
+  /// Runs all writers. The first `quick` ones continue until the others have done `count` writes.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
-    constexpr int kMost = 999;  // what the digits of a value can count
+    constexpr int kMost = 999;  // the largest number that fits into the digits of a value
     std::latch start(std::ssize(parts));
     std::atomic<std::size_t> slow = parts.size() - quick;
     std::vector<std::thread> threads;
@@ -103,12 +101,12 @@ class Writers : public RouteStation {
     for (std::thread& thread : threads) thread.join();
   }
 
-  /// What the module was told: "#1F2+03.003" is "output_2 3.003".
+  /// Returns the writes on the wire: "#1F2+03.003" is "output_2 3.003".
   static Writes OnTheWire(const TappedCable& cable) {
     const std::string begin = std::string("#") + kAddress;
     Writes writes;
     for (const std::string& request : cable.Requests()) {
-      // A reading of all inputs is no more than its address.
+      // a request without a value is a read of all inputs
       if (!request.starts_with(begin) || request.size() == begin.size()) continue;
       std::string value = request.substr(begin.size() + 2);
       value.erase(0, value[0] == '0' ? 1 : 0);
@@ -167,7 +165,7 @@ TEST_F(Writers, OfEveryKindAtOnce) {
   RunAll(parts, kQuick, kCount);
 
   int forbidden = 0;
-  std::map<std::string, Writes> allowed;  // by the digit before the point
+  std::map<std::string, Writes> allowed;  // by the digit before the decimal point
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
     const std::string name = part.writer->name();

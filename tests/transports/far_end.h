@@ -1,5 +1,4 @@
-// What transport tests share: a listener that records, the far end of a wire, and waiting for
-// events (never for time) on the loop that both run on.
+// Shared by transport tests: a recording listener, the far end of a wire, and waiting for events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,8 @@
 
 namespace baudgate::test {
 
-/// Runs the loop until the condition holds. The limit only keeps a broken test from hanging.
+/// Runs the loop until the condition holds. Returns false after 20 s, so that a broken test does
+/// not hang.
 inline bool RunUntil(asio::io_context& io, const std::function<bool()>& condition) {
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (!condition()) {
@@ -29,7 +29,7 @@ inline bool RunUntil(asio::io_context& io, const std::function<bool()>& conditio
   return true;
 }
 
-/// Runs everything that is ready now, several rounds: what should not happen had its chance.
+/// Runs everything that is ready now, before a test checks that an event did not happen.
 inline void RunReady(asio::io_context& io) {
   for (int round = 0; round < 10; ++round) {
     io.restart();
@@ -58,7 +58,7 @@ class Recorder : public transports::TransportListener {
   std::function<void()> on_lost;
 };
 
-/// The device's side of the wire: reads all the time once started, writes when told.
+/// The device's side of the wire: after Start() it reads continuously, and it writes on Write().
 template <typename Stream>
 class FarEnd {
  public:
@@ -73,7 +73,7 @@ class FarEnd {
   Stream& stream() { return state_->stream; }
   const Bytes& received() const { return state_->received; }
   bool ended() const { return static_cast<bool>(state_->end); }
-  /// Why reading ended: eof, or connection_reset.
+  /// The reason why reading ended: eof or connection_reset.
   const std::error_code& end() const { return state_->end; }
 
  private:
@@ -103,7 +103,7 @@ inline Bytes AllBytes() {
   return bytes;
 }
 
-/// Calls `check` with every way to cut `whole` into pieces; for short sequences only.
+/// Calls `check` with every fragmentation of `whole`; for short sequences only.
 inline void EachFragmentation(const Bytes& whole,
                               const std::function<void(const std::vector<Bytes>&)>& check) {
   const unsigned cuts = static_cast<unsigned>(whole.size()) - 1;

@@ -1,4 +1,4 @@
-// When a port is tried again, on a real folder.
+// Tests when a port is tried again, on a real folder.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/port_keeper.h"
 
@@ -94,7 +94,7 @@ TEST_F(PortKeeperTest, OneTroubleIsOneNews) {
   EXPECT_TRUE(keeper_->OnDown("busy"));
 }
 
-/// It may refuse, reset and close in turns, and accepts now and then without serving.
+/// Such a server may refuse, reset and close in turn, and sometimes accept without serving.
 TEST_F(PortKeeperTest, ATroubleOfAServerIsNewsOnceUntilItHasWorked) {
   Keep("tcp://127.0.0.1:1");
   EXPECT_TRUE(keeper_->OnDown("closed"));
@@ -145,7 +145,7 @@ TEST_F(PortKeeperTest, NothingIsTriedAfterItsEnd) {
   EXPECT_EQ(Tries(), 0);
 }
 
-// ---------------- Exclusive opening, and the sentences that users read when it fails.
+// ---------------- Exclusive opening, and the messages when it fails.
 
 bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -179,7 +179,7 @@ TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
   ASSERT_FALSE(second.ok());
   EXPECT_TRUE(Contains(second.error(), "in use by another line of this gateway")) << second.error();
 
-  // The locks can go long before the descriptor does.
+  // The locks can be released long before the descriptor is closed.
   ReleaseLocks(*first);
   const auto third = OpenExclusive(pty->slave_path());
   EXPECT_TRUE(third.ok());
@@ -187,7 +187,7 @@ TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
   close(*first);
 }
 
-/// Another program that has the port locked until it is told to end.
+/// Another process that has the port locked until it is stopped.
 class Holder {
  public:
   explicit Holder(const std::string& port) {
@@ -230,7 +230,7 @@ TEST(OpenExclusive, HolderIsNamedAndItsEndFreesThePort) {
   close(*fd);
 }
 
-// ---------------- Which news of a port are heard, on real folders and links, and which are none.
+// ---------------- Which changes of a folder count as news of a port, on real folders and links.
 
 class PortWatchTest : public testing::Test {
  protected:
@@ -250,7 +250,7 @@ class PortWatchTest : public testing::Test {
     });
     ASSERT_TRUE(watch_->Start());
   }
-  /// inotify delivers before the call that caused it returns: what is not there now never comes.
+  /// inotify delivers at once, so later events need no waiting.
   int News() {
     test::RunReady(io_);
     return std::exchange(news_, 0);
@@ -320,7 +320,7 @@ TEST_F(PortWatchTest, TheTargetOfALinkIsWatchedToo) {
   Make(folder_ / "ttyUSB1");
   EXPECT_EQ(News(), 0);
 
-  // The adapter is plugged in elsewhere: from now on the other number counts.
+  // The adapter is plugged in at another place: from now on the new number counts.
   fs::remove(link);
   fs::create_symlink("../ttyUSB1", link);
   EXPECT_EQ(News(), 1);
@@ -367,17 +367,17 @@ TEST_F(PortWatchTest, WhatCanNotBeWatchedIsSaid) {
   EXPECT_FALSE(proc.watching());
 }
 
-// ---------------- A port whose driver blocks, and what its owner on the other thread hears of it.
+// ---------------- A port whose driver blocks, and the events that its owner gets.
 
 using test::RunReady;
 using test::RunUntil;
 
-/// What the test and the driver say to each other.
+/// Synchronises the test with the blocking driver.
 struct Driver {
   std::promise<void> called;
   std::promise<void> answers;
   std::future<void> answer = answers.get_future();
-  std::size_t brings = 0;  ///< bytes, once it is open
+  std::size_t brings = 0;  ///< bytes that arrive once the port is open
   std::promise<void> brought;
 };
 

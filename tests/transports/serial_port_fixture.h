@@ -1,4 +1,4 @@
-// A serial port on a pty: what is at the far end, and what the listener has heard.
+// The fixture of serial port tests: a port on a pty, its far end, and a recording listener.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Bytes over a serial port, both ways, over real ptys.
+// Tests sending and receiving over a serial port, on real ptys.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST_F(SerialPortTest, SendsMoreThanTheDriverTakesAtOnce) {
   EXPECT_EQ(far_->received(), much);
 }
 
-/// A pty says that nothing waits although the other side has read nothing.
+/// A pty reports an empty output queue although the far end has read nothing.
 TEST_F(SerialPortTest, WhatIsOutIsNotTakenBackByAReset) {
   stalled_ = true;
   Plug();
@@ -55,7 +55,7 @@ TEST_F(SerialPortTest, WhatIsOutIsNotTakenBackByAReset) {
   EXPECT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 1000; }));
 }
 
-// ---------------- How a serial port is opened and closed, over real ptys.
+// ---------------- Opening and closing a serial port, on real ptys.
 
 TEST_F(SerialPortTest, ClosesAndOpensAgainAndAgain) {
   for (int round = 0; round < 20; ++round) {
@@ -128,8 +128,7 @@ TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
   Open();
 }
 
-// ---------------- The settings of an open serial port, over real ptys: parity in software,
-// switching, and what is impossible.
+// ---------------- The settings of an open serial port, on real ptys.
 
 TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
   serial_.software_parity = true;
@@ -150,12 +149,13 @@ TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
   EXPECT_EQ(port_->Counters().parity, 0U) << "counted since the port was opened";
 }
 
-/// `stty sane`, ModemManager, brltty: whoever may open the port.
+/// Other programs are `stty sane`, ModemManager, brltty, or any other that may open the port.
 TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
   Open();
   EXPECT_EQ(port_->Restore(), std::nullopt);
   termios sane{};
-  const int far = far_->stream().native_handle();  // the kernel takes both ends for the same
+  // The kernel has one set of settings for both ends.
+  const int far = far_->stream().native_handle();
   ASSERT_EQ(::tcgetattr(far, &sane), 0);
   sane.c_lflag |= ICANON | ECHO | ISIG;
   sane.c_iflag |= ICRNL | IXON;
@@ -229,8 +229,7 @@ TEST_F(SerialPortTest, ImpossibleSettingsFailTheOpen) {
   EXPECT_NE(listener_.failures[0].find("software parity"), std::string::npos);
 }
 
-// ---------------- A serial port whose far end reads nothing, over real ptys: what is dropped, and
-// when the port is lost.
+// ---------------- A serial port whose far end reads nothing, on real ptys.
 
 TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
   Open();
@@ -242,7 +241,7 @@ TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
   EXPECT_FALSE(port_->is_open());
 }
 
-/// It stays stopped after that program has ended, and while the far end is open.
+/// The output stays stopped after the other program has ended, as long as the far end is open.
 TEST_F(SerialPortTest, AnOutputThatAnotherProgramHasStoppedGoesOn) {
   const auto stop = [this] {
     const int other = ::open(link_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -269,7 +268,7 @@ class StalledPort : public SerialPortTest {
     Plug();
     Open();
   }
-  /// What the far end reads up to this text.
+  /// Returns the bytes that the far end reads, up to this text.
   std::string ReadUntil(const std::string& end) {
     far_->Start();
     std::string text;
@@ -279,12 +278,12 @@ class StalledPort : public SerialPortTest {
     }));
     return text;
   }
-  /// More than a pty takes: the rest is in our own queue.
+  /// More than a pty takes: the rest stays in the port's own queue.
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// The kernel keeps for the far end of a pty what it has room for there (see serial_settings.h);
-/// neither the driver's queue nor ours may follow when the far end reads again.
+/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h). The rest
+/// in the driver's and the port's queues must not follow.
 TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
   port_->Send(much_);
   test::RunReady(io_);
@@ -327,7 +326,7 @@ TEST_F(StalledPort, ThatSaysSomethingIsNotLost) {
   EXPECT_TRUE(listener_.losses.empty());
 }
 
-/// Silent devices are no reason to think ill of the port.
+/// A silent device is no sign of a bad port.
 TEST_F(SerialPortTest, DropsNothingThatHasGoneOut) {
   Open();
   for (int round = 1; round <= 20; ++round) {
@@ -341,7 +340,7 @@ TEST_F(SerialPortTest, DropsNothingThatHasGoneOut) {
   EXPECT_TRUE(port_->is_open());
 }
 
-// ---------------- A serial port that is unplugged and comes back, over real ptys.
+// ---------------- A serial port that is unplugged and comes back, on real ptys.
 
 TEST_F(SerialPortTest, UnplugIsReportedOnce) {
   Open();
@@ -373,7 +372,7 @@ TEST_F(SerialPortTest, ComesBackAfterReplug) {
 TEST_F(SerialPortTest, AHangUpWhileSendingIsReportedOnce) {
   Open();
   pty_->Unplug();
-  far_->stream().close();  // the kernel has hung up; we have not looked yet
+  far_->stream().close();  // the kernel has hung up, but the port has not noticed yet
   port_->Send(ToBytes("request"));
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   test::RunReady(io_);
@@ -390,7 +389,7 @@ TEST_F(SerialPortTest, WhatCameBeforeTheHangUpIsHeardOrLostButEndsTheSame) {
   EXPECT_FALSE(port_->is_open());
 }
 
-/// A stable name, as in /dev/serial/by-id: the adapter comes back under another number.
+/// The link is a stable name, as in /dev/serial/by-id: the adapter comes back under another number.
 TEST_F(SerialPortTest, ALinkIsFollowedAnewAtEachOpen) {
   Open();
   const std::string first = pty_->slave_path();

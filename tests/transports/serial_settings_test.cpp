@@ -1,4 +1,4 @@
-// Settings on real ptys, and the judgement about what a driver reads back.
+// Tests settings on real ptys, and the comparison with what a driver reads back.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/serial_settings.h"
 
@@ -40,7 +40,7 @@ class SerialSettingsOnPty : public testing::Test {
 };
 
 TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
-  // The C library's tcsetattr fails the second time.
+  // The C library's tcsetattr would fail the second time.
   for (int round = 0; round < 3; ++round) {
     const PtySlave slave(*pty_);
     const Status set = ApplySerialSettings(slave.fd, k7E1, "pty");
@@ -123,7 +123,7 @@ TEST(CompareSettings, RoundingOfTheDividerIsFine) {
                   .ok());
 }
 
-/// What a driver cannot do it leaves out of its answer, as Linux wants it.
+/// Linux demands that a driver leaves unsupported settings out of its answer.
 TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
   config::Rs485 asked;
   asked.enabled = true;

@@ -1,6 +1,6 @@
-// How the errors of a dying tty end a session (once, at once, from reading as from writing), and
-// what becomes of bytes that the stream does not take. The stream is a fake, because a pty does not
-// know all of it.
+// Tests how errors of a dying tty end a session (once and at once, from reading or writing), and
+// what happens to bytes that the stream does not take. The stream is a fake, because a pty cannot
+// produce all these errors.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/stream_pump.h"
 
@@ -26,7 +26,7 @@ using Handler = std::function<void(const std::error_code&, std::size_t)>;
 
 struct Wire {
   Handler reading;
-  std::function<void(const std::error_code&)> waiting;  // for room
+  std::function<void(const std::error_code&)> waiting;  // waits for room
   std::size_t room = 0;
   std::error_code write_error;
   Bytes written;
@@ -64,7 +64,7 @@ class FakeStream {
 class SessionTest : public testing::Test {
  protected:
   SessionTest() { session_->Start(); }
-  /// Handlers hold the session, as those of a real stream do until it is closed.
+  /// Handlers refer to the session, as those of a real stream do until it is closed.
   ~SessionTest() override {
     wire_->reading = {};
     wire_->waiting = {};
@@ -98,7 +98,7 @@ TEST_F(SessionTest, WritesInPiecesAsThereIsRoom) {
   EXPECT_EQ(AsText(wire_->written), "firstsecondthird") << "at once";
 }
 
-/// A start that has been given up must not go out when there is room again.
+/// A start command that has been given up must not be sent when there is room again.
 TEST_F(SessionTest, WhatIsDroppedIsNeverWritten) {
   session_->Send(ToBytes("start"));
   session_->Send(ToBytes("more"));
@@ -122,7 +122,7 @@ TEST_F(SessionTest, TheRestOfARequestIsDroppedToo) {
   EXPECT_TRUE(ends_.empty());
 }
 
-/// As a pty after TCOFLUSH: there is room, and the wait for it does not end.
+/// The stream behaves like a pty after TCOFLUSH: there is room, but the wait for room does not end.
 TEST_F(SessionTest, RoomThatNobodyTellsOfIsUsed) {
   session_->Send(ToBytes("start"));
   session_->DropUnsent();
@@ -173,15 +173,15 @@ TEST_P(DyingPort, IsLostByWaitingForRoom) {
   EXPECT_EQ(ends_[0], GetParam());
 }
 
-/// Read 0 is end of file to asio.
+/// asio reports a read of 0 bytes as end of file.
 INSTANTIATE_TEST_SUITE_P(Errors, DyingPort,
                          testing::Values(std::error_code(asio::error::eof),
                                          std::error_code(EIO, std::system_category()),
                                          std::error_code(ENODEV, std::system_category()),
                                          std::error_code(ENXIO, std::system_category())));
 
-// ---------------- Closing away from the caller: nothing is lost, and a close that does not return
-// holds up nobody.
+// ---------------- Closing in another thread: no close is lost, and a close that does not return
+// blocks nothing else.
 
 struct Pipe {
   Pipe() {
@@ -191,7 +191,6 @@ struct Pipe {
     writing = ends[1];
   }
   ~Pipe() { close(reading); }
-  /// Blocks until the writing end is closed.
   bool SeesEnd() const {
     char byte = 0;
     return read(reading, &byte, 1) == 0;
@@ -200,8 +199,8 @@ struct Pipe {
   int writing = -1;
 };
 
-/// A TCP connection whose close() waits for a peer that does not read: what a serial driver does
-/// with output that flow control holds back.
+/// A TCP connection whose close() waits for a peer that does not read. A serial driver does the
+/// same with output that flow control holds back.
 struct Stuck {
   Stuck() {
     const int listener = socket(AF_INET, SOCK_STREAM, 0);
@@ -256,7 +255,7 @@ TEST(CloseElsewhere, WaitsForAThreadWhenAllAreStuck) {
 // ---------------- Whether clients can reach a listening socket.
 
 using asio::ip::tcp;
-/// Binds to an address that the machine does not have, as if it had left.
+/// Binds to an address that the machine does not have, as if the address had been removed.
 using FreeBind = asio::detail::socket_option::boolean<IPPROTO_IP, IP_FREEBIND>;
 
 std::string TroubleAt(const char* address) {
@@ -279,7 +278,7 @@ TEST(ListenSocket, NamesAnAddressThatHasLeftTheMachine) {
             "clients come in again when it is back");
 }
 
-// ---------------- Which transport a line gets.
+// ---------------- The choice of a line's transport.
 
 TEST(MakeTransport, FormOfThePortDecides) {
   asio::io_context io;

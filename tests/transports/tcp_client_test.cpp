@@ -1,4 +1,4 @@
-// The TCP transport against a serial server on the loopback interface.
+// Tests the TCP transport with a serial server on the loopback interface.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/tcp_client.h"
 
@@ -96,7 +96,7 @@ TEST_F(TcpClientTest, ResolvesNames) {
 }
 
 TEST_F(TcpClientTest, UnknownNameIsAFailure) {
-  // Empty labels: the resolver says no without asking the network.
+  // Empty labels: the resolver refuses the name without a network request.
   Make("tcp://no..such..host:4001");
   client_->Open();
   ASSERT_TRUE(WaitForFailure());
@@ -142,7 +142,7 @@ TEST_F(TcpClientTest, CloseAndOpenCyclesAreClean) {
     client_->Close();
     EXPECT_FALSE(client_->is_open());
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); })) << "the server sees the end";
-    // A plain end would leave the kernel sending what it still holds.
+    // After an orderly close the kernel would still send the bytes that it holds.
     EXPECT_EQ(first.end(), asio::error::connection_reset);
   }
   EXPECT_TRUE(listener_.losses.empty());
@@ -208,7 +208,6 @@ TEST_F(TcpClientTest, SettingsCanNotBeSwitchedFromHere) {
   EXPECT_NE(applied.error().find("serial server"), std::string::npos);
 }
 
-/// The client's own end of the connection, found among this process's descriptors.
 int ClientDescriptor(std::uint16_t server_port) {
   for (int fd = 3; fd < 256; ++fd) {
     sockaddr_in peer{};
@@ -227,7 +226,7 @@ int Queued(int fd, unsigned long which) {
   return count;
 }
 
-/// The connection of a server that reads nothing: as much as its kernel takes, and then more.
+/// The connection to a server that reads nothing is filled with more bytes than the kernels take.
 class StalledServer : public TcpClientTest {
  protected:
   StalledServer() {
@@ -243,7 +242,6 @@ class StalledServer : public TcpClientTest {
     EXPECT_GE(Queued(fd, SIOCOUTQNSD), 100'000);
     EXPECT_TRUE(listener_.losses.empty());
   }
-  /// Everything that the server reads, now that it does again.
   std::size_t ReadOfFirst(FarServer& first) {
     first.Start();
     EXPECT_TRUE(test::RunUntil(io_, [&] { return first.ended(); }));
@@ -308,8 +306,8 @@ TEST_F(StalledServer, IsDrainedWhenTheServerHasTakenAll) {
   EXPECT_TRUE(client_->is_open());
 }
 
-/// A device may be silent while its serial server is well: the connection stays, whether the
-/// server's kernel acknowledges at once or a little later.
+/// A device may be silent although its serial server works: the connection stays if the server's
+/// kernel acknowledges, at once or later.
 TEST_F(TcpClientTest, AServerThatHasTheRequestKeepsItsConnection) {
   Open();
   const int fd = ClientDescriptor(number_);
@@ -345,7 +343,7 @@ TEST_F(TcpClientTest, ADeadPeerIsNoticedWithinSeconds) {
   EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 15'000);
 }
 
-// ---------------- tcp://host:port as users write it, right and wrong.
+// ---------------- The notation tcp://host:port, right and wrong.
 
 void ExpectAddress(const char* text, const char* host, int port) {
   const auto address = ParseTcpPort(text);
@@ -379,10 +377,10 @@ TEST(TcpAddress, OnlyTheSchemeDecides) {
   EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
 }
 
-// ---------------- Look-ups that hang, and who does not wait for them.
+// ---------------- Look-ups that hang must not delay others.
 
-/// A name server that never answers for hosts named "dead…" until it is told to; others are this
-/// machine.
+/// A name server that does not answer for hosts named "dead…" until `revive` is set; other hosts
+/// are this machine.
 struct NameServer {
   std::promise<void> revive;
   std::shared_future<void> revived = revive.get_future().share();
@@ -403,7 +401,7 @@ class NamesTest : public testing::Test {
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
   bool WaitForAsked(int dead) {
-    // The look-ups run in other threads, whose beginning wakes nobody.
+    // A look-up starts in another thread, which does not wake this loop: post something.
     return WaitFor([&] {
       asio::post(io_, [] {});
       return server_->asked_dead >= dead;
@@ -465,7 +463,7 @@ TEST_F(NamesTest, GivenUpHostsMakeRoom) {
   EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
 }
 
-/// Threads are bounded however many hosts hang: 16, of which 12 are given up.
+/// The number of threads is limited, however many hosts hang: 16, of which 12 are given up.
 TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
   constexpr std::size_t kMost = HostNames::kMostAwaited + HostNames::kMostHanging;
   for (std::size_t i = 0; i < kMost; ++i) {
@@ -479,7 +477,6 @@ TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
   EXPECT_EQ(server_->asked, static_cast<int>(kMost));
 }
 
-/// The whole way, on one loop as lines share it.
 TEST_F(NamesTest, ADeadNameServerDelaysNoOtherLine) {
   asio::ip::tcp::acceptor acceptor(io_,
                                    asio::ip::tcp::endpoint(asio::ip::address_v4::loopback(), 0));

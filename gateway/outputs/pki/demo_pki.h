@@ -29,8 +29,8 @@ struct Issued {
 /// As `openssl smime -sign -text` does. Returns the text of a .p7s file.
 Result<std::string> SignDocument(const Issued& authority, const std::string& xml);
 
-// What an identity may do. Governance and Permissions return the two documents of DDS Security:
-// what is protected, and who may do what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
+// `Part` says what an identity may do. Governance and Permissions return the two documents of DDS
+// Security: what is protected, and who may do what. Source: DDS Security 1.1, 9.4.1.2 and 9.4.1.3.
 enum class Part {
   publish,    ///< a gateway: publishes all topics but write requests, which it subscribes
   subscribe,  ///< a subscriber: subscribes baudgate/*, publishes nothing
@@ -49,7 +49,7 @@ struct DemoPkiOptions {
   std::vector<std::string> gateways;  ///< names
   int subscribers = 0;                ///< may subscribe only; numbered after those that exist
   int writers = 0;  ///< may publish baudgate/write as well; numbered after those that exist
-  /// Of identities and permissions; a new authority is valid longer.
+  /// Validity of identities and permissions; a new authority is valid longer.
   Duration validity = kDemoValidity;
 };
 

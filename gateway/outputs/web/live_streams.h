@@ -68,7 +68,7 @@ class LivePoints {
   /// Channels: one for all points, and one for each device that is viewed.
   static constexpr std::size_t kMostKinds = 32;
 
-  /// Both must outlive this object. `events` null: there are no alarms.
+  /// `store` and `events` must outlive this object. `events` null: there are no alarms.
   LivePoints(bus::PointStore& store, const events::EventSource* events)
       : store_(store), events_(events) {}
   ~LivePoints() { Drop(); }

@@ -1,12 +1,10 @@
-// An alarm as in ISA 18.2: a person has to know of it, even when it is over. docs/events.md has the
-// states for users.
+// An alarm after ISA 18.2: a person has to acknowledge it, even if its cause is over.
+// docs/events.md describes the states for users.
 //
 //   normal ─raise→ active ─acknowledge→ acknowledged ─clear→ normal
 //                  active ─clear→ returned ─acknowledge→ normal
 //
-// If a device reports "on" twice, its "off" was lost: the alarm is raised again.
-//
-// AlarmBoard shows outputs the alarms that are on the disk.
+// If a device reports "on" twice, its "off" was lost, so the alarm is raised again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,12 +22,12 @@
 
 namespace baudgate::events {
 
-/// The numbers are users'.
+/// The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
-  normal = 0,        ///< no longer kept
-  active = 1,        ///< and not acknowledged
-  acknowledged = 2,  ///< and active
-  returned = 3,      ///< over, and not acknowledged
+  normal = 0,        ///< the alarm is deleted from the file
+  active = 1,        ///< active, not acknowledged yet
+  acknowledged = 2,  ///< active and acknowledged
+  returned = 3,      ///< no longer active, not acknowledged yet
 };
 std::string_view Name(AlarmState state);  ///< "returned"
 constexpr bool IsActive(AlarmState state) {
@@ -39,23 +37,24 @@ constexpr bool IsUnacknowledged(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::returned;
 }
 
-/// What an event does to its alarm, which is named by line, device and the event's subject.
+/// What an event does to its alarm. The alarm's key is line, device and EventRecord::subject.
 struct AlarmMark {
   enum class Step : std::uint8_t {
     none,
     raise,
     clear,
-    pulse,  ///< raised and over at once
+    pulse,  ///< raises and clears in one event, for an event without an end
     acknowledge,
-    priority,  ///< it is another one from now on
+    priority,  ///< changes the priority of an active alarm
   };
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// The first state known since the start: it is an event only if the kept state differs.
+  /// The first state known since the start. Such an event is dropped if the stored alarm already
+  /// has this state.
   bool first = false;
-  std::string by{};      ///< who acknowledges
-  std::int64_t seq = 0;  ///< acknowledges only the alarm that this event has raised; 0: any
+  std::string by{};      ///< the person who acknowledges
+  std::int64_t seq = 0;  ///< only the alarm that this event has raised; 0: any alarm
 };
 
 using AlarmKey = std::tuple<std::string, std::string, std::string>;
@@ -63,50 +62,50 @@ using AlarmKey = std::tuple<std::string, std::string, std::string>;
 struct Alarm {
   std::string line;
   std::string device;
-  std::string name;   ///< "current_l1 above 5"; of an event of the device "channel:code"
-  std::string point;  ///< empty: of the device
+  std::string name;   ///< "current_l1 above 5"; for an event of the device "channel:code"
+  std::string point;  ///< empty: the alarm concerns the whole device
   AlarmState state = AlarmState::normal;
   config::AlarmPriority priority = config::AlarmPriority::medium;
-  std::int64_t seq = 0;  ///< the event that has raised it
-  WallTime raised{};     ///< device_time of that event
-  WallTime changed{};    ///< the state, by the gateway's clock
-  std::string text;      ///< of that event
-  std::string by;        ///< who acknowledged it last
+  std::int64_t seq = 0;  ///< number of the event that has raised the alarm
+  WallTime raised{};     ///< device_time of the raising event
+  WallTime changed{};    ///< last change of the state, by the gateway's clock
+  std::string text;      ///< text of the raising event
+  std::string by;        ///< the person who acknowledged the alarm last
 
   AlarmKey key() const { return {line, device, name}; }
 };
 
-/// Its name for users: "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if it is of no line.
+/// Returns "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
 std::string PlaceOf(const Alarm& alarm);
 
 struct EventRecord;
 
 struct AlarmChange {
   bool counts = true;            ///< false: the event is dropped
-  std::optional<Alarm> alarm{};  ///< the new state; empty: as before
+  std::optional<Alarm> alarm{};  ///< the changed alarm; empty: the alarm has not changed
 };
-/// `before`: null if it is normal. `event` has its number.
+/// Applies an event to its alarm. `before`: null if the alarm is normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
-// The alarms as they are on the disk, for outputs, which never wait for the disk. Each change has a
-// version, so an output that has come to one gets the newer ones. From any thread.
+// `AlarmBoard` holds the alarms as they are on the disk, so outputs need not wait for the disk.
+// Each change gets a version number; an output passes the last version that it has read.
+// Thread-safe.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged
 //   Take(2)   → a acknowledged
-//
 class AlarmBoard {
  public:
-  /// The most alarms that are known; beyond it the oldest normal ones are forgotten.
+  /// Limit of the alarms; above it, the oldest normal alarm is removed.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< as it is now; may be normal
+    Alarm alarm{};  ///< may be normal
   };
-  /// Alarms that have changed after version `after`, in order of their versions.
+  /// Returns alarms that have changed after version `after`, sorted by version.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 
  private:

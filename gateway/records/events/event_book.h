@@ -1,21 +1,20 @@
-// Events that are not on the disk yet: the writing thread takes them from here, and they wait here
-// while the disk fails. Gives out the numbers, and recognises a batch that comes twice. No thread,
-// no lock, no disk: gateway/records/events/event_log.h has them.
+// `EventBook` holds events that are not on the disk yet. The writing thread takes them from here;
+// while the disk fails, they wait here. `EventBook` assigns the event numbers and detects a batch
+// that a device sends twice. It has no thread, no lock and no disk:
+// gateway/records/events/event_log.h provides these.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
-//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last batch that was
-//                                        kept of this source said the same
-//   Kept()    → {"bay-1", "feeder-2"}    it may be asked for more
+//   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last stored batch of
+//                                        this source has the same text
+//   Kept()    → {"bay-1", "feeder-2"}    the device may be asked for more events
 //
-// Bounded: a source is not asked again before its batch is kept, so at most one of each waits. The
-// gateway's own events have no source that could be made to wait: they are limited by their shares,
-// and by a limit for all.
+// The size is bounded: a source is not asked again before its batch is stored, so at most one batch
+// of each source waits. The gateway's own events have no source that could be made to wait. They
+// are limited by `Shares` for each kind, and by kMostOwn for all.
 //
-// Alarms are kept in three states: `alarms_` are on the disk, `after_.alarms` are changed by the
-// transaction that is being written, `expected_` by that and by all that waits. For outputs there
-// is gateway/records/events/alarm.h.
-//
-// Shares limits events of one kind, and SourceNumbers keeps the names of sources.
+// Alarms have three states: `alarms_` are on the disk, `after_.alarms` are changes of the
+// transaction that is being written, and `expected_` are changes of that transaction and of all
+// batches that wait. Outputs use AlarmBoard in gateway/records/events/alarm.h instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -34,27 +33,29 @@
 
 namespace baudgate::events {
 
-// How many events of one kind are kept: a kind is one code of one device, port or point. One that
-// flaps must not crowd out the others. Twenty at once, then one a minute. The rest is left out,
-// except the last one, so that the log ends with the present state: it is kept in its minute, or as
-// soon as the state has settled, which takes two seconds, and twice as long each time.
+// `Shares` limits how many events of one kind are stored, so that an input that flaps does not
+// crowd out other events. A kind is one code of one device, port or point. Twenty events are stored
+// at once, then one a minute. The others are left out, except the last event, so that the log ends
+// with the present state. The last event is stored when the next minute permits it, or when no
+// event of its kind has come for the settling time: 2 s at first, doubled each time up to a minute.
 //
-//   61 x tripped, reset within seconds     20 of them
-//   2 s later                              "40 events like the next left out", and the last
+//   61 x tripped, reset within seconds     20 of them are stored
+//   2 s later                              "40 events like the next left out", and the last event
 class Shares {
  public:
   static constexpr int kAtOnce = 20;
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// False: it is left out. `room`: whether there is room at all.
+  /// Returns false if the event is left out. `room`: the book has room for it.
   bool Take(const EventRecord& record, bool room, Instant now);
-  /// One that was taken is on the disk: the number of each kind that may wait is limited.
+  /// Call this when an accepted event is on the disk: the number of waiting events of a kind is
+  /// limited.
   void OnKept(const EventRecord& record);
-  /// Returns what may be kept by now of those that were left out: their number, then the last of
-  /// them. `all`: at the end of the program.
+  /// Returns what may be stored now of the left-out events: for each kind an event with their
+  /// count, then the last left-out event. `all`: for all kinds, at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
-  /// When there may be some; empty: none was left out.
+  /// Returns when TakeLeftOut may return events; empty: no event was left out.
   std::optional<Instant> NextAt() const;
 
   std::uint64_t left_out() const { return left_out_; }  ///< since the start
@@ -63,10 +64,10 @@ class Shares {
   using Key = std::tuple<std::string, std::string, std::uint32_t, std::string>;
   struct Share {
     int left = kAtOnce;
-    Instant filled{};  ///< when `left` last became more
-    int waiting = 0;   ///< for the disk
+    Instant filled{};  ///< when `left` last increased
+    int waiting = 0;   ///< events that wait for the disk
     std::uint64_t left_out = 0;
-    WallTime since{};  ///< of the first of them
+    WallTime since{};  ///< time of the first left-out event
     EventRecord last{};
     Instant last_at{};
     Duration settles = kSettles;
@@ -80,22 +81,21 @@ class Shares {
   std::uint64_t left_out_ = 0;
 };
 
-using Source = std::uint32_t;  ///< a device, as in the point store
+using Source = std::uint32_t;  ///< index of a device in the point store
 inline constexpr Source kGateway = ~Source{0};
 
-/// Line and device. A reload gives a source another number, so what is remembered of it, here and
-/// in the file, goes by its name.
+/// Line and device. Stored data refers to a source by this name, because a reload changes numbers.
 using SourceName = std::pair<std::string, std::string>;
-/// The text of the last batch of each source.
+/// EventBatch::said of the last stored batch of each source.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {
-  Source source = 0;   ///< at the time of Add; a reload may have changed it since
-  std::string said{};  ///< see EventBatch
+  Source source = 0;   ///< number at the time of Add; a reload may change it
+  std::string said{};  ///< see EventBatch::said
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<protocols::PastRecord> past{};
-  bool told = false;  ///< its alarms were reported already, although it is not on the disk yet
+  bool told = false;  ///< its alarms were reported before the commit
   std::string line{};
   std::string device{};
 
@@ -104,83 +104,83 @@ struct Batch {
 
 class EventBook {
  public:
-  /// The most of the gateway's own events that wait: some megabytes.
+  /// Limit of the gateway's own events that wait: some megabytes.
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);
-  /// An event of the gateway's own. It may be left out, and told later.
+  /// Adds an event of the gateway, or leaves it out; see Shares.
   void Tell(EventRecord record, Instant now);
-  /// The same, and never left out.
   void TellAlways(EventRecord record);
-  /// The same, in front of all that waits. Not between Prepare and Kept.
+  /// Adds an event of the gateway before all that wait. Must not be called between Prepare and
+  /// Kept.
   void TellFirst(EventRecord record);
-  /// Adds what was left out and may be told by now.
+  /// See Shares::TakeLeftOut.
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// What the file holds: its last number, what each source said last, and the alarms. What the
-  /// book knows itself takes precedence: the file may be a new one.
+  /// Passes the content of the file. Data that the book already has takes precedence, because the
+  /// file may be a new one. `last`: its last event number.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
-  /// Gives what waits its numbers and the new states of alarms, and returns it in the order of Add.
-  /// The same again until it is kept. After OnOpened.
+  /// Assigns numbers and new alarm states to all batches that wait, and returns them in the order
+  /// of Add. Call OnOpened first. Until Kept is called, returns the same batches again.
   std::vector<Batch> Prepare();
-  /// The same, while what Prepare returned last is still being written.
+  /// As Prepare, but while the batches of the last Prepare are being written.
   std::vector<Batch> Ahead();
-  /// Marks those of the first batches that wait whose alarms were reported meanwhile.
+  /// Copies the `told` flags of the first waiting batches to `batches`.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// The `batches` that Prepare returned last are on the disk. Returns their sources, in their
+  /// The first `batches` that Prepare returned last are on the disk. Returns their sources in
   /// order, without kGateway.
   std::vector<SourceName> Kept(std::size_t batches);
 
-  /// The alarms of the first `batches` that wait were reported.
+  /// Marks the first `batches` waiting batches as `told`: their alarms were reported.
   void OnTold(std::size_t batches);
 
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
-  /// `said` of the last batch of the source that is kept; empty: none is.
+  /// Returns the text of the source's last stored batch; empty: none is stored.
   std::string said(const SourceName& source) const;
-  std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
+  std::size_t waiting() const { return waiting_.size() - own_; }  ///< waiting batches of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
-  std::int64_t newest() const { return last_; }       ///< that is on the disk
-  std::uint64_t repeats() const { return repeats_; }  ///< events that came once more
-  /// Alarms on the disk that are active or unacknowledged.
+  std::int64_t newest() const { return last_; }       ///< number of the newest event on the disk
+  std::uint64_t repeats() const { return repeats_; }  ///< events that a device sent twice
+  /// Returns the alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// As they will be when all that Prepare or Ahead returned last is kept.
+  /// Returns the alarms as they will be when all batches of the last Prepare or Ahead are stored.
   std::map<AlarmKey, Alarm> Expected() const;
-  /// `expected`: as they will be, else as they are on the disk.
+  /// Returns Expected() if `expected`, else alarms().
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:
   bool IsRepeat(const Batch& batch, const Said& said) const;
 
-  /// What Kept makes true.
+  /// The state of the book after the next call of Kept.
   struct After {
     std::int64_t last = 0;
     Said said{};
     std::uint64_t repeats = 0;
-    std::map<AlarmKey, Alarm> alarms{};  // that have changed
+    std::map<AlarmKey, Alarm> alarms{};  // alarms that the transaction changes
   };
   bool Counts(EventRecord& event);
   const Alarm* Find(const AlarmKey& key) const;
 
   std::deque<Batch> waiting_;
-  std::size_t own_ = 0;  // of them
+  std::size_t own_ = 0;  // waiting batches of the gateway
   Shares shares_;
-  Said said_;  // kept
+  Said said_;
   std::int64_t last_ = 0;
   std::uint64_t repeats_ = 0;
   std::map<AlarmKey, Alarm> alarms_;
   bool opened_ = false;
   After after_;
-  std::map<AlarmKey, Alarm> expected_;  // that will have changed
+  std::map<AlarmKey, Alarm> expected_;  // alarms that all waiting batches change
 };
 
-// The names of sources by their numbers, which a reload changes.
+// `SourceNumbers` maps numbers of sources to names. A reload changes the numbers.
 
-/// By number. A number whose source is gone has empty names.
+/// Names of sources, indexed by number. A number without a source has empty names.
 using SourceNames = std::vector<SourceName>;
 
 class SourceNumbers {
@@ -188,11 +188,10 @@ class SourceNumbers {
   explicit SourceNumbers(SourceNames names) : names_(std::move(names)) {}
 
   void Renew(SourceNames names) { names_ = std::move(names); }
-  /// Empty names: no source has this number.
   SourceName NameOf(Source source) const {
     return source < names_.size() ? names_[source] : SourceName();
   }
-  /// Empty: it is not configured any more.
+  /// Returns the number of a source; empty: the source is no longer configured.
   std::optional<Source> Find(const SourceName& name) const {
     const auto found = std::ranges::find(names_, name);
     if (found == names_.end()) return std::nullopt;

@@ -11,7 +11,8 @@
 namespace baudgate::events {
 namespace {
 
-/// What stands in the file may be anything: an alarm too many is better than one too few.
+/// Returns the state with this name. An unknown name gives `active`, because the file may contain
+/// anything and an alarm too many is better than an alarm that is lost.
 AlarmState AlarmStateNamed(std::string_view name) {
   for (const AlarmState state : {AlarmState::acknowledged, AlarmState::returned}) {
     if (Name(state) == name) return state;
@@ -76,12 +77,13 @@ constexpr const char* kInsertEvent =
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
-/// A file with many more than its room, of before, comes to it little by little.
+/// Deletes at most 1000 events at a time, so a file that exceeds the limit by far shrinks step by
+/// step.
 constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
-/// One look at the index for each device, however many events there are.
+/// Needs one index look-up for each device, however many events the file contains.
 constexpr const char* kOlder =
     "WITH RECURSIVE its(device) AS (SELECT min(device) FROM events UNION ALL SELECT (SELECT "
     "min(device) FROM events WHERE device>its.device) FROM its WHERE its.device IS NOT NULL) "
@@ -204,7 +206,8 @@ bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
   return ok;
 }
 
-/// What is beyond the room goes with what comes: a few rows at a time, and never the newest.
+/// Inserts a batch, and deletes events beyond the limit: a few rows at a time, and never the
+/// newest.
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {
     insert_.BindAll(event.seq, event.received, event.device_time,

@@ -1,6 +1,5 @@
-// The events' part of events.db: opens the file when it is needed, writes what the book has due,
-// and reports what went wrong. On one thread (gateway/records/events/event_log.h), without a
-// clock. AlarmTable and EventTable handle the rows of their tables.
+// `EventFile` is the events' part of events.db: it opens the file when needed, writes batches, and
+// reports failures. Used by one thread (gateway/records/events/event_log.h); it reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,15 +21,15 @@
 
 namespace baudgate::events {
 
-// The table `alarms` of events.db: alarms that are not normal. Written in the transaction of the
-// event that has changed them. One thread.
+// `AlarmTable` is the table `alarms` of events.db: the alarms that are not normal. An alarm is
+// written in the transaction of the event that has changed it. Used by one thread.
 class AlarmTable {
  public:
-  /// `database` outlives it.
+  /// `database` must outlive this object.
   explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);
-  /// A normal one is removed.
+  /// Writes an alarm; removes it if its state is normal.
   bool Write(const Alarm& alarm);
 
  private:
@@ -39,15 +38,16 @@ class AlarmTable {
   records::Statement remove_;
 };
 
-// The tables `events` and `event_sources` of events.db: batches in, in one transaction, and the
-// oldest out. One thread; gateway/records/events/event_source.h reads from another connection.
+// `EventTable` is the tables `events` and `event_sources` of events.db: it writes batches in one
+// transaction, and deletes the oldest events. Used by one thread;
+// gateway/records/events/event_source.h reads over another connection.
 
-/// The most events that are kept: about 200 MB.
+/// Limit of the stored events: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
  public:
-  /// `database` is of OpenEvents, and outlives it.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit EventTable(records::Database& database, std::int64_t most = kMostEvents);
 
   struct Contents {
@@ -61,15 +61,14 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// Writes all or none: events, the alarms that they have changed, and the records that they owe.
-  /// `cursors`: replace those in the file; null: they stay.
+  /// Writes all or nothing: events, the alarms that they have changed, and which of their records
+  /// are still to be read. `cursors`: replace those in the file; null: those stay.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
-  /// Writes these alarms, and deletes all others.
   bool WriteAlarms(const std::vector<Alarm>& alarms);
-  /// The next events after a number.
+  /// Returns a page of the events after number `after`.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
-  /// The number of the oldest event; 0: there is none.
+  /// Returns the oldest number; 0: the file contains no event.
   std::int64_t oldest() const { return oldest_; }
 
  private:
@@ -96,29 +95,28 @@ class EventTable {
 
 class EventFile {
  public:
-  /// As EventsConnection.
+  /// Takes the arguments of EventsConnection.
   explicit EventFile(std::filesystem::path path, std::string vfs = {},
                      std::shared_ptr<records::EventsWriter> writer = {});
 
   struct Opened : records::EventsConnection::Opened {
     EventTable::Contents contents{};
   };
-  /// Empty: it was open already.
+  /// Opens and reads the file; returns nothing if it is already open.
   std::optional<Opened> Open();
-  /// Only if open. All of them are on the disk, or none is. See EventTable.
+  /// See EventTable. The file must be open; if it is damaged, it is closed.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// Only if open. A reader has found damage: the whole file is checked.
+  /// Checks the whole file, which must be open, because a reader has found damage.
   Status Check();
   /// See PutAsideOf.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// Open.
+  /// See EventTable. The file must be open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// Whether it was opened again: the file may be a new one, without alarms.
+  /// True if the file was opened again and may be a new file without alarms: call WriteAlarms.
   bool lacks_alarms() const { return lacks_alarms_; }
-  /// Only if open. These alarms are on the disk, and no others.
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 
   const std::filesystem::path& path() const { return connection_.path(); }

@@ -125,7 +125,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
       if (round.acks.empty()) round.acks = std::exchange(pending_.acks, {});
       timer_.Rest(now.instant + kTick);
     }
-    if (oldest > 0) pending_.oldest = oldest;  // known as well while the disk is full
+    if (oldest > 0) pending_.oldest = oldest;  // also known while the disk is full
     SetDisk(status ? records::Disk::fine : records::Disk::failing,
             status ? std::string() : status.error());
   }
@@ -162,7 +162,8 @@ std::vector<std::string> EventRounds::LeftBehind() const {
   return lines;
 }
 
-/// Logs a trouble when it begins and when it ends; a trouble that has ended is an event, too.
+/// Logs a disk trouble when it begins and when it ends. The end of a trouble is also stored as an
+/// event.
 void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
   const records::DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);
@@ -210,8 +211,7 @@ std::vector<Consumer> RoundWriter::Consumers(std::int64_t oldest) const {
   return consumers;
 }
 
-/// The commit that ends a trouble of the disk adds an event, so the last round needs another
-/// commit.
+/// A commit that ends a disk trouble adds an event, so the last round may need another commit.
 Instant RoundWriter::Run(bool last) {
   if (!last && !rounds_.Begin()) return rounds_.NextRound();
   do {
@@ -278,7 +278,8 @@ Status RoundWriter::Open() {
   return {};
 }
 
-/// Reads one page a round, so that the audit, which shares the thread, need not wait for all pages.
+/// Reads one page in each round, so that the audit, which uses the same thread, need not wait for
+/// all pages.
 void RoundWriter::ReadBacklog() {
   const auto after = feed_ != nullptr ? feed_->wanted() : std::nullopt;
   if (!after) return;
@@ -307,7 +308,7 @@ void RoundWriter::Feed(const std::vector<Batch>& batches) {
   for (const Batch& batch : batches) {
     for (const EventRecord& event : batch.events) {
       fed.push_back(event);
-      fed.back().kept.reset();  // outputs have no use for it
+      fed.back().kept.reset();  // outputs do not use the values
     }
   }
   feed_->Add(std::move(fed));

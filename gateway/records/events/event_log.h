@@ -1,16 +1,14 @@
-// The events while the gateway runs: lines add batches, and the thread of events.db writes them. If
-// nothing else waits, a batch is written at once. Batches that come during a commit share the next
-// one. While the disk fails, batches wait in memory, and the disk is tried again every second;
-// their devices are not asked for more events, and keep them. Without a file (in_memory), a batch
-// counts as written at once.
+// `EventLog` stores events while the gateway runs: lines add batches, and the thread of events.db
+// writes them. If nothing else waits, a batch is written at once; batches that come during a commit
+// share the next commit. While the disk fails, batches wait in memory, and the disk is tried again
+// every second; their devices are not asked for more events and hold them. Without a file
+// (in_memory), a batch counts as written at once.
 //
-//   EventLog       this: the thread
-//   EventQueue     the way in, for any thread       EventRounds  the way out, for the thread
-//   PendingEvents  what both share, with its lock   EventBook    batches not on the disk yet
-//   RoundWriter    writes one round                 EventFile    opens the file
-//   EventTable     writes its rows
-//
-// RoundTimer says when the thread is due.
+//   EventLog       owns the parts and the thread
+//   EventQueue     input, for any thread               EventRounds  output, for the thread
+//   PendingEvents  data of these two, with the lock    EventBook    batches not on the disk yet
+//   RoundWriter    writes one round                    EventFile    opens the file
+//   EventTable     writes the rows
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,21 +28,19 @@
 
 namespace baudgate::events {
 
-// When the thread that writes events is due again.
+// `RoundTimer` computes when the thread that writes events runs next:
 //
-//   the disk           there is work          there is none
-//   fails              after a rest           after a rest
-//   works              at once                at the time of a look, or of what was left out
-//
+//   the disk           events wait               nothing waits
+//   fails              after the pause           after the pause
+//   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// A round is due then, or earlier.
+  /// Makes a round due at `at` or earlier.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// The disk has failed, and is left in peace until then.
+  /// No round is due before `until`, because the disk has failed.
   void Rest(Instant until) { rests_until_ = until; }
-  /// It has begun.
   void Begin() { look_at_.reset(); }
-  /// `left_out_at`: when events that were left out are to be told.
+  /// `idle`: nothing waits. `left_out_at`: when events that Shares has left out are to be added.
   Instant At(bool fails, bool idle, std::optional<Instant> left_out_at) const {
     if (fails) return rests_until_;
     if (!idle) return {};
@@ -56,31 +52,29 @@ class RoundTimer {
   Instant rests_until_{};
 };
 
-// The rounds of the thread that writes events: when a round is due, what it takes, and what follows
-// from its end. Only that thread calls this, except for Watch, Look and Doubt, and for LeftBehind,
-// which is called after its end.
+// `EventRounds` manages the rounds of the writing thread: when a round is due, which batches it
+// takes, and what follows from its result. Only this thread may call it, except for Watch, Look and
+// Doubt (any thread), and LeftBehind (after its end).
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
-//
 class EventRounds {
  public:
-  /// `options` and `pending` outlive it.
+  /// `options` and `pending` must outlive this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
-  /// To be called once a second, by any thread but the writing one, which may hang. Makes a round
-  /// look at the file from time to time. If the disk does not answer in time, returns the batches
-  /// that wait: the caller reports the alarms of those that are not marked as `told`.
+  /// To be called once a second by any thread but the writing thread, which may hang. At every
+  /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
+  /// batches that wait; the caller must report the alarms of those that are not `told`.
   std::vector<Batch> Watch();
-  /// Makes a round due, `now` or in a second. From any thread.
+  /// Makes a round due, `now` or in a second. Thread-safe.
   void Look(bool now);
-  /// A reader has found that the file is damaged. From any thread.
+  /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
 
-  /// False: no round is due yet.
+  /// Begins a round; returns false if no round is due yet.
   bool Begin();
-  /// When the next round is due, if nothing wakes the thread before.
   Instant NextRound() const;
-  /// Returns whether the file has opened for the first time.
+  /// Returns true if the file was opened for the first time.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
@@ -90,17 +84,18 @@ class EventRounds {
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<WaitingAck> acks{};
-    bool ends_alarms = false;  ///< after this commit, alarms that nobody watches any more end
+    bool ends_alarms = false;  ///< a reload ends alarms after this commit
   };
   Round Take();
-  /// The round is on the disk, or `status` says why not. `oldest`: number of the first event in the
-  /// file; 0: not known. Returns the sources that may be asked for more events.
+  /// Ends the round, which is on the disk unless `status` is an error. `oldest`: number of the
+  /// first event in the file; 0: not known. Returns the sources that may be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
-  /// For a disk that fails: returns the batches that wait, as Watch does.
+  /// After a failure: returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
-  /// There is more to write, and the disk works.
+  /// True if more batches wait and the disk works.
   bool goes_on() const;
-  /// When the thread has ended: one line for each kind of events that are not on the disk.
+  /// Returns a log line for each kind of event that is not on the disk. Call this after the thread
+  /// has ended.
   std::vector<std::string> LeftBehind() const;
 
  private:
@@ -115,23 +110,24 @@ class EventRounds {
   RoundTimer timer_ BAUDGATE_GUARDED_BY(pending_.mutex);
 };
 
-// Writes the rounds of the events: the file is opened, what is due is written, and then all others
-// are told: outputs by the feed, lines, alarms, clients that wait. On the writing thread, unless it
-// says otherwise.
+// `RoundWriter` executes the rounds: it opens the file and writes what waits. Then it informs
+// outputs (by the feed), lines, receivers of alarms, and clients that wait. Used by the writing
+// thread, unless a comment states otherwise.
 class RoundWriter {
  public:
-  /// All outlive it. `options` has a writer.
+  /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
-  /// All that is due; `last`: until nothing is. Returns when the next round is due.
+  /// Executes a round if one is due; `last`: until nothing waits. Returns when the next round is
+  /// due.
   Instant Run(bool last);
-  /// Before the first round: what outputs ask for makes a round due.
+  /// Connects the feed and the cursors, so that outputs can make a round due. Call this first.
   void Serve();
-  /// Before the last round, on any other thread: outputs can ask for nothing more.
+  /// Undoes Serve. Call this before the last round, on another thread.
   void StopServing();
-  /// From any thread: alarms that have changed in these batches, unless that was reported before.
+  /// Reports the alarms that have changed in batches that are not `told`. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// From any thread. `oldest`: number of the first event in the file.
+  /// Returns the consumers with their positions. Thread-safe. `oldest`: first number in the file.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:
@@ -146,8 +142,8 @@ class RoundWriter {
   const EventQueue& queue_;
   EventRounds& rounds_;
   EventFile file_;
-  EventFeed* const feed_;      ///< null: there is none
-  CursorBook* const cursors_;  ///< null: there are none
+  EventFeed* const feed_;      ///< null: no feed
+  CursorBook* const cursors_;  ///< null: no consumers
 };
 
 class EventLog final : public EventSource {
@@ -159,8 +155,8 @@ class EventLog final : public EventSource {
 
   EventQueue& queue() { return queue_; }
 
-  /// Once a second, from any thread but the writing one. If the disk does not answer in time, this
-  /// reports it, and reports the alarms that wait.
+  /// To be called once a second by any thread but the writing thread. If the disk does not answer
+  /// in time, logs this, and reports the alarms that wait.
   void Watch() { round_writer_.TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;
@@ -177,7 +173,7 @@ class EventLog final : public EventSource {
   PendingEvents pending_;
   EventQueue queue_;
   EventRounds rounds_;
-  RoundWriter round_writer_;  // of the writing thread
+  RoundWriter round_writer_;  // used by the writing thread
   Worker worker_;
 };
 

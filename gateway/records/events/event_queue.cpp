@@ -10,8 +10,8 @@
 namespace baudgate::events {
 namespace {
 
-/// Adds an event to the book for each unacknowledged alarm that the query means. Returns their
-/// number.
+/// Adds an event to the book for each unacknowledged alarm that the query selects. Returns the
+/// number of these alarms.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -37,7 +37,7 @@ Priority Alarming(config::AlarmPriority priority) {
   return priority == config::AlarmPriority::none ? std::nullopt : Priority(priority);
 }
 
-/// "2:17": channel and code.
+/// Returns the priority of the event that `name` ("2:17", channel and code) names.
 Priority OfEvent(const config::Device& device, std::string_view name) {
   const auto parts = Split(name, ':');
   if (parts.size() != 2) return std::nullopt;
@@ -178,8 +178,8 @@ bool EventQueue::opened() const {
   return pending_.book.opened();
 }
 
-/// Events that were told before the reload may raise alarms of lines that have ended. So they are
-/// written first, and alarms are compared with the configuration after that.
+/// Events that were added before the reload may raise alarms of lines that have ended. Therefore
+/// these events are written first, and the alarms are compared with the configuration after that.
 void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const Now at = options_.clocks();
   const MutexLock lock(pending_.mutex);

@@ -7,7 +7,7 @@
 namespace baudgate::events {
 namespace {
 
-/// The last moment up to `until` of which a clock says `said`.
+/// Returns the last moment up to `until` at which a clock shows `said`.
 WallTime LastUpTo(WallTime until, const protocols::SaidTime& said) {
   const Duration since = until.time_since_epoch() - said.time;
   Duration beyond = since % said.period;
@@ -39,7 +39,8 @@ ClockQuality ClockQualityOf(std::int64_t number) {
   return known ? static_cast<ClockQuality>(number) : ClockQuality::none;
 }
 
-/// From the last to the first: what came later bounds what came before.
+/// Goes from the last event to the first, because the time of a later event limits the times of
+/// earlier events.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest) {
   std::vector<PlacedTime> placed(said.size());
@@ -50,7 +51,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
       continue;
     }
     placed[i] = PlaceOne(*said[i], until, received, oldest);
-    // One that is said to be a moment later than its successor is not a minute older.
+    // The tolerance keeps an event whose reported time is slightly later than its successor's from
+    // being placed a minute earlier.
     const bool fits = placed[i].quality != ClockQuality::out_of_step;
     if (fits) until = std::min(until, placed[i].time + kClockTolerance);
   }
@@ -66,7 +68,8 @@ std::string TextOf(const config::EventText* known, const std::string& said) {
   return text;
 }
 
-/// An alarm of a device is called "channel:code", by the event that raises it.
+/// An alarm of a device is named "channel:code", after the event that raises it. An event that ends
+/// the alarm gets the same name.
 void MarkAlarm(const config::Device& device, EventRecord& record) {
   const auto& table = device.event_texts;
   const auto name = [&](std::uint32_t code) {

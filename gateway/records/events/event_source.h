@@ -1,5 +1,5 @@
-// The events as gateway/outputs/status and gateway/outputs/control see them. From any thread.
-// ReadPage reads kept events page by page.
+// `EventSource` is the interface to events and alarms for gateway/outputs/status and
+// gateway/outputs/control. Thread-safe.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,65 +17,63 @@
 
 namespace baudgate::events {
 
-// Reads kept events, page by page, for `baudgate events`: over a connection of its own, so nothing
-// waits for it. The file may contain anything; every field is checked.
+// `ReadPage` reads stored events page by page, for `baudgate events`. It uses a separate
+// connection, so nothing waits for it. The file may contain anything, so every field is checked.
 
-/// Records of one page: about 40 kB of the control socket.
+/// Limit of the records of one page: about 40 kB of the control socket.
 inline constexpr std::size_t kPage = 200;
 
 struct PageQuery {
-  std::int64_t after = 0;           ///< a number
-  std::string line{};               ///< empty: of all
-  std::string device{};             ///< its bare name; empty: of all
+  std::int64_t after = 0;           ///< only events with a greater number
+  std::string line{};               ///< empty: all lines
+  std::string device{};             ///< bare name of the device; empty: all devices
   std::optional<WallTime> since{};  ///< only events received at this time or later
 };
 
 struct Page {
-  std::vector<EventRecord> records;  ///< by their numbers
+  std::vector<EventRecord> records;  ///< sorted by number
   std::int64_t next = 0;             ///< `after` of the next page
-  bool more = false;                 ///< there were more at that time
+  bool more = false;                 ///< the file contained more events at that time
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// See ReadOnce; with the records of the events. A page with many values is shorter.
+/// Reads a page with the records of the events; see ReadOnce. A page with many values is shorter.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
-/// A consumer of all events, whose position is kept in the file.
+/// An output that takes all events; its position is stored in the file.
 struct Consumer {
   std::string name;
-  std::int64_t seq = 0;  ///< it has this event, and all before
-  std::int64_t lost =
-      0;  ///< events that it has not got and that the file no longer has: there was no room
+  std::int64_t seq = 0;   ///< the consumer has received this event and all before
+  std::int64_t lost = 0;  ///< events deleted before the consumer received them
 };
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why it fails; empty: it does not
-  WallTime since{};     ///< of `disk`
-  std::size_t waiting =
-      0;  ///< messages of devices, which are not asked for more until these are kept
-  std::int64_t newest = 0;  ///< number of the last that is kept; 0: none is
-  std::int64_t oldest = 0;  ///< of the first
+  std::string trouble;      ///< why the disk fails; empty: no trouble
+  WallTime since{};         ///< when `disk` last changed
+  std::size_t waiting = 0;  ///< batches of devices that are not on the disk
+  std::int64_t newest = 0;  ///< number of the newest stored event; 0: none
+  std::int64_t oldest = 0;  ///< number of the oldest stored event; 0: none
   std::vector<Consumer> consumers{};
-  std::uint64_t repeats = 0;   ///< that came twice, since the start
-  std::uint64_t left_out = 0;  ///< of the gateway's own, too many of one kind, since the start
+  std::uint64_t repeats = 0;   ///< events that devices sent twice, since the start
+  std::uint64_t left_out = 0;  ///< events of the gateway left out (see Shares), since the start
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
-  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
-  bool in_memory = false;                ///< there is no file, and only alarms of the gateway's own
+  std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
+  bool in_memory = false;                ///< no file exists; only the gateway's own alarms
 };
 
-/// The alarms that a person acknowledges, and the person.
+/// Selects the alarms that a person acknowledges, and names the person.
 struct AckQuery {
   std::string line{};
   std::string device{};
-  std::string point{};   ///< empty: of the device, and of all its points
-  std::int64_t seq = 0;  ///< not 0: the alarm that this event has raised, of any device
-  /// Only the alarm raised by an event with these low 32 bits.
+  std::string point{};   ///< empty: the alarms of the device and of all its points
+  std::int64_t seq = 0;  ///< not 0: only the alarm that this event has raised, of any device
+  /// Only the alarm that was raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
-  bool all = false;  ///< of every line and device
+  bool all = false;  ///< alarms of all lines and devices
   std::string by{};  ///< "user:anna"
 
   bool Means(const Alarm& alarm) const {
@@ -87,22 +85,22 @@ struct AckQuery {
 };
 
 struct Acknowledged {
-  std::size_t alarms = 0;  ///< that waited for it
-  std::string trouble{};   ///< why it is not on the disk yet; empty: it is
-  WallTime at{};           ///< when it was asked for
+  std::size_t alarms = 0;  ///< acknowledged alarms
+  std::string trouble{};   ///< why the acknowledgement is not on the disk; empty: it is
+  WallTime at{};           ///< time of the request
 };
 
 class EventSource {
  public:
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
-  /// Alarms that are not normal.
+  /// Returns the alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// Returns how many alarms wait for it. `done` is called once, from any thread, also within this
-  /// call.
+  /// Acknowledges the selected alarms and returns their number. `done` is called once, when the
+  /// acknowledgement is on the disk or the disk fails: from any thread, also within this call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
-  /// Empty while the file is being opened.
+  /// Returns an empty page while the file is being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   virtual Result<PastPage> ReadPast(const PastQuery& query) const = 0;
 };

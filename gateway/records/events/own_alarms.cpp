@@ -17,7 +17,6 @@ constexpr std::array<std::string_view, kTroubles> kNames = {
     "values are not kept"};
 constexpr std::string_view kUnit = "unit-";
 
-/// The first that names the unit; null: none does.
 const config::Route* RouteOf(const config::Config& config, std::string_view device) {
   if (!device.starts_with(kUnit)) return nullptr;
   const auto unit = ParseInteger<std::uint8_t>(device.substr(kUnit.size()));
@@ -79,7 +78,7 @@ namespace {
 
 using Step = AlarmMark::Step;
 
-/// "no answer for 30s: no reply within 500ms".
+/// Returns a text such as "no answer for 30s: no reply within 500ms".
 std::string TextOf(Trouble trouble, Duration lasted, const std::string& why) {
   std::string text(Name(trouble));
   if (lasted > Duration::zero()) text += " for " + FormatDuration(lasted);
@@ -92,15 +91,16 @@ std::optional<config::AlarmSetting> OwnAlarms::SettingOf(const Key& key) const {
   return events::SettingOf(*config_, key.second, key.first.line, key.first.device);
 }
 
-/// It is so, and its own alarm tells of it. What a restarted line has not reported again may be
-/// over, and perhaps nobody will say so.
+/// True if the trouble exists and raises an alarm itself. A stale trouble explains nothing: it may
+/// be over, and its end may never be reported.
 bool OwnAlarms::Explains(const Key& key) const {
   const auto state = states_.find(key);
   const auto setting = SettingOf(key);
   return state != states_.end() && !state->second.stale && setting && setting->on();
 }
 
-/// By what it depends on: a device on its line, a line on its port, a unit on its server.
+/// True if another trouble explains this one: a device depends on its line, a line on its port, a
+/// unit on its server.
 bool OwnAlarms::IsExplained(const Key& key) const {
   const auto& [place, trouble] = key;
   if (unused_.contains(place)) return true;
@@ -119,8 +119,8 @@ void OwnAlarms::Begin(Trouble trouble, const Subject& place, const std::string& 
   state.stale = state.by_port = false;
 }
 
-/// Adds the end of the alarm, unless it was told already. `answers` false: the trouble is ignored
-/// from now on, whether it is over or not.
+/// Adds the event that ends the alarm, unless this event was already added. `answers` false: the
+/// trouble is ignored from now on, whether it is over or not.
 void OwnAlarms::EndOf(const Key& key, Now now, Records& records, bool answers) {
   const auto state = states_.find(key);
   const bool raised = state != states_.end() && std::exchange(state->second.raised, false);
@@ -148,8 +148,9 @@ OwnAlarms::Records OwnAlarms::End(Trouble trouble, const Subject& place, Now now
   return records;
 }
 
-/// After a start nobody reports an open ring or a wrong device as over. The first answer shows it:
-/// the ring is closed, and the device is the right one unless it is soon said that it is not.
+/// After a start, the end of an open ring or of a wrong device is not reported. The first answer of
+/// a device shows that the ring is closed, and that the device is the right one unless a wrong
+/// device is reported within kIdentified.
 void OwnAlarms::OnFirstAnswer(const Subject& device, Now now, Records& records) {
   const Key ring{{device.line, ""}, Trouble::ring_open};
   const auto open = states_.find(ring);
@@ -183,8 +184,8 @@ OwnAlarms::Records OwnAlarms::SetInUse(const Subject& place, bool in_use, Now no
   return records;
 }
 
-/// Behind a port that is down nobody tells that a device does not answer. Where the line has no
-/// alarm that would say so, its devices have theirs.
+/// While a port is down, its devices are not polled, so nothing reports that they do not answer. If
+/// the line has no alarm for its port, no_answer begins for each of its devices.
 void OwnAlarms::BlameDevices() {
   for (const config::Line& line : config_->lines) {
     const auto down = states_.find({{line.name, ""}, Trouble::port_down});

@@ -26,10 +26,9 @@ EventRecord AlarmRecord(OwnCode code, const std::string& words, const Alarm& ala
 
 struct Words {
   const char* begins = "";
-  const char* over = nullptr;  ///< null: it has no end
+  const char* over = nullptr;  ///< null: the fact has no end
 };
 
-/// The words of a Fact with this code.
 Words WordsOf(OwnCode code) {
   switch (code) {
     case OwnCode::port_down:
@@ -72,7 +71,7 @@ Words WordsOf(OwnCode code) {
   return {};
 }
 
-/// Whether a Fact with this code lasts. The others happen at one moment.
+/// False for facts that happen at one moment.
 bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace
@@ -166,7 +165,7 @@ EventRecord FactRecord(const Fact& fact, WallTime at) {
 
 namespace {
 
-/// A line that is restarted does not tell that these are over.
+/// True for facts whose end a restarted line does not report.
 bool EndsUntold(OwnCode code) {
   return code == OwnCode::collisions || code == OwnCode::ring_open || code == OwnCode::wrong_device;
 }
@@ -179,7 +178,7 @@ bool LastingFacts::IsNews(const Fact& fact, bool first) {
   if (!HasEnd(fact.code)) return true;
   const Key key{fact.code, fact.line, fact.device};
   if (fact.over) return lasting_.erase(key) > 0 || !first;
-  // A wrong device may become another wrong one.
+  // A wrong device may be replaced by another wrong device, which is news again.
   return lasting_.insert(key).second || fact.code == OwnCode::wrong_device;
 }
 
@@ -214,8 +213,9 @@ std::vector<Fact> LastingFacts::Renew(const config::Config& config,
   return ended;
 }
 
-/// If the configuration has changed `enabled` of a device, that holds. Otherwise the device stays
-/// as it was set by hand. Returns the devices that were out of use and are in use now.
+/// If the configuration has changed `enabled` of a device, the new setting applies. Otherwise the
+/// device stays as a user has set it at run time. Returns the devices that were out of use and are
+/// in use now.
 std::vector<LastingFacts::DeviceKey> LastingFacts::NoteUse(const config::Config& config) {
   const std::map<DeviceKey, bool> before = std::exchange(enabled_, {});
   std::vector<DeviceKey> in_use;

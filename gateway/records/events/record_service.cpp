@@ -34,7 +34,8 @@ events::KeptRecord NotRead(std::string why, WallTime now) {
   return record;
 }
 
-/// The device has said that it has no such item, and is not asked for it any more.
+/// True if the device has reported that it has no such item; such a point is not requested any
+/// more.
 bool IsGivenUp(const bus::PointRecord& point) {
   return point.reported == Quality::bad_configuration;
 }
@@ -66,8 +67,9 @@ void RecordService::Start() {
   Do(std::move(steps));
 }
 
-/// By the name of the device alone: it may have moved to another line. One that is gone, where no
-/// other has its name yet: a reload is under way, and TakeOver follows.
+/// Finds the entry by the name of the device alone, because the device may have moved to another
+/// line. Returns the entry of a removed device if no other device has its name: a reload is then
+/// under way, and TakeOver follows.
 RecordService::Debt* RecordService::Find(const events::OwedRecord& owed) {
   Debt* gone = nullptr;
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
@@ -120,7 +122,8 @@ void RecordService::Owe(const std::vector<events::OwedRecord>& owed) {
         steps.keep.push_back(Superseded(one, debt->event->event, now.wall));
         continue;
       }
-      // Before a relay has told everything, a reading would be of no use, and in its way.
+      // A reading before the relay has reported all its events could be of no use, and would delay
+      // these events.
       const auto its = store_.device(debt->device);
       debt->waits = its && its->events;
       if (!debt->event) debt->again = now.instant + kAgain;
@@ -206,7 +209,7 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
       debt.got_at = read_at;
     } else {
       debt.again = now.instant + kAgain;
-      // What was not sent, as to a device that is away, is no try.
+      // A request that was not sent, for example to an offline device, does not count as a try.
       away = away || result.end == WriteEnd::not_sent;
       if (!away && ++debt.tries >= kTries) {
         --owing_;
@@ -218,7 +221,7 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
   Do(std::move(steps));
 }
 
-/// Without a record not all of it has been read since then.
+/// Returns no record if not all points were read since `asked`.
 RecordService::Found RecordService::Look(std::uint32_t device_number, const config::Record& its,
                                          Instant asked, Now now) const {
   Found found;

@@ -1,18 +1,20 @@
-// Reads the records that events owe: the values that a relay has recorded of a trip, once, after
-// the event. They are read as a person reads points (WriteCommand::reads) and kept as one record
-// (gateway/records/events/event_record.h).
+// `RecordService` reads the record that belongs to an event once after the event, such as the
+// values that a relay has recorded of a trip. The points of the record are read like the reads that
+// a user requests (WriteCommand::reads), and are stored as one record
+// (gateway/records/events/event_record.h). The left column shows what happens; "drained" is a call
+// of OnDrained: the device has no more events.
 //
-//   event 412 is on the disk, owes "trip"   waits until the relay has no more events, at most 5 s
-//   L: nothing                              its points are asked for
-//   they are all read                       they wait for the next L
-//   L: nothing                              kept with 412: they can be of no later event
-//   L: 413 owes "trip", too                 412 is superseded, what was read is dropped; as above
-//   not all could be read                   again 5 s later when the device answers, five times
-//   restart in between                      the file knows what is owed: from the beginning
-//   its line is reloaded                    the device has another number: from the beginning, too
+//   event 412 is on the disk, needs "trip"  waits until the relay is drained, at most 5 s
+//   drained                                 the points of the record are requested
+//   all points are read                     the values wait until the relay is drained again
+//   drained                                 stored with 412: the values can be of no later event
+//   instead, event 413 needs "trip", too    412 is superseded and its values are dropped; as above
+//   some points could not be read           tried again after 5 s when the device answers; 5 tries
+//   restart in between                      all begins again: the file lists events without record
+//   its line is reloaded                    all begins again: the device has another number
 //
-// Nothing is asked while the device does not answer; its records wait, and are read when it is
-// back.
+// While the device does not answer, nothing is requested; its records are read when it answers
+// again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,55 +33,55 @@
 
 namespace baudgate::events {
 
-/// From any thread.
+/// Thread-safe.
 class RecordService {
  public:
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// If a device with events has not reported for this long that there are no more, the values that
-  /// were read may belong to a later event.
+  /// If a device with events is not drained for this time after its values were read, the values
+  /// are stored as uncertain: they may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
     std::function<Now()> clocks;
-    std::function<bool(bus::WriteCommand command)> ask;  ///< as CommandSink::Submit
+    std::function<bool(bus::WriteCommand command)> ask;  ///< see CommandSink::Submit
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` outlives it. All its reads must be answered before it is destroyed.
+  /// `store` must outlive this object. All requested reads must be answered before this object
+  /// ends.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
-  /// The next devices after the known ones.
+  /// Adds the devices of a line; they get the next device numbers.
   void Add(const std::shared_ptr<const config::Line>& line);
 
-  /// From now on lines may be asked.
+  /// Permits requests to lines from now on.
   void Start();
 
-  /// A reload has ended: the debts of devices that are gone pass to new devices of the same names.
+  /// After a reload: records still to be read of removed devices pass to new devices of the same
+  /// names.
   void TakeOver();
 
-  /// These events are on the disk, and their records are not.
+  /// Adds events that are on the disk and whose records are still to be read.
   void Owe(const std::vector<events::OwedRecord>& owed);
   /// See PollerListener.
   void OnDrained(std::uint32_t device, Instant asked);
-  /// The device has answered.
   void OnRead(std::uint32_t device, Instant at);
 
  private:
   struct Debt {
     std::uint32_t device = 0;
-    std::shared_ptr<const config::Record>
-        record;  ///< null: the device is gone, and a reload has ended
-    std::optional<events::OwedRecord> event{};  ///< the last that owes it
+    std::shared_ptr<const config::Record> record;  ///< null: the device was removed by a reload
+    std::optional<events::OwedRecord> event{};     ///< the latest event that needs the record
     bool asking = false;
-    bool waits = false;  ///< until the device has no more events
-    bool stale = false;  ///< the reading may belong to the event before
+    bool waits = false;  ///< reading waits until the device has no more events
+    bool stale = false;  ///< values being read may belong to the previous event
     int tries = 0;
-    Instant again{};  ///< not before
+    Instant again{};  ///< no further try before this time
     std::optional<events::KeptRecord> got{};
     Instant got_at{};
   };
-  /// Calls to make when the lock is free again.
+  /// Calls to make after the lock is released.
   struct Asking {
     Debt* debt = nullptr;
     std::shared_ptr<const config::Record> record;
@@ -92,9 +94,9 @@ class RecordService {
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
   struct Found {
-    bool away = false;  ///< the device, or another one is in its place
+    bool away = false;  ///< the device is offline, or another device is in its place
     std::optional<events::KeptRecord> record{};
-    Instant read_at{};  ///< of its latest value
+    Instant read_at{};  ///< time of the latest value
   };
   Found Look(std::uint32_t device, const config::Record& record, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);
@@ -103,10 +105,10 @@ class RecordService {
 
   const bus::PointStore& store_;
   const Ends ends_;
-  std::atomic<std::size_t> owing_ = 0;  // debts
+  std::atomic<std::size_t> owing_ = 0;  // events whose records are to be read
   mutable Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // by device; never moved
+  std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // by device
 };
 
 }  // namespace baudgate::events

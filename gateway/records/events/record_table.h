@@ -1,6 +1,5 @@
-// The tables `records`, `record_values` and `owed_records` of events.db. Each call is part of the
-// caller's transaction. One thread. ReadRecords reads kept records. PastTable has the
-// values that devices have measured and kept themselves.
+// `RecordTable` writes the tables `records`, `record_values` and `owed_records` of events.db. Each
+// call is part of the caller's transaction. Used by one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,17 +21,19 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// The most of a kind that are kept; records of events are kept as long as their events.
+  /// Limit of the stored records of one kind. Records of events are deleted with their events
+  /// instead.
   static constexpr std::int64_t kMost = 1'000'000;
 
-  /// `database` is of OpenEvents, and outlives it.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
-  /// Writes it with the next number of its kind; its event owes it no longer. If a record with the
-  /// same kind, line, device, name, device_time and event is there already, that one stays.
+  /// Writes a record with the next number of its kind, and removes its event from `owed_records`.
+  /// If the file already contains a record with the same kind, line, device, name, device_time and
+  /// event, that record stays.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
-  /// Deletes what belongs to events up to this number.
+  /// Deletes the records of events up to this number.
   bool Drop(std::int64_t event);
 
   bool ReadOwed(std::vector<OwedRecord>& owed);
@@ -54,21 +55,21 @@ class RecordTable {
   records::Statement drop_owed_;
 };
 
-// Reads kept records. The file may contain anything; every field is checked.
+// Selects stored records for ReadRecords. The file may contain anything, so every field is checked.
 struct RecordQuery {
   std::string kind{};
-  std::int64_t after = 0;           ///< a number of that kind
-  std::string line{};               ///< empty: of all
-  std::string device{};             ///< its bare name; empty: of all
-  std::string name{};               ///< empty: of all
+  std::int64_t after = 0;           ///< only records of that kind with a greater number
+  std::string line{};               ///< empty: all
+  std::string device{};             ///< bare name of the device; empty: all
+  std::string name{};               ///< empty: all
   std::optional<WallTime> since{};  ///< only records with this device_time or later
   std::optional<WallTime> until{};  ///< only records with an earlier device_time
 };
 
 struct RecordPage {
-  std::vector<KeptRecord> records;  ///< by their numbers, each with all its values
+  std::vector<KeptRecord> records;  ///< sorted by number, each with all its values
   std::int64_t next = 0;            ///< `after` of the next page
-  bool more = false;                ///< there were more at that time
+  bool more = false;                ///< the file contained more records at that time
 };
 
 /// A page ends after this many records, or after the record that brings it to this many values.
@@ -79,24 +80,25 @@ Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& q
 /// See ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
-/// The records of events `first` to `last`, in order of their events.
+/// Returns the records of events `first` to `last`, sorted by event.
 Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last);
 
-// The tables `past` and `past_points` of events.db: values that devices have measured and kept
-// themselves, such as the load profiles of meters. Each value is a row with a number of its own and
-// the device's time, which may be days ago. Each call is part of the caller's transaction. One
-// thread; ReadPast reads from another connection. PastTable writes the rows.
+// `PastTable` writes the tables `past` and `past_points` of events.db: values that devices have
+// measured and stored themselves, such as the load profiles of meters. Each value is a numbered row
+// with the device's time, which may be days ago. Each call is part of the caller's transaction.
+// Used by one thread; `ReadPast` reads over another connection.
 
 class PastTable {
  public:
-  /// The most values that are kept: about 270 MB, 70 years of one meter by half hours.
+  /// Limit of the stored values: about 270 MB, 70 years of one meter by half hours.
   static constexpr std::int64_t kMost = 5'000'000;
 
-  /// `database` is of OpenEvents, and outlives it.
+  /// `database`: as OpenEvents has opened it; must outlive this object.
   explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
-  /// A record without values is a gap in all values of its series.
+  /// Writes the values of a device. A record without values is written as a gap in all points of
+  /// its series.
   bool Insert(const std::string& line, const std::string& device,
               const std::vector<protocols::PastRecord>& records);
 
@@ -116,10 +118,11 @@ class PastTable {
   records::Statement drop_;
 };
 
-// Reads values that devices have measured themselves, page by page, for `baudgate history`: over a
-// connection of its own, so nothing waits for it. The file may contain anything.
+// `ReadPast` reads values that devices have measured themselves, page by page, for `baudgate
+// history`. It uses a separate connection, so nothing waits for it. The file may contain anything.
 
-/// Where a page ended: times of a device may come twice, numbers do not.
+/// The position at which a page ended. A device may report a time twice, so the row number is
+/// needed as well.
 struct PastCursor {
   std::int64_t seq = 0;
   std::int64_t time = std::numeric_limits<std::int64_t>::min();  ///< microseconds since 1970
@@ -134,7 +137,7 @@ struct PastQuery {
   PastCursor after{};
 };
 
-/// A span of time that begins at `time`. Without a quality its value is lost.
+/// A value of the time span that begins at `time`. Without a quality, the value is lost.
 struct PastRow {
   WallTime time{};
   Duration span{};
@@ -143,10 +146,10 @@ struct PastRow {
 };
 
 struct PastPage {
-  std::vector<PastRow> rows{};  ///< by their times
+  std::vector<PastRow> rows{};  ///< sorted by time
   PastCursor next{};
   bool more = false;
-  bool known = false;  ///< there is a series of that name
+  bool known = false;  ///< the file contains a series of that name
 };
 
 Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);

@@ -6,8 +6,8 @@
 namespace baudgate::history {
 namespace {
 
-/// Sums are of numbers so small, exactly: the milliseconds of an hour, times twice the largest
-/// double, are a double again.
+/// Scale of the sums, so that they do not overflow: the milliseconds of an hour, times twice the
+/// largest double, times this scale, fit into a double. A power of two loses no digits.
 constexpr double kSmall = 0x1p-24;
 
 double Within(double mean, const Trend& trend) {
@@ -48,7 +48,7 @@ void Rollup::Advance(Millis time, std::vector<Trend>& out) {
     Hold(now_, end);
     now_ = end;
     Close(out);
-    // A span in which nothing is good is not worth a step of its own.
+    // Skips all spans without a good value in one step.
     span_.begin = value_ ? end : FloorTo(time, width_);
     if (!value_) now_ = time;
   }

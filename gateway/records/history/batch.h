@@ -1,13 +1,10 @@
-// What goes from the recorder to the files: kept entries, spans that have ended, and the runs that
-// they belong to.
+// `Batch` is what the recorder passes to the files: entries, time spans that have ended, and the
+// runs that they belong to.
 //
-// A run is a stretch of time in which the history knows of every change: it begins when the gateway
-// starts, when values were dropped, when the clock of the machine was set. Between two runs nothing
-// is known. Within a run the times of a point rise; the numbers of runs rise for ever, whatever the
-// clock says.
-//
-// Entry is a value of a point, Rollup sums up spans, BatchQueue holds batches while the disk is
-// slow, and PendingValues gives runs their numbers in the files.
+// A run is a stretch of time in which the history contains every change. A new run begins when the
+// gateway starts, after values were dropped, when the clock of the machine was set, and after a
+// standstill of the process. The time between two runs is a gap. Within a run the times of a point
+// rise. The numbers of runs always rise, whatever the clock shows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,9 +24,10 @@
 
 namespace baudgate::history {
 
-// What stands in the history of a point: from this time on it had this value and this quality.
+// `Entry` is one record in the history of a point: from `time` on, the point had this value and
+// quality.
 
-/// Milliseconds since 1970, UTC: the grain of all times in the history.
+/// Milliseconds since 1970, UTC: the unit of all times in the history.
 using Millis = std::int64_t;
 
 inline Millis ToMillis(WallTime time) {
@@ -42,7 +40,7 @@ inline constexpr Millis kMinute = 60 * kSecond;
 inline constexpr Millis kHour = 60 * kMinute;
 inline constexpr Millis kDay = 24 * kHour;
 
-/// The begin of the span of that width in which `time` lies; all spans count from 1970.
+/// Returns the begin of the span of `width` ms that contains `time`. Spans are aligned to 1970.
 constexpr Millis FloorTo(Millis time, Millis width) {
   const Millis rest = time % width;
   return time - (rest < 0 ? rest + width : rest);
@@ -50,45 +48,47 @@ constexpr Millis FloorTo(Millis time, Millis width) {
 
 struct Entry {
   Millis time = 0;
-  Value value{};  ///< empty: under a bad quality, or no number
+  Value value{};  ///< empty: the quality is bad, or the value is not a number
   Quality quality = Quality::bad_waiting;
 
   bool operator==(const Entry&) const = default;
 };
 
-// Means and bounds of one point over spans of one width (a minute, an hour) that count from 1970,
-// from every reading, before any of them is left out. A value counts from its reading until the
-// next one; the mean is over the time in which it was good.
+// `Trend` contains mean and bounds of one point over a span of fixed width (a minute, an hour),
+// aligned to 1970. It is computed from every reading, also from readings that are not stored. A
+// value counts from its reading until the next reading; the mean is over the time in which the
+// value was good.
 //
-//   width 60 s; 0 s: 10   30 s: 20   90 s: bad   →   span 0: mean 15, min 10, max 20, first 10,
-//   last 20, count 2, 60 s good                      span 60: mean 20, …, count 0, 30 s good
+//   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
+//     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
+//     span from 60 s: mean 20, min 20, max 20, first 20, last 20, count 0, good 30 s
 struct Trend {
   Millis begin = 0;
   double mean = 0;
   double min = 0;
   double max = 0;
-  double first = 0;  ///< of the good ones in force during the span, one from before it included
+  double first = 0;  ///< first good value in the span; may have been read before the span
   double last = 0;
-  std::int64_t count = 0;  ///< good readings that came in it
-  Millis good = 0;         ///< time of good quality; never 0
+  std::int64_t count = 0;  ///< good readings within the span
+  Millis good = 0;         ///< time with good quality, in ms; never 0
 
   bool operator==(const Trend&) const = default;
 };
 
-/// `later` is of the same span, and what was behind `trend`.
+/// Adds `later` to `trend`: parts of the same span, one after the other.
 void Merge(Trend& trend, const Trend& later);
 
-/// Times never run backwards between two calls of Forget.
+/// Computes Trends of one point and one width. Times must not decrease between two calls of Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// From now on this is in force; empty: what is not good. `reading`: it was read just now.
-  /// Spans that have ended go to `out`; those without good time are left out.
+  /// Sets the value from `time` on; empty: not good. `reading`: read at this time. Spans that have
+  /// ended are added to `out`, except spans without good time.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
-  /// What is in force stays so until now.
+  /// Continues the present value until `time`.
   void Advance(Millis time, std::vector<Trend>& out);
-  /// Advance; and the span that has not ended goes to `out` as far as it came. Nothing is in force.
+  /// Advances to `time`, adds the incomplete span to `out`, and clears the value.
   void Forget(Millis time, std::vector<Trend>& out);
 
  private:
@@ -98,25 +98,24 @@ class Rollup {
   Millis width_;
   Millis now_ = 0;
   std::optional<double> value_;
-  double sum_ = 0;  // of value - first, times milliseconds, made small
-  Trend span_{};    // good is 0: nothing was good in it yet
+  double sum_ = 0;  // sum of (value - first) * milliseconds, scaled by kSmall
+  Trend span_{};    // present span; `good` is 0: no good value in the span yet
   bool begun_ = false;
 };
 
-/// Why there is a gap before a run.
 enum class RunBegin : std::uint8_t { started, dropped, clock, standstill };
 inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropped", "clock",
                                                                "standstill"};
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  std::int64_t number = 0;  ///< from 1 on; of the recorder: since the start of the gateway
+  std::int64_t number = 0;  ///< from 1; the recorder counts from the start of the gateway
   Millis began = 0;
-  Millis until = 0;  ///< everything is known until then
+  Millis until = 0;  ///< the history is complete until this time
   RunBegin why = RunBegin::started;
 };
 
-using PointNumber = std::uint32_t;  ///< in config::History::points
+using PointNumber = std::uint32_t;  ///< index in config::History::points
 
 struct Sample {
   PointNumber point = 0;
@@ -127,17 +126,17 @@ struct Sample {
 struct TrendRow {
   PointNumber point = 0;
   std::int64_t run = 0;
-  Millis width = kMinute;  ///< or kHour
+  Millis width = kMinute;  ///< kMinute or kHour
   Trend trend{};
 };
 
 struct Batch {
-  std::vector<Run> runs;  ///< by number; of each as it is now
+  std::vector<Run> runs;  ///< sorted by number; the present state of each run
   std::vector<Sample> samples;
   std::vector<TrendRow> trends;
 
   bool empty() const { return runs.empty() && samples.empty() && trends.empty(); }
-  /// The newest word on a run counts.
+  /// Adds a run, or replaces the last run if its number is the same.
   void SetRun(const Run& run);
   void Append(Batch&& later);
 };
@@ -147,17 +146,16 @@ struct PointName {
   config::Type type = config::Type::float32;
 };
 
-// Bounded queue of batches that wait while the disk is slow, full or failing. No lock:
-// gateway/records/history/history_log.h has it.
+// `BatchQueue` is a bounded queue of batches that wait while the disk is slow, full or failing. It
+// has no lock: gateway/records/history/history_log.h provides it.
 class BatchQueue {
  public:
-  /// `most` samples, and as many spans.
+  /// `most`: limit of the samples, and limit of the spans.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
-  /// So many samples fit in.
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
-  /// With at most so many samples. Spans have places of their own: there are few, and they are
-  /// worth more. Returns how many were dropped.
+  /// Adds a batch with at most Room() samples. Returns how many spans were dropped: spans have a
+  /// separate limit, because they are few and worth more.
   std::size_t Add(Batch&& batch) {
     std::size_t dropped = 0;
     if (waiting_.trends.size() + batch.trends.size() > most_) {
@@ -175,24 +173,23 @@ class BatchQueue {
   Batch waiting_;
 };
 
-// The values that wait to be written, with the numbers of runs as in the files: those of the
-// recorder begin at 1 with each start of the gateway.
+// `PendingValues` contains the values that wait to be written, with the run numbers of the files.
+// The run numbers of the recorder begin at 1 with each start of the gateway.
 //
 //   Begin(40), Add(run 1)   → run 41
-//   CutRun()                → run 42: the file that had the beginning of run 41 is lost
-//   Add(run 1)              → run 42, which began where the values go on
-//
+//   CutRun()                → run 42: the file with the beginning of run 41 is lost
+//   Add(run 1)              → run 42, which begins with the first value that waits
 class PendingValues {
  public:
-  /// `last_run`: the last number in the files. Before the first Add.
+  /// Sets the last run number in the files. Call this before the first Add.
   void Begin(std::int64_t last_run) { runs_before_ = last_run; }
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// The file with the kept values is lost: values that wait begin a new run, because the time of
-  /// the lost ones is unknown.
+  /// The file with stored values is lost: the values that wait begin a new run, because the time
+  /// range of the lost values is unknown.
   void CutRun();
-  /// Since the last call CutRun was called.
+  /// True if CutRun was called since the last call of TakeLost.
   bool TakeLost() { return std::exchange(lost_, false); }
 
   const Batch& batch() const { return batch_; }
@@ -203,7 +200,7 @@ class PendingValues {
 
   Batch batch_;
   std::optional<std::int64_t> runs_before_;
-  std::optional<Run> cut_;  // began in the middle of the recorder's
+  std::optional<Run> cut_;  // begun in the middle of a run of the recorder
   bool lost_ = false;
 };
 

@@ -51,7 +51,7 @@ namespace {
 
 constexpr std::array<double, 7> kPowers = {1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 constexpr std::array<double, 7> kScales = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
-/// Beyond it a double has no tenths that are exact.
+/// Above this limit, a double cannot represent every tenth.
 constexpr double kMostWhole = 1e15;
 
 bool IsSame(double a, double b) {
@@ -64,7 +64,7 @@ double Number(ValueForm form, std::int64_t whole) {
                                          : number * kScales[form.decimals];
 }
 
-/// Empty: this form does not bring it back.
+/// Returns `number` as a whole number of this form; empty: the form does not restore it exactly.
 std::optional<std::int64_t> WholeOf(ValueForm form, double number) {
   const double whole = number * kPowers[form.decimals];
   if (!(std::abs(whole) < kMostWhole)) return std::nullopt;
@@ -101,7 +101,7 @@ ValueCode CodeOf(const Value& value) {
   return kCodes[value.index()];
 }
 
-/// A value as the number whose differences are written. Not of text.
+/// Returns the value as the number whose differences are written. Must not be called for texts.
 std::int64_t BitsOf(ValueForm form, const Value& value) {
   switch (form.code) {
     case ValueCode::flag:
@@ -162,7 +162,7 @@ void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to
   }
 }
 
-/// `count` of them, or fewer where `from` fails.
+/// Reads `count` values, or fewer if `from` fails.
 std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& from) {
   std::vector<Value> values;
   if (count > 0 && !IsKnown(form)) from.Fail();
@@ -199,11 +199,11 @@ namespace {
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kHead = 3;
-/// kMostInChunk texts of kLongestText, with room.
+/// Room for kMostInChunk texts of kLongestText, and more.
 constexpr std::size_t kMostBytes = 8'000'000;
-constexpr Millis kLastTime = 7'300'000'000'000;  // in 2201; FormatWallTime knows it
+constexpr Millis kLastTime = 7'300'000'000'000;  // in 2201; FormatWallTime can format it
 
-/// How many in a row agree in something: (n, x), (n, x), …
+/// Writes runs of entries for which `of` is equal: (count, x), (count, x), …
 template <typename Of>
 void WriteRuns(std::span<const Entry> entries, ColumnWriter& to, Of of) {
   for (std::size_t i = 0; i < entries.size();) {

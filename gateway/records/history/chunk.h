@@ -1,16 +1,15 @@
-// Many entries of one point as few bytes, and back: columns of differences, then zlib.
+// `EncodeChunk` compresses many entries of one point, and `DecodeChunk` restores them. A chunk
+// contains columns of differences, compressed by zlib:
 //
 //   byte 0, 1, 2   version (1), ValueCode, decimals
-//   number         bytes of what follows before zlib
-//   zlib over      count, time of the first, then how each step in time differs from the one before
-//                  qualities: how many, which, …
-//                  how many have a value, how many have none, how many have one again, …
-//                  values of those that have one
+//   number         size in bytes before the compression
+//   zlib over      count, first time, first time step, then the change from each step to the next
+//                  qualities as runs: count, quality, count, quality, …
+//                  whether entries have a value, as runs: count, 0 or 1, …
+//                  the values of the entries that have one
 //
-// Numbers: 7 bits a byte, low ones first; signed ones by ZigZag. docs/history.md.
-//
-// ColumnWriter and ColumnReader handle numbers, and WriteValues and ReadValues the column of
-// values.
+// Numbers: 7 bits a byte, low bits first; signed numbers by ZigZag. docs/history.md describes the
+// format.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,16 +25,17 @@
 
 namespace baudgate::history {
 
-// Numbers as few bytes: the columns of a chunk. Reading is bounded by the bytes that are there.
+// Numbers of variable length, for the columns of a chunk. Reading never goes beyond the given
+// bytes.
 
-/// 0, -1, 1, -2 … as 0, 1, 2, 3 …: small numbers of either sign are short.
+/// Maps 0, -1, 1, -2 … to 0, 1, 2, 3 …, so that small numbers of either sign are short.
 constexpr std::uint64_t ZigZag(std::int64_t number) {
   return static_cast<std::uint64_t>(number) << 1U ^ static_cast<std::uint64_t>(number >> 63U);
 }
 constexpr std::int64_t UnZigZag(std::uint64_t code) {
   return static_cast<std::int64_t>(code >> 1U ^ (~(code & 1U) + 1U));
 }
-/// Over both ends of the range, as differences that are added again need it.
+/// Subtracts with wrap-around. WrapAdd of the difference restores `a` for all values.
 constexpr std::int64_t WrapSub(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
@@ -54,7 +54,8 @@ class ColumnWriter {
   Bytes bytes_;
 };
 
-/// After the first thing that is not there, nothing is.
+/// Reads numbers and texts. After the first failure all reads return 0 or an empty text, and ok()
+/// is false.
 class ColumnReader {
  public:
   explicit ColumnReader(View bytes) : rest_(bytes) {}
@@ -71,19 +72,19 @@ class ColumnReader {
   bool ok_ = true;
 };
 
-// The values of a chunk, each differently by what they are: the numbers that are users' end in the
-// docs (docs/history.md); new ones are appended.
+// The encoding of the values of a chunk, by their type. The numbers are in the files
+// (docs/history.md); new ones are appended.
 enum class ValueCode : std::uint8_t {
-  none = 0,     ///< there are none
-  whole = 1,    ///< signed: difference to the one before
-  counter = 2,  ///< unsigned: difference to the one before
+  none = 0,     ///< the chunk contains no values
+  whole = 1,    ///< signed: difference to the previous value
+  counter = 2,  ///< unsigned: difference to the previous value
   flag = 3,     ///< 0 or 1
-  divided = 4,  ///< number = whole / 10^decimals; differences as of whole
-  scaled = 5,   ///< number = whole * 10^-decimals
+  divided = 4,  ///< number = whole / 10^decimals; difference of whole
+  scaled = 5,   ///< number = whole * 10^-decimals; difference of whole
   single = 6,   ///< differences of the 32 bits of a float
   real = 7,     ///< differences of the 64 bits of a double
   text = 8,     ///< length and bytes
-  mixed = 9,    ///< each with the code of its own kind
+  mixed = 9,    ///< each value follows its ValueCode
 };
 
 struct ValueForm {
@@ -91,17 +92,18 @@ struct ValueForm {
   std::uint8_t decimals = 0;
 };
 
-/// The shortest that brings back exactly these. All of them are values.
+/// Returns the shortest form that restores exactly these values. No value may be empty.
 ValueForm FormOf(std::span<const Value> values);
 
-/// More are never in one.
+/// Limit of the entries in one chunk.
 inline constexpr std::size_t kMostInChunk = 20'000;
-/// Longer texts are cut before they come here.
+/// Limit of texts in bytes; callers cut longer texts.
 inline constexpr std::size_t kLongestText = 250;
 
-/// At most kMostInChunk, with times that rise from each to the next, from 1 on. Empty: no memory.
+/// Encodes at most kMostInChunk entries; their times must be positive and rise. Returns no bytes if
+/// memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
-/// Exactly what was encoded. Empty: these bytes are no chunk.
+/// Returns exactly the encoded entries; nullopt if the bytes are no valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);
 
 }  // namespace baudgate::history

@@ -135,8 +135,8 @@ CREATE TABLE chunks (
 );
 CREATE INDEX chunks_point ON chunks (point, run, first);
 )sql"};
-/// FULL: what was committed is on the disk, once a second. With NORMAL the system would keep it for
-/// up to half a minute.
+/// synchronous=FULL: a commit is on the disk at once. With NORMAL the system could hold commits
+/// back for up to half a minute.
 constexpr records::DatabaseKind kValues = {
     kValuesApplication, kValueMigrations,
     "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
@@ -240,7 +240,7 @@ DayFile::Opened DayFile::Open(const std::string& damage) {
   return opened;
 }
 
-/// Reads the points. Those that have another type by now get it in the file as well.
+/// Reads the points of the file, and updates the types that the configuration has changed.
 bool DayFile::UpdateTypes() {
   std::vector<PointNumber> changed;
   const auto note = [&](PointNumber point, const records::Statement& row) {
@@ -266,7 +266,7 @@ std::int64_t DayFile::IdOf(PointNumber point) {
 
 bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& runs) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  std::vector<std::pair<PointNumber, std::int64_t>> fresh;  // not before they are committed
+  std::vector<std::pair<PointNumber, std::int64_t>> fresh;  // valid only after the commit
   records::Statement& insert = insert_[table_];
   bool ok = true;
   for (const Sample& sample : samples) {
@@ -296,10 +296,14 @@ void DayFile::BeginPacking() {
   packing_ = true;
 }
 
+bool DayFile::NoMemory() {
+  error_ = path_.string() + ": there is no memory to compress values";
+  return false;
+}
+
 bool DayFile::Pack(std::size_t entries) {
   if (!packed_.Pack(entries, chunks_)) {
-    error_ = path_.string() + ": there is no memory to compress values";
-    return false;
+    return NoMemory();
   }
   if (!packed_.empty()) return true;
   if (!WriteChunks(kTables[1 - table_])) return false;
@@ -323,7 +327,8 @@ bool DayFile::WriteChunks(const char* table) {
   return ok || Fail();
 }
 
-/// Rows of a gateway that ended before packing them, and of points that are not kept any more.
+/// Packs the rows that an earlier run of the gateway has left, also rows of points that are no
+/// longer stored.
 bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
   OpenRows left;
@@ -344,7 +349,8 @@ bool DayFile::PackLeftovers(const char* table) {
                                           : config::Type::float64;
       const auto quality = static_cast<std::uint16_t>(rows.Number(4));
       if (known.empty() || known.back() != point) known.push_back(static_cast<PointNumber>(point));
-      // Here points are numbered as they come: their numbers in the file may be anything.
+      // `left` uses the index in `known` as point number, because the numbers in the file may be
+      // anything.
       left.Add({static_cast<PointNumber>(known.size() - 1),
                 rows.Number(1),
                 {rows.Number(2), AsType(rows.At(3), type), Quality::OfWord(quality)}});
@@ -352,7 +358,10 @@ bool DayFile::PackLeftovers(const char* table) {
     if (step != records::Statement::Step::done) return Fail();
   }
   if (known.empty()) return true;
-  if (!left.Pack(~std::size_t{0}, chunks_)) return false;
+  if (!left.Pack(~std::size_t{0}, chunks_)) {
+    chunks_.clear();
+    return NoMemory();
+  }
   const std::vector<std::int64_t> ids = std::exchange(ids_, {known.begin(), known.end()});
   const bool ok = WriteChunks(table);
   ids_ = ids;

@@ -1,7 +1,6 @@
-// values-YYYYMMDD.db: what is kept of one day (UTC). Newest entries are rows, which two tables take
-// in turn; the rows of the other become chunks in one transaction, so that an entry is never in the
-// file twice. docs/history.md has the tables. OpenRows keeps the rows of the day in memory until
-// they become chunks.
+// `DayFile` is values-YYYYMMDD.db: the stored values of one day (UTC). New entries become rows of
+// one of two tables, while the rows of the second table become chunks in one transaction. So an
+// entry is never in the file twice. docs/history.md has the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +18,8 @@
 
 namespace baudgate::history {
 
-// Entries that stand in a day's file as rows, in memory once more in few bytes each, by point: what
-// chunks are made of without reading the rows again.
+// `OpenRows` holds a copy of a day file's rows in memory, in few bytes each, by point. Chunks are
+// made from it without reading the file.
 struct Chunk {
   PointNumber point = 0;
   std::int64_t run = 0;
@@ -32,21 +31,21 @@ struct Chunk {
 
 class OpenRows {
  public:
-  /// Entries that do not come after the last one of their point and run are left out.
+  /// Adds an entry, unless it is not later than the last entry of its point and run.
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  Millis oldest() const { return oldest_; }  ///< of those that are there
+  Millis oldest() const { return oldest_; }  ///< time of the oldest entry; valid if not empty
 
-  /// Takes about so many entries out, as chunks. False: there was no memory for it.
+  /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
 
  private:
   struct Row {
     std::uint64_t bits = 0;
-    std::uint32_t after = 0;  // milliseconds after the begin
+    std::uint32_t after = 0;  // milliseconds after Series::begin
     std::uint16_t quality = 0;
-    std::uint8_t kind = 0;  // of Value
+    std::uint8_t kind = 0;  // index of the type in Value
   };
   struct Series {
     PointNumber point = 0;
@@ -57,48 +56,50 @@ class OpenRows {
   };
   static Entry EntryOf(const Series& series, const Row& row);
 
-  std::vector<Series> current_;  // by point
-  std::vector<Series> full_;     // of an earlier run, or as long as a chunk may be
-  std::size_t packed_ = 0;       // of current_
+  std::vector<Series> current_;  // key: point
+  std::vector<Series> full_;     // series of an earlier run, or with kMostInChunk rows
+  std::size_t packed_ = 0;       // series of current_ that are packed
   std::size_t size_ = 0;
   Millis oldest_ = 0;
 };
 
-/// "BGva".
 inline constexpr std::int64_t kValuesApplication = 0x42477661;
 
-/// "values-20261123.db" of the day that begins then.
+/// Returns "values-20261123.db" for the day that begins at `day`.
 std::string DayFileName(Millis day);
-/// Empty: it is not the name of such a file.
+/// Returns nothing if the name is not that of a day's file.
 std::optional<Millis> DayOf(const std::string& file_name);
 
-/// What a day's file and trends.db have in common: a database with points, runs and their rows. One
-/// thread. After a call that failed error() has words, and the file may be closed.
+/// `PointFile` is the common part of a day's file and trends.db: a database with points, runs and
+/// their rows. Used by one thread. After a failed call, error() describes the failure, and the
+/// owner closes a damaged() file.
 class PointFile {
  public:
   struct Opened {
     bool ok = false;
     std::string put_aside{};  ///< see OpenedDatabase
     std::optional<std::string> lost{};
-    std::int64_t last_run = 0;  ///< that the file knows
+    std::int64_t last_run = 0;  ///< the last run in the file
   };
 
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// What a reader has found is looked for: all of it is read.
+  /// Checks the whole file because a reader has found damage; returns what is damaged.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
  protected:
-  /// `names` outlives it.
+  /// `names` must outlive this object.
   PointFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
       : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
-  /// `database_` is null where it cannot be opened.
+  /// Opens the file; `database_` is null if that fails. `damage`: found before; the file is put
+  /// aside.
   Opened Begin(const records::DatabaseKind& kind, const std::string& damage);
   bool Fail();
-  /// Rows of the points that have numbers here. `rows`: number, name and what else `use` reads.
+  /// Calls `use` for each row of a configured point. `rows`: query for number, name, and columns
+  /// for `use`.
   bool ReadPoints(const char* rows,
                   const std::function<void(PointNumber point, const records::Statement& row)>& use);
   bool WriteRuns(const std::vector<Run>& runs);
@@ -109,28 +110,28 @@ class PointFile {
   std::unique_ptr<records::Database> database_;
   records::OpenFile open_;
   records::Statement run_;
-  std::vector<std::int64_t> ids_;  // by point; 0: it has none yet
+  std::vector<std::int64_t> ids_;  // number in the file by point; 0: none yet
   bool damaged_ = false;
   std::string error_;
 };
 
 class DayFile final : public PointFile {
  public:
-  /// `names` outlives it.
+  /// `names` must outlive this object.
   DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: was found while it was in use.
+  /// `damage`: found while the file was in use; the file is then put aside.
   Opened Open(const std::string& damage = {});
 
-  /// All or none: rows, and the runs as they are now. Samples have numbers of runs as in the file.
+  /// Writes samples as rows, and the runs; all or nothing. Run numbers are those of the file.
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
-  /// Rows that wait to become chunks are set aside; new ones go to the other table. Not while the
-  /// last ones are being packed.
+  /// Begins to pack the present rows; new rows go to the other table. Not while packing().
   void BeginPacking();
   bool packing() const { return packing_; }
-  /// Packs about so many entries. The last step writes the chunks. Again after a failure.
+  /// Packs about `entries` entries; the last step writes all chunks. After a failure, call this
+  /// again.
   bool Pack(std::size_t entries);
 
   std::size_t open_rows() const { return active_.size(); }
@@ -139,18 +140,19 @@ class DayFile final : public PointFile {
  private:
   bool UpdateTypes();
   bool PackLeftovers(const char* table);
+  bool NoMemory();  // sets the error; returns false
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
 
   records::Statement insert_[2];
-  std::size_t table_ = 0;  // that takes rows
+  std::size_t table_ = 0;  // index of the table that takes new rows
   OpenRows active_;
-  OpenRows packed_;  // of the other table
+  OpenRows packed_;  // rows of the table that is being packed
   std::vector<Chunk> chunks_;
   bool packing_ = false;
 };
 
-/// A value as it is kept in a row, in the kind of its point.
+/// Converts a value from a row to the type of its point.
 Value AsType(Value value, config::Type type);
 
 }  // namespace baudgate::history

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "values-20261123.db.bad2".
+/// True for a file put aside: "values-20261123.db.bad2".
 bool IsAside(const std::string& name) {
   const bool ours = name.starts_with("values-") || name.starts_with(kTrendsFile);
   return ours && name.find(".db.bad") != std::string::npos;
@@ -56,10 +56,10 @@ FolderFiles ListFiles(const fs::path& folder) {
   std::error_code error;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
-    std::error_code gone;  // meanwhile
+    std::error_code gone;  // set if the file was removed meanwhile
     const auto type = at->status(gone).type();
     if (gone || type == fs::file_type::not_found) continue;
-    // A folder or a FIFO in place of a day: whoever reads it says so.
+    // A folder or FIFO with the name of a day's file is listed with size 0; readers report it.
     const bool regular = type == fs::file_type::regular;
     const std::uintmax_t size = regular ? at->file_size(gone) : 0;
     const auto written = regular ? at->last_write_time(gone) : fs::file_time_type{};
@@ -115,7 +115,7 @@ std::string Largest(const FolderFiles& folder_files) {
 void RemoveFile(const fs::path& folder, const std::string& file) {
   const std::string path = (folder / file).string();
   std::error_code ignored;
-  // The log first: one without its file would be another file's.
+  // The log first: without its file, it would be applied to a later file of this name.
   for (const char* part : {"-wal", "-shm", ""}) fs::remove(path + part, ignored);
 }
 
@@ -137,9 +137,9 @@ std::optional<Millis> SureTime::Look(Now now) {
 
 namespace {
 
-constexpr std::uint64_t kEntry = 3;       // of many in a chunk
-constexpr std::uint64_t kFewEntries = 8;  // of few
-constexpr std::uint64_t kChunk = 60;      // each, and its index; one an hour
+constexpr std::uint64_t kEntry = 3;       // bytes per entry in a large chunk
+constexpr std::uint64_t kFewEntries = 8;  // bytes per entry in a small chunk
+constexpr std::uint64_t kChunk = 60;      // bytes of a chunk with its index; one chunk an hour
 constexpr std::uint64_t kSpan = 70;
 constexpr std::uint64_t kHoursADay = 24;
 

@@ -67,7 +67,8 @@ TrendFile::Opened TrendFile::Open(const std::string& damage) {
   return opened;
 }
 
-/// A gateway that was killed has left the minutes of an hour, and not the hour.
+/// Computes hours from their minutes. A gateway that was killed has written the minutes of its last
+/// hour, but not the hour.
 bool TrendFile::MendHours() {
   Run run;
   {
@@ -81,7 +82,11 @@ bool TrendFile::MendHours() {
   std::vector<std::int64_t> points;
   {
     records::Statement rows(*database_, "SELECT point FROM points");
-    while (rows.Next() == records::Statement::Step::row) points.push_back(rows.Number(0));
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
+      points.push_back(rows.Number(0));
+    }
+    if (step != records::Statement::Step::done) return Fail();
   }
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
   for (const std::int64_t point : points) {
@@ -90,7 +95,7 @@ bool TrendFile::MendHours() {
   return database_->Execute("COMMIT") || Fail();
 }
 
-/// The last two of the run: of those before the hours are there.
+/// Only the last two hours of the run may be missing.
 bool TrendFile::MendHours(std::int64_t point, const Run& run) {
   std::map<Millis, Trend> hours;
   {
@@ -144,7 +149,7 @@ bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
 bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                       std::optional<Millis> sure) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  std::vector<PointNumber> fresh;  // not before they are committed
+  std::vector<PointNumber> fresh;  // valid only after the commit
   bool ok = true;
   for (const TrendRow& row : trends) {
     if (ids_[row.point] == 0) {
@@ -162,7 +167,7 @@ bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run
 
 namespace {
 
-/// A reading may come so late that it belongs to the hour before.
+/// A reading may come this much later than its time, so it may belong to the previous hour.
 constexpr Millis kLate = 5 * kSecond;
 
 }  // namespace
@@ -244,7 +249,7 @@ Status HistoryFiles::WriteTrends(const std::vector<TrendRow>& trends, const std:
   return {};
 }
 
-/// Whether it has to be closed. A damaged one is named when it is put aside.
+/// Returns true if the file must be closed. A damaged file is reported later, when it is put aside.
 bool HistoryFiles::NoteLook(const records::OpenFile::Look& look,
                             const std::filesystem::path& path) {
   using Found = records::OpenFile::Found;
@@ -289,7 +294,7 @@ Status HistoryFiles::Pack(Millis now, const StoreLimits& limits) {
     }
     if (file.packing() && !file.Pack(limits.pack_each)) return Failed(file);
     if (past && !file.packing() && file.open_rows() == 0) {
-      at = days_.erase(at);  // its log goes into the file
+      at = days_.erase(at);  // closing merges the write-ahead log into the file
     } else {
       ++at;
     }

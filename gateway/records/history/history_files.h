@@ -1,6 +1,5 @@
-// The files of the history that are open, and the damage that was found while they were: a damaged
-// file is closed, and put aside when it is opened next. TrendFile is trends.db, with the minutes
-// and hours of each point.
+// `HistoryFiles` manages the open files of the history. A damaged file is closed, and is put aside
+// when it is opened again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,31 +25,30 @@ namespace baudgate::history {
 struct StoreLimits {
   std::uint64_t bytes = 1000 * config::kMegabyte;
   Millis keep = 365 * kDay;
-  /// Rows of a day's file that become chunks before the hour is over.
+  /// If a day's file has this many rows, they become chunks before the hour is over.
   std::size_t open_rows = 1'500'000;
-  std::size_t pack_each = 40'000;  ///< entries that are packed at a time
+  std::size_t pack_each = 40'000;  ///< entries that one call of Pack packs
 };
 
-// trends.db: minutes and hours of each point. docs/history.md has the tables.
+// `TrendFile` is trends.db: minutes and hours of each point. docs/history.md has the tables.
 
-/// "BGtr".
 inline constexpr std::int64_t kTrendsApplication = 0x42477472;
 inline constexpr const char* kTrendsFile = "trends.db";
 
-/// Minutes older than this go, 60 for each hour that comes; and hours.
+/// Minutes and hours older than these limits are deleted, when an hour of the point is written.
 inline constexpr Millis kKeepMinutes = 14 * kDay;
 inline constexpr Millis kKeepHours = 3660 * kDay;
 
 class TrendFile final : public PointFile {
  public:
-  /// `names` outlives it.
+  /// `names` must outlive this object.
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: was found while it was in use.
+  /// `damage`: found while the file was in use; the file is then put aside.
   Opened Open(const std::string& damage = {});
-  /// All or none. The same once more changes nothing. `sure`: see SureTime; spans are too old for
-  /// it, and for those that come.
+  /// Writes all or nothing. Writing the same rows again changes nothing. `sure`: see SureTime;
+  /// spans are deleted if they are too old both for `sure` and for the new rows.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 
@@ -76,34 +74,35 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` outlives this, and gets files that were put aside, or that
-  /// somebody else has removed.
+  /// `vfs`: as in Database. `news` must outlive this object; it gets messages about files that were
+  /// put aside, or removed by another program.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
-  /// Does nothing if it is open.
+  /// Opens trends.db; does nothing if it is open.
   Status OpenTrends();
-  /// Opens the files of these days and keeps that of `today` open. Returns the last run that they
-  /// know.
+  /// Opens the files of these days; only that of `today` stays open. Returns the last run number in
+  /// them.
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
-  /// Opens the file if it is not open; see TakeLost.
+  /// Opens the file if necessary; see TakeLost. The pointer is valid until the day's file is
+  /// closed.
   Result<DayFile*> Day(Millis day);
-  /// Why the last call of this file failed. It is closed if it is damaged.
+  /// Returns why the last call of `file` failed, and closes the file if it is damaged.
   Error Failed(DayFile& file);
-  /// While they are open. `sure`: see SureTime.
+  /// Writes to trends.db, which must be open. `sure`: see SureTime.
   Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                      std::optional<Millis> sure);
-  /// The latest run in trends.db.
+  /// Returns the latest run number in trends.db.
   std::int64_t last_run() const { return last_run_; }
 
-  /// Whether they are still there, and whole.
+  /// Checks that all open files still exist and are undamaged; closes the others.
   void Look();
-  /// Readers have found damage in these: those that are open are read as a whole.
+  /// Checks the whole content of those of these files that are open: readers have found damage.
   void Check(const std::set<std::string>& files);
-  /// Since the last call values of the run that goes on were lost with their file.
+  /// True if, since the last call, a file with values of the present run was lost.
   bool TakeLost() { return std::exchange(lost_, false); }
 
-  /// A step: rows of past hours become chunks, and files of past days are closed.
+  /// Performs one step: rows of past hours become chunks, and files of past days are closed.
   Status Pack(Millis now, const StoreLimits& limits);
   void CloseDay(Millis day) { days_.erase(day); }
 
@@ -115,10 +114,10 @@ class HistoryFiles {
   const std::vector<PointName> names_;
   const std::string vfs_;
   std::vector<News>& news_;
-  std::map<Millis, std::unique_ptr<DayFile>> days_;  // that are open
+  std::map<Millis, std::unique_ptr<DayFile>> days_;
   std::unique_ptr<TrendFile> trends_;
   std::map<Millis, std::string> damaged_days_;
-  std::string damaged_trends_;  // empty: nothing was found
+  std::string damaged_trends_;  // empty: no damage was found
   std::int64_t last_run_ = 0;
   bool lost_ = false;
 };

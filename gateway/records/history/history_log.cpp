@@ -8,7 +8,8 @@
 namespace baudgate::history {
 namespace {
 
-/// That the gateway lives is written so often where nothing else is: disks wear.
+/// Interval at which the runs are extended if no values are written. It is long, because writing
+/// wears disks.
 constexpr Millis kMark = 10 * kSecond;
 constexpr Millis kLookEvery = 10 * kSecond;
 
@@ -32,7 +33,7 @@ Status ValueStore::Open(Now clocks) {
                                                  : std::optional(folder_files_.days.back().day);
   std::vector<Millis> looked = {today};
   if (newest && *newest != today) looked.push_back(*newest);
-  // The newest file may know of runs that trends.db has lost.
+  // The newest file may contain runs that trends.db has lost.
   const auto last = files_.OpenDays(looked, today);
   if (!last) return Error{last.error()};
   pending_.Begin(std::max(files_.last_run(), *last));
@@ -63,7 +64,7 @@ Status ValueStore::WriteDays(Millis now, bool last) {
   Batch& batch = pending_.batch();
   const bool due = last || batch.runs.size() > 1 || Apart(now, marked_) >= kMark;
   const bool mark = due && !batch.runs.empty();
-  // Without samples, what is to be said is that the runs went on.
+  // Without samples, the runs are written alone, to store that they go on.
   while (!batch.samples.empty() || (mark && marked_ != now)) {
     const bool marks = batch.samples.empty();
     const Millis day = marks ? today : FloorTo(batch.samples.front().entry.time, kDay);
@@ -98,12 +99,13 @@ Status ValueStore::WriteTrends(Millis now) {
     if (Status status = files_.WriteTrends(batch.trends, batch.runs, sure_); !status) return status;
   }
   batch.trends.clear();
-  // Runs that have ended have been told to all; the last is told again.
+  // Ended runs are now in all files and can be dropped; the last run is written again with the next
+  // batch.
   if (marked_ == now || batch.runs.size() > 1) batch.runs.clear();
   return {};
 }
 
-/// Makes room before it is needed.
+/// Deletes files so that the size stays below the limit.
 Status ValueStore::Clear(Millis now) {
   if (!lists_) return {};
   const Millis today = FloorTo(now, kDay);
@@ -169,7 +171,7 @@ HistoryLog::HistoryLog(Options options)
       writing_("history files",
                [this](bool last) {
                  WriteOnce(last);
-                 if (last) WriteOnce(last);  // what came while an earlier rest was written
+                 if (last) WriteOnce(last);  // batches that came during the first call
                  return options_.clocks().instant + kCommit;
                }),
       recording_("history", [this](bool last) { return Record(last); }) {
@@ -199,7 +201,7 @@ HistoryLog::~HistoryLog() {
 
 // ---------------------------------------------------------------- the recording thread
 
-/// Waits in the feed for what changes, until the next tick.
+/// Waits for changes of the point store until the next tick.
 Instant HistoryLog::Record(bool last) {
   recorder_.Wait(last);
   std::size_t room = 0;
@@ -213,7 +215,7 @@ Instant HistoryLog::Record(bool last) {
   Batch batch = recorder_.Take(now, room, anew, last);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
-  // Opening takes as long as reading the file.
+  // Opening does not count as stalled, because it reads the whole file.
   if (!disk_.is_opening() && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
     SetDisk(records::Disk::stalled, kTooSlow);
   }
@@ -239,7 +241,8 @@ bool HistoryLog::AreTaken(Instant now) {
   return true;
 }
 
-/// What waits in the files goes first; the queue is left alone until then, and fills up.
+/// Writes the rest of an earlier batch first. Until it is written, the queue is not read and fills
+/// up.
 void HistoryLog::WriteOnce(bool last) {
   if (options_.folder.empty()) {
     const MutexLock lock(mutex_);
@@ -290,7 +293,7 @@ void HistoryLog::ShowFiles() {
   });
 }
 
-/// The log hears of the first trouble and of its end.
+/// Logs a disk trouble when it begins and when it ends.
 void HistoryLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   view_->Update([its = disk_](HistoryState& state) { its.Fill(state); });

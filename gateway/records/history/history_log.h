@@ -1,7 +1,7 @@
-// The history while the gateway runs. One thread looks at what has changed in the point store and
-// decides what is kept; another writes it, once a second. Lines wait for neither. While the disk is
-// slow, full or failing, entries wait in a queue that has an end; beyond it they are dropped and
-// counted, and the history has a gap. ValueStore decides which value goes to which file.
+// `HistoryLog` stores the history while the gateway runs. One thread reads the changes of the point
+// store and decides which values are stored; another thread writes them once a second. Lines wait
+// for neither. While the disk is slow, full or failing, entries wait in a bounded queue. When it is
+// full, entries are dropped and counted, and the history has a gap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,34 +26,34 @@
 
 namespace baudgate::history {
 
-// Writes values to the files: decides which value goes to which file, when rows become chunks, and
-// which files have to go. On one thread, without a clock.
+// `ValueStore` writes values to the files. It decides which value goes to which file, when rows
+// become chunks, and which files are deleted. Used by one thread; it reads no clock.
 class ValueStore {
  public:
-  /// `vfs`: as in Database; with one nothing is listed or removed.
+  /// `vfs`: as in Database; if it is not empty, files are neither listed nor deleted.
   ValueStore(std::filesystem::path folder, std::vector<PointName> names, StoreLimits limits,
              std::string vfs = {});
   ValueStore(const ValueStore&) = delete;
   ValueStore& operator=(const ValueStore&) = delete;
 
-  /// Opens what is needed now. Before the first batch, and again after a failure.
+  /// Opens the files that are needed now. Call this before the first batch, and again after a
+  /// failure.
   Status Open(Now clocks);
-  /// Takes the batch, and writes it as far as it goes. What is left waits for the next call.
-  /// `last`: nothing comes after it.
+  /// Takes over the batch, and writes as much of it as possible. The rest waits for the next call.
+  /// `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
-  /// Readers have found damage in these: those that are open are read as a whole.
+  /// See HistoryFiles::Check.
   void Check(const std::set<std::string>& files) { files_.Check(files); }
-  /// The rest of an earlier batch waits.
   bool waits() const {
     return !pending_.batch().samples.empty() || !pending_.batch().trends.empty();
   }
 
   std::size_t waiting() const { return pending_.batch().samples.size(); }
 
-  /// Since the last call: files that were put aside, removed by somebody else, or deleted.
+  /// Returns messages about files that were put aside, removed by another program, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
-  /// Since the last call values of the run that goes on were lost with their file. What came after
-  /// them is of another run, in which points that did not change are unknown.
+  /// See HistoryFiles::TakeLost. Later values belong to another run, in which points are unknown
+  /// until they change.
   bool TakeLost() { return pending_.TakeLost(); }
   const FolderFiles& folder_files() const { return folder_files_; }
 
@@ -70,8 +70,8 @@ class ValueStore {
   std::vector<News> news_;
   HistoryFiles files_;
   PendingValues pending_;
-  Millis marked_ = 0;  // when runs were last written to today's file
-  Millis looked_ = 0;  // at the folder
+  Millis marked_ = 0;  // when the runs were last written to today's file
+  Millis looked_ = 0;  // when the folder was last listed
   SureTime sure_time_;
   std::optional<Millis> sure_;
   FolderFiles folder_files_;
@@ -79,35 +79,37 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// Values are on the disk after this time at the latest; a power cut loses at most these.
+  /// Interval of commits: a power cut loses at most the values of this time.
   static constexpr Duration kCommit = 1s;
-  /// What changes within it is looked at together.
+  /// Changes within this time are read together.
   static constexpr Duration kLook = 20ms;
-  /// What readers have found is looked at again.
+  /// Interval at which files that could not be read are checked again.
   static constexpr Duration kLookAgain = 10s;
-  /// A disk that takes longer does not answer in time.
+  /// A write that takes longer counts as a stalled disk.
   static constexpr Duration kLongestWrite = 3s;
 
   struct Options {
     const config::Config* config = nullptr;
-    bus::PointStore* store = nullptr;  ///< before the lines start
-    std::filesystem::path folder;      ///< empty: there is no place for it
+    bus::PointStore* store = nullptr;  ///< point store; the lines must not have started yet
+    std::filesystem::path folder;      ///< empty: no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// The folder is there, and ours; asked before its files are opened. Empty: it is.
+    /// Checks that the folder exists and belongs to the gateway; called before its files are
+    /// opened. Empty: no check.
     std::function<Status()> ready{};
-    /// Another log still ends, and has the files. Empty: there is none.
+    /// Returns true while an earlier log still writes to the files. Empty: no earlier log.
     std::function<bool()> taken{};
     std::string vfs{};  ///< as in Database
     std::function<Now()> clocks;
-    /// One line when the disk begins to fail, and one when it is well again; from any thread.
+    /// Called from any thread: `warn` when the disk begins to fail, `inform` when the disk works
+    /// again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
   };
   explicit HistoryLog(Options options);
-  /// Writes what is left; as long as the disk takes.
+  /// Writes all values that wait, so it blocks for as long as the disk takes.
   ~HistoryLog();
 
-  /// It may outlive this.
+  /// Returns the view, which may outlive this object.
   std::shared_ptr<const HistorySource> view() const { return view_; }
 
  private:
@@ -124,11 +126,11 @@ class HistoryLog {
   // Used by the writing thread.
   ValueStore files_;
   Instant look_at_{};
-  std::optional<Instant> waits_since_;  // for another log
+  std::optional<Instant> waits_since_;  // waiting for another log to end
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // values are lost that were kept
+  bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // stored values of the run are lost
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;
   Worker recording_;

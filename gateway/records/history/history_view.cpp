@@ -28,7 +28,7 @@ RunBegin RunBeginNamed(std::string_view name) {
                                    : static_cast<RunBegin>(found - kRunBegins.begin());
 }
 
-/// One day's file, for one point.
+/// Reads one point from one day's file.
 class DayReader {
  public:
   DayReader(const fs::path& folder, Millis day, const std::string& point)
@@ -49,7 +49,7 @@ class DayReader {
   }
 
   bool ok() const { return ok_; }
-  /// It is just being made, and holds nothing yet.
+  /// True if the file has no tables: it is being created.
   bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
   bool damaged() const { return database_.damaged(); }
@@ -68,7 +68,7 @@ class DayReader {
     return step == records::Statement::Step::done;
   }
 
-  /// Rows of one run after this time, oldest first; about `most`.
+  /// Adds about `most` entries of one run after time `after` to `out`, oldest first.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -76,7 +76,7 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // One read: what becomes a chunk meanwhile is seen once.
+    // One transaction: an entry that becomes a chunk meanwhile is read once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -86,7 +86,7 @@ class DayReader {
     records::Statement::Step step = chunks.Next();
     for (; step == records::Statement::Step::row && out.size() < most; step = chunks.Next()) {
       auto entries = DecodeChunk(chunks.Blob(0));
-      if (!entries) {  // the others are as good as they were
+      if (!entries) {  // the other chunks are not affected
         damaged_chunk_ = true;
         continue;
       }
@@ -149,7 +149,7 @@ class PageReader {
         if (!is_latest) NoteUnread(*reader, "it is empty: its content is lost");
         continue;
       }
-      // One that is damaged hides nothing but itself; one that is being removed is no loss.
+      // A damaged file does not hide other files. A file that is being removed is not reported.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;
         if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
@@ -232,7 +232,7 @@ struct Part {
 constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
-/// Empty: it is no span of a point.
+/// Returns the span of a row; empty: the row is not valid.
 std::optional<Part> PartOf(const records::Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
@@ -271,7 +271,7 @@ class TrendReader {
   }
 
  private:
-  /// The current run has minutes of an hour that is not over.
+  /// Adds the minutes of the current run for the hour that is not over.
   bool AddOpenHour() {
     records::Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
     const records::Statement::Step step = run.Next();
@@ -292,7 +292,7 @@ class TrendReader {
                                            " WHERE point=? AND begin>=? AND begin<?" + where +
                                            " ORDER BY begin, run");
     rows.BindAll(point_, since, query_.until);
-    // A page has so many spans. A client that asks for years by minutes asks again for the rest.
+    // A page has at most kPage spans; clients request the next page.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();
     records::Statement::Step step = rows.Next();
@@ -343,9 +343,9 @@ class TrendReader {
 
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged) {
-  TrendQuery whole = query;  // a span is whole or not there
+  TrendQuery whole = query;  // a span is never cut
   whole.since = FloorTo(query.since, query.every);
-  // An hour that ends meanwhile is counted once.
+  // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
     return TrendReader(database, whole).Read();
   });
@@ -386,7 +386,7 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Each is told once: a file that is damaged while the gateway runs is found by its first reader.
+/// Logs each file once. A file that is damaged while the gateway runs is found by its first reader.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -431,14 +431,15 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// A value that does not change is kept again after this, mostly: it is looked for so far back.
+/// Unchanged values are mostly stored again after this time (max_gap), so the first value is
+/// searched this far back.
 constexpr Millis kLookBack = kHour;
-constexpr std::size_t kMostPages = 200;  // beyond, minutes have to do
+constexpr std::size_t kMostPages = 200;  // above this limit, minutes are used instead
 
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,
                                           15 * kSecond, 20 * kSecond, 30 * kSecond, kMinute};
 
-/// A round one of at least so much.
+/// Returns a round step that is at least the time of one pixel.
 Millis StepOf(const ChartQuery& query) {
   const Millis pixels = std::clamp<Millis>(query.pixels, 1, kMostPixels);
   const Millis least = (query.until - query.since + pixels - 1) / pixels;
@@ -453,7 +454,7 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// By time, and one a step: runs overlap where the clock was set back.
+/// Sorts rows by time and merges rows of the same step. Runs overlap if the clock was set back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);
@@ -468,7 +469,7 @@ void Tidy(std::vector<Trend>& rows, Millis since) {
   rows = std::move(tidy);
 }
 
-/// Empty: there are too many values.
+/// Returns nothing if the range contains too many values.
 Result<std::optional<Chart>> FromValues(const HistorySource& source, const ChartQuery& query,
                                         Millis step) {
   Chart chart{.step = step};

@@ -1,7 +1,5 @@
-// The history as outputs see it: its health and its values. A read that hangs in a disk keeps the
-// view alive, also after a reload that has ended the log. HistorySource is the interface for
-// outputs, ReadPage reads a page of records, and ReadChart reduces a history to what a chart can
-// show.
+// `HistoryView` is the history for outputs: its state and its values. A read that hangs on a slow
+// disk holds a reference to the view, so the view outlives a log that a reload has ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,25 +19,24 @@
 
 namespace baudgate::history {
 
-// Reads the history back, page by page: for `baudgate history`, over connections of its own that
-// hold up nothing. The files may contain anything; every field is checked. UnreadFiles names files
-// that could not be read.
+// `ReadPage` reads the history page by page, for `baudgate history`. It uses separate connections,
+// so nothing waits for it. The files may contain anything, so every field is checked. `UnreadFiles`
+// lists files that could not be read.
 
-/// Records of one page: about 100 kB of the control socket.
+/// Limit of the records of one page: about 100 kB of the control socket.
 inline constexpr std::size_t kPage = 1000;
 
-/// Between two runs.
 struct Gap {
   Millis until = 0;
   RunBegin why = RunBegin::started;
 };
 
 struct HistoryRecord {
-  Entry entry{};             ///< of a gap: only its time
-  std::optional<Gap> gap{};  ///< from then on nothing is known of the point
+  Entry entry{};             ///< for a gap only its begin
+  std::optional<Gap> gap{};  ///< set: the history of the point has a gap from entry.time on
 };
 
-/// Where a page has ended: after this time of this run.
+/// The position at which a page ended: after this time of this run.
 struct Cursor {
   std::int64_t run = 0;
   Millis time = std::numeric_limits<Millis>::min();
@@ -47,26 +44,27 @@ struct Cursor {
 
 struct PageQuery {
   std::string point{};                                ///< LINE.DEVICE.POINT
-  Millis since = 0;                                   ///< none before
-  Millis until = std::numeric_limits<Millis>::max();  ///< none then or later
+  Millis since = 0;                                   ///< only records at this time or later
+  Millis until = std::numeric_limits<Millis>::max();  ///< only records before this time
   Cursor after{};
 };
 
-/// A file that could not be read, or not whole: what it holds is missing in a page.
+/// A file that could not be read completely; its content is missing in a page.
 struct UnreadFile {
   Millis day = 0;
   std::string text{};    ///< "values-20261123.db: file is not a database"
-  bool damaged = false;  ///< SQLite says so
+  bool damaged = false;  ///< SQLite has found damage
 
   bool operator==(const UnreadFile&) const = default;
 };
 
 struct Page {
-  /// By runs and in them by time: as it was, whatever the clock.
+  /// Sorted by run, and within a run by time. This is the real order, even if the clock was set
+  /// back.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
-  bool known = false;  ///< some file has the point
+  bool known = false;  ///< a file contains the point
   std::vector<UnreadFile> unread{};
 };
 
@@ -76,67 +74,66 @@ struct TrendQuery {
   std::string point{};
   Millis since = 0;
   Millis until = std::numeric_limits<Millis>::max();
-  Millis every = kHour;  ///< whole minutes
+  Millis every = kHour;  ///< width of a span; whole minutes
 };
 
 struct TrendPage {
-  std::vector<Trend> spans{};  ///< by time; of all runs together
+  std::vector<Trend> spans{};  ///< sorted by time; all runs together
   Millis next = 0;             ///< `since` of the next page
   bool more = false;
   bool known = false;
 };
 
-/// The last span is as far as it has come, to the last minute that is over. `damaged`: see
-/// ReadOnce.
+/// Reads spans of one point. The last span may be incomplete: it ends with the last full minute.
+/// `damaged`: see ReadOnce.
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged = nullptr);
 
-// Files of days that could not be read, or not whole. Each is read again from time to time,
-// and forgotten when that works: the file was mended or removed, or there are descriptors again.
-// No lock: HistoryView has it.
+// `UnreadFiles` lists files of days that could not be read completely. Each is read again from time
+// to time, and removed when that works: the file was mended or removed, or file descriptors are
+// available again. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
 
   struct Entry {
     UnreadFile file{};
-    PageQuery query{};  ///< of this day alone
+    PageQuery query{};  ///< query limited to this day
   };
-  /// Whether it is new. Beyond the most it is passed over.
+  /// Adds a file; returns true if it is new. Files beyond kMost are ignored.
   bool Note(const UnreadFile& file, const PageQuery& query);
   void Forget(const UnreadFile& file);
   const std::vector<Entry>& entries() const { return entries_; }
 
-  /// Reads it once more.
   static bool CanBeRead(const std::filesystem::path& folder, const Entry& entry);
 
  private:
   std::vector<Entry> entries_;
 };
 
-// What others may ask of the history: gateway/outputs/status and gateway/outputs/control. From any
-// thread.
+// `HistoryState` and `HistorySource` are the interface for gateway/outputs/status and
+// gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;               ///< why it fails; empty: it does not
-  WallTime since{};                  ///< of `disk`
-  std::size_t points = 0;            ///< whose values are kept
+  std::string trouble;               ///< why the disk fails; empty: no trouble
+  WallTime since{};                  ///< when `disk` last changed
+  std::size_t points = 0;            ///< points whose values are stored
   RecorderCounters counters{};       ///< since the start
-  std::uint64_t trends_dropped = 0;  ///< spans, since the start
+  std::uint64_t trends_dropped = 0;  ///< spans dropped since the start
   std::size_t waiting = 0;           ///< entries that are not on the disk yet
-  std::uint64_t bytes = 0;           ///< of all files, when they were last looked at
+  std::uint64_t bytes = 0;           ///< size of all files at the last check
   std::uint64_t limit = 0;
-  WallTime oldest{};  ///< begin of the oldest day that is kept; the epoch: none is
+  WallTime oldest{};  ///< begin of the oldest stored day; the epoch: none
   std::string folder;
-  std::vector<std::string> put_aside{};  ///< damaged files that are still there, by name
-  std::vector<std::string> unread{};     ///< files that nobody can read, or not whole, and why
+  std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
+  std::vector<std::string> unread{};     ///< files that cannot be read completely, and why
 };
 
 class HistorySource {
  public:
   virtual ~HistorySource() = default;
   virtual HistoryState state() const = 0;
-  /// Nothing while the files are being opened.
+  /// Returns no records while the files are being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   virtual Result<TrendPage> ReadTrends(const TrendQuery& query) const = 0;
 };
@@ -144,9 +141,9 @@ class HistorySource {
 class HistoryView final : public HistorySource {
  public:
   struct Options {
-    std::filesystem::path folder{};  ///< empty: there is no place for it
+    std::filesystem::path folder{};  ///< empty: no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// One line for the log; from any thread.
+    /// Called with one line for the log, from any thread.
     std::function<void(const std::string&)> warn{};
     std::function<void(const std::string&)> inform{};
   };
@@ -156,15 +153,16 @@ class HistoryView final : public HistorySource {
   Result<Page> Read(const PageQuery& query) const override;
   Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
 
-  // ---- for the log, which writes
+  // ---- for HistoryLog only
   template <typename Change>
   void Update(Change change) {
     const MutexLock lock(mutex_);
     change(state_);
   }
-  /// Files in which readers have found damage since the last call, by name.
+  /// Returns the names of files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
-  /// From time to time: what could not be read is read again. As long as the disk takes.
+  /// Reads the files again that could not be read. Blocks for as long as the disk takes. To be
+  /// called from time to time.
   void LookAgain();
 
  private:
@@ -177,22 +175,23 @@ class HistoryView final : public HistorySource {
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// The history of a point reduced to what a chart of so many pixels can show: minimum, mean and
-// maximum of each step. Short times from every kept value, long ones from minutes and hours.
+// `ReadChart` reduces the history of a point to what a chart of `pixels` pixels can show: minimum,
+// mean and maximum of each step. Short time ranges are computed from all stored values, long ones
+// from minutes and hours.
 
 inline constexpr std::int64_t kMostPixels = 4096;
 
 struct ChartQuery {
   std::string point{};  ///< LINE.DEVICE.POINT
   Millis since = 0;
-  Millis until = 0;  ///< not in it any more; at most now
+  Millis until = 0;  ///< end, exclusive; must not be later than now
   std::int64_t pixels = 1200;
 };
 
 struct Chart {
   Millis step = 0;
-  std::vector<Trend> rows{};  ///< by time; of steps without a good value none
-  bool known = false;         ///< some file has the point
+  std::vector<Trend> rows{};  ///< sorted by time; steps without a good value are left out
+  bool known = false;         ///< a file contains the point
 };
 
 Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query);

@@ -31,7 +31,7 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now) {
 
 namespace {
 
-/// As it is kept: under a bad quality there is none, and what is no number is none either.
+/// Returns the value as it is stored: empty under a bad quality and for NaN; long texts are cut.
 Value Cleaned(Value value, Quality quality) {
   if (IsBad(quality)) return {};
   if (auto* text = std::get_if<std::string>(&value); text != nullptr) {
@@ -42,7 +42,7 @@ Value Cleaned(Value value, Quality quality) {
   return value;
 }
 
-/// The value as a good number; empty: it is none.
+/// Returns the value as a number; empty: the value is not good, or not a number.
 std::optional<double> NumberOf(const Entry& entry) {
   if (!IsGood(entry.quality) || !HasValue(entry.value)) return std::nullopt;
   if (std::holds_alternative<std::string>(entry.value)) return std::nullopt;
@@ -91,7 +91,7 @@ void Recorder::Take(const bus::Changes& changes, Now now, std::size_t room, Batc
     seen_.clear();
     std::size_t end = i;
     while (end < changes.points.size() && changes.points[end].device == device) ++end;
-    if (device >= numbers_.size()) {  // a reload has just brought it, and will make this again
+    if (device >= numbers_.size()) {  // added by a reload, which will replace this recorder
       i = end;
       continue;
     }
@@ -133,7 +133,6 @@ void Recorder::TakeOne(Seen& seen, Millis now, Batch& out) {
   point.latest = entry;
 }
 
-/// It is kept where its rule says so.
 void Recorder::Offer(PointNumber number, const Entry& entry, Batch& out) {
   Point& point = points_[number];
   if (IsKept(point.rule, point.kept ? &*point.kept : nullptr, entry)) Keep(number, entry, out);
@@ -155,7 +154,7 @@ void Recorder::Keep(PointNumber number, const Entry& entry, Batch& out) {
   points_[number].kept = entry;
 }
 
-/// The clock, and whether there is room again.
+/// Checks the clock, and begins a new run if the queue has room again.
 void Recorder::Look(Now now, std::size_t room, Batch& out) {
   room_ = room;
   const Duration passed = now.instant - last_.instant;
@@ -169,7 +168,7 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// All that is known is kept again, so a reader need not look beyond the run.
+/// Stores all present values again, so a reader need not look at earlier runs.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -193,8 +192,8 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// A time in which no point was looked at is a gap. Points start again with what the store says of
-/// them now: their values may be too old.
+/// Ends a standstill, which is a gap. Points start again with their present values in the store,
+/// because the last known values may be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);
   if (recording_) run_.until = std::max(run_.until, old_time);

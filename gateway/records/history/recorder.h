@@ -1,6 +1,6 @@
-// Out of what changes in the point store: what is kept, and what it comes to by minutes and hours.
-// No thread, no clock, no disk: gateway/records/history/history_log.h has them. LogRule decides
-// about each reading, and ChangeRecorder drives Recorder from the change feed.
+// `Recorder` takes the changes of the point store, decides which values are stored, and computes
+// minutes and hours. It has no thread, no clock and no disk: gateway/records/history/history_log.h
+// provides these.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,49 +15,51 @@
 
 namespace baudgate::history {
 
-// Is this reading kept? The one decision about each reading, without clock and disk.
+// `LogRule` decides whether a reading is stored. No clock and no disk.
 //
-//   deadband 0.5, kept 10.0 good     10.4 good: no      10.6 good: yes      10.0 uncertain: yes
-//   max_gap 10min, kept at 12:00     the same at 12:09: no      at 12:10: yes
+//   deadband 0.5, stored 10.0 good    10.4 good: no        10.6 good: yes      10.0 uncertain: yes
+//   max_gap 10min, stored at 12:00    same at 12:09: no    same at 12:10: yes
 struct LogRule {
   bool every = false;
-  Decimal deadband = 0;  ///< a change by just so much is not kept; 0: every change is
+  Decimal deadband = 0;  ///< changes up to this size are not stored; 0: every change is
   Millis max_gap = 10 * kMinute;
 
   static LogRule Of(const config::HistoryPoint& point);
 };
 
-/// `last`: the value kept last; null: none, or what happened since is not known.
+/// True if `now` is to be stored. `last`: the value stored last; null: none, or later changes are
+/// unknown.
 bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
-/// Since the start.
+/// Counters since the start.
 struct RecorderCounters {
   std::uint64_t readings = 0;
-  std::uint64_t merged = 0;   ///< readings that a later one had replaced before it was looked
-  std::uint64_t kept = 0;     ///< entries
-  std::uint64_t dropped = 0;  ///< entries for which there was no room
+  std::uint64_t merged = 0;   ///< readings replaced by later readings before a look
+  std::uint64_t kept = 0;     ///< entries that were stored
+  std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
 };
 
 class Recorder {
  public:
-  /// A clock that goes faster or slower than this between two looks was set.
+  /// If the clock differs by more than this from the elapsed time between two looks, it was set.
   static constexpr Duration kStep = 250ms;
-  /// A gap of the clock longer than this: the process was stopped, or its machine was.
+  /// If more than this time has passed between two looks, the process or its machine was stopped.
   static constexpr Duration kStandstill = 5s;
-  /// Spans end this long after their time, so that readings from within them have come.
+  /// Spans are closed this long after their end, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;
 
-  /// `store` outlives it.
+  /// `store` must outlive this object.
   Recorder(const config::History& history, const bus::PointStore& store, Now now);
 
-  /// `room`: so many entries fit into the queue. Once they do not, nothing is kept until there is
-  /// room for all points and more, and a new run begins.
+  /// Takes changes of the point store. `room`: number of entries that fit into the queue. When the
+  /// queue is full, nothing is stored until it has room for twice the number of points; then a new
+  /// run begins.
   void Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out);
-  /// Now and then, at least once a second.
+  /// Closes spans that have ended. To be called at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
-  /// What was kept of this run is lost: another one begins.
+  /// Begins a new run, because the stored values of this run are lost.
   void BeginAnew(Now now, std::size_t room, Batch& out);
-  /// The last: all that is known, until now.
+  /// Closes all spans and the run. Must be the last call.
   void End(Now now, Batch& out);
 
   const RecorderCounters& counters() const { return counters_; }
@@ -69,7 +71,7 @@ class Recorder {
     explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {}
     LogRule rule;
     std::optional<Entry> latest;
-    std::optional<Entry> kept;  // in this run
+    std::optional<Entry> kept;  // value stored last in this run
     std::uint64_t seq = 0;      // PointRecord::seq
     Rollup minute{kMinute};
     Rollup hour{kHour};
@@ -96,33 +98,33 @@ class Recorder {
   void Roll(Each each, Batch& out);
 
   const bus::PointStore& store_;
-  std::vector<std::vector<PointNumber>> numbers_;  // by device and point
+  std::vector<std::vector<PointNumber>> numbers_;  // indexed by device and point
   std::vector<Point> points_;
   Run run_;
   bool recording_ = true;
-  std::size_t room_ = 0;  // of the look that goes on
-  Now last_;              // look at the clocks
+  std::size_t room_ = 0;  // room of the present call
+  Now last_;              // clocks at the last look
   std::vector<Seen> seen_;
   std::vector<Trend> ended_;
   RecorderCounters counters_;
 };
 
-// The recorder at the change feed of the point store: waits for what changes, and ticks once a
-// second. On one thread, but for Wake.
+// `ChangeRecorder` connects a Recorder to the change feed of the point store: it waits for changes,
+// and ticks once a second. Used by one thread, except Wake.
 class ChangeRecorder {
  public:
-  /// `store` outlives it.
+  /// `store` must outlive this object.
   ChangeRecorder(const config::History& history, bus::PointStore& store, Now now);
   ~ChangeRecorder() { store_.Unsubscribe(feed_); }
   ChangeRecorder(const ChangeRecorder&) = delete;
   ChangeRecorder& operator=(const ChangeRecorder&) = delete;
 
-  /// Returns when something has changed, or at the next tick; with `last` at once.
+  /// Waits for changes, or until the next tick; with `last` not at all.
   void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
-  /// Ends a Wait. From any thread.
+  /// Ends a Wait. Thread-safe.
   void Wake() { feed_->Wake(); }
-  /// After Wait: what is to be kept. `room`: see Recorder. `anew`: what was kept of this run is
-  /// lost.
+  /// Returns what is to be stored; call this after Wait. `room`: see Recorder. `anew`: the stored
+  /// values of this run are lost.
   Batch Take(Now now, std::size_t room, bool anew, bool last);
   const RecorderCounters& counters() const { return recorder_.counters(); }
 

@@ -1,3 +1,4 @@
+// The subcommands that talk to a running gateway: their options and help.
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
@@ -23,7 +24,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// `target` lives as long as the command.
+/// Adds an option that takes a time. `target` must live as long as the command.
 void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
   command.add_option_function<std::string>(
       name,

@@ -1,6 +1,5 @@
-// The subcommands of baudgate: their words and help, and which function of gateway/tools/cli does
-// each. Words come from gateway/main.cpp; what is to be done goes back to it. UnquotedSerial and
-// TellMeant say what people mean by words that the command line does not take.
+// The subcommands of baudgate: their options and help, and the function that each one runs.
+// gateway/main.cpp passes the words in and runs the chosen Action.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,29 +15,25 @@
 
 namespace baudgate::tools {
 
-// What people mean by words that the command line does not take.
-
-/// A bit rate whose format stands outside the quotes would be taken for another argument: says so
-/// before the words are parsed. Empty: there is none.
+/// Returns a message if a bit rate and its format are two words (9600 8E1), because the parser
+/// would take the format for another argument; empty: all is well. Call it before parsing.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
-/// Behind an error of parsing: what each word that was not taken probably means.
+/// Prints a suggestion for each word that was not parsed, to follow a parse error.
 void TellMeant(const CLI::App& app, std::ostream& err);
 
-/// What the chosen subcommand does, once all words are parsed; returns the exit code.
+/// What the chosen subcommand does after parsing. Returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 
-/// Each subcommand sets `action` when it is the one that is parsed; both outlive the parsing.
+/// The parsed subcommand sets `action`. `app` and `action` must stay valid until parsing has ended.
 void AddCommands(CLI::App& app, Action& action);
-/// Those that talk to a running gateway.
 void AddClientCommands(CLI::App& app, Action& action);
-/// `scan` and `ask`: subcommands about a bus.
 void AddBusCommands(CLI::App& app, Action& action);
-/// Those for devices that no running gateway has: twins, profiles, one look, a bridge.
+/// Adds the subcommands that need no running gateway: twins, profiles, a bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
-/// Whether the first word looks like a subcommand and is none. Then it is said which there are:
-/// CLI11 itself only says that a subcommand is required.
+/// True if `word` looks like a subcommand but is none. The caller then lists the subcommands,
+/// because CLI11 does not.
 bool IsUnknownSubcommand(const CLI::App& app, std::string_view word);
 
 }  // namespace baudgate::tools

@@ -1,3 +1,4 @@
+// The subcommands about a bus or about devices outside a running gateway: their options and help.
 // SPDX-License-Identifier: Apache-2.0
 #include <unistd.h>
 
@@ -94,7 +95,6 @@ void AddBusCommands(CLI::App& app, Action& action) {
 
 namespace {
 
-/// Options that make a twin misbehave or speak unasked.
 void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& options) {
   command
       .add_option_function<std::vector<std::string>>(
@@ -217,7 +217,7 @@ void AddProfiles(CLI::App& app, Action& action) {
   });
 }
 
-/// Two ways to one answer: through the running gateway, or at a port that is free.
+/// Adds `read`: it asks through the running gateway or, with --port, directly at a free port.
 void AddRead(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand(
       "read", "Ask a device now for its points: one of the running gateway, or one at a free port");

@@ -16,7 +16,7 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// Frames, or the records as they are. Each line is flushed, so that it can be piped.
+/// Prints decoded frames, or the records with `bytes`. Flushes each line, for use in pipes.
 class TracePrinter {
  public:
   TracePrinter(const TraceOptions& options, const Json& answer, const config::Catalog& catalog,
@@ -66,7 +66,7 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// When to look again: at the end, or when nothing has followed bytes that wait.
+/// Returns when to look again: at the end, or when a pause has completed the waiting bytes' frame.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;
@@ -99,7 +99,7 @@ int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::o
     const Json json = Json::parse(line, nullptr, false);
     if (json.contains("end")) why = json.value("end", why);
     if (json.contains("record")) printer.Print(json.value("record", ""));
-    if (!out) return 0;  // its reader has left
+    if (!out) return 0;  // the reader of the output has closed it
   }
   err << "baudgate: the trace has ended: " << why << '\n';
   return kNoDaemon;

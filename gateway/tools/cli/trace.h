@@ -1,4 +1,4 @@
-// `baudgate trace`: the frames of one line as they come and go, or what the flight recorder holds.
+// `baudgate trace`: prints the frames on one line, or the content of the flight recorder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,15 +13,15 @@ namespace baudgate::tools {
 
 struct TraceOptions {
   std::string line{};
-  std::string device{};               ///< only its records; empty: all
-  bool last = false;                  ///< what has been, instead of what comes
-  bool bytes = false;                 ///< each arrival of bytes as it was, nothing decoded
+  std::string device{};               ///< only records of this device; empty: all
+  bool last = false;                  ///< the recorded frames instead of new ones
+  bool bytes = false;                 ///< each arrival of bytes separately, not decoded
   std::optional<Duration> seconds{};  ///< end after this time; empty: at SIGINT or SIGTERM
   std::string socket{};               ///< empty: the gateway in the default places
 };
 
-/// Each record is flushed, so that it can be piped. Exit code 0, also when the gateway stops; 2 for
-/// an unknown line or device; 4 when no gateway answers.
+/// Flushes each record, for use in pipes. Exit codes: 0, also when the gateway stops; 2 unknown
+/// line or device; 4 no gateway answers.
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 

@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::uint8_t kParityBit = 0x80;
 
-/// Whole frames among the bytes.
 std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, View bytes) {
   protocols::Assembler assembler;
   assembler.Begin(tongue.protocol->reply_rule,
@@ -27,7 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// What the frames among the bytes say, the strongest of them; empty: none says anything.
+/// Returns the strongest verdict of the frames in `bytes`; empty: no frame proves anything.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -46,7 +45,8 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Which parity the eighth bits of all bytes are; empty: they are none, or there are too few.
+/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is no parity, or is never
+/// set.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
   const auto odd = static_cast<std::size_t>(
@@ -102,7 +102,7 @@ Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gather
   const bool back = BeginsWith(heard, request);
   if (back && MayMirror(tongue, mode, request) &&
       !FromFrames(tongue, mode, request, heard.subspan(request.size()))) {
-    // The reply itself may look like this; what follows is somebody else's.
+    // A reply may be equal to its request; bytes that follow do not belong to it.
     auto alike = FromFrames(tongue, mode, request, heard.first(request.size()));
     if (alike && alike->what == Verdict::What::maybe) return *alike;
   }
@@ -137,7 +137,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
     if (seven) format.parity = *parity;
     for (const Tongue& tongue : tongues) {
       if (tongue.protocol->recognise == nullptr) continue;
-      // Any request of ours will do: it has not been sent.
+      // `recognise` needs an own request; any request will do, because none has been sent.
       const Bytes own = tongue.rule().ask(tongue.rule().last_address, 0, 0);
       const auto found = tongue.protocol->recognise(own, bytes, tongue.options[0]);
       if (!found || found->what != protocols::Recognised::What::other_master) continue;
@@ -151,7 +151,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
 
 namespace {
 
-/// The longest host name (RFC 1035).
+/// Longest label of a host name (RFC 1035).
 constexpr std::size_t kLongestName = 63;
 
 std::string FormatOf(const config::SerialSettings& serial) {
@@ -159,7 +159,7 @@ std::string FormatOf(const config::SerialSettings& serial) {
   return text.substr(text.find(' ') + 1);
 }
 
-/// The most frequent value of `key`, the first of several.
+/// Returns the most frequent value of `key`; of several, the first.
 template <typename Key>
 auto MostFrequent(const std::vector<Found>& found, Key key) {
   auto best = key(found.front());
@@ -175,7 +175,7 @@ auto MostFrequent(const std::vector<Found>& found, Key key) {
   return best;
 }
 
-/// A text that stands behind '#' in one line.
+/// Returns a text as a YAML comment line.
 std::string Comment(std::string_view text) { return "# " + Printable(ToBytes(text)); }
 
 std::string NameOf(const Found& device, const std::vector<std::string>& taken) {

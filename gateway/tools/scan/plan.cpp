@@ -9,11 +9,13 @@
 namespace baudgate::scan {
 namespace {
 
-/// Devices are numbered from 1 on, and few buses have more.
+/// Last address of the quick sweeps: devices are usually numbered from 1 on, and few buses have
+/// more.
 constexpr unsigned kLastLikely = 32;
-/// What a request and its way through network and server take, beyond the device.
+/// Additional timeout for the way through network and serial server.
 constexpr Duration kNetwork = 150ms;
-/// A quick scan takes a minute: so much for questions, the rest for what answers.
+/// Part of the minute of a quick scan that is planned for sweeps; the rest is for devices that
+/// answer.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 
@@ -25,7 +27,7 @@ std::optional<Addresses> Within(const Addresses& wanted, unsigned first, unsigne
   return both;
 }
 
-/// All that the rule or the wish has.
+/// Returns all addresses of the wish, else of the rule.
 std::optional<Addresses> AllOf(const protocols::ScanRule& rule, const Wish& wish) {
   if (wish.addresses) return Within(*wish.addresses, rule.first_address, rule.last_address);
   return Addresses{rule.first_address, rule.last_address};
@@ -50,7 +52,7 @@ Sweep Quick(const Wish& wish, std::size_t tongue, std::size_t setting, const Add
           .patience = rule.usual + (wish.network ? kNetwork : Duration())};
 }
 
-/// As much of it as fits into the time; empty: not one address does.
+/// Returns the part of the sweep that fits into the time `left`; empty: not one address fits.
 std::optional<Sweep> Cut(Sweep sweep, Duration left, const Wish& wish) {
   const unsigned count = sweep.addresses.last - sweep.addresses.first + 1;
   const Duration each = TimeOf(sweep, wish) / count;
@@ -72,7 +74,7 @@ std::vector<Sweep> CutAll(const std::vector<Sweep>& sweeps, Duration limit, cons
   return kept;
 }
 
-/// Beyond the likely addresses, where no range was asked for.
+/// Adds the addresses after kLastLikely, if the user has given no range.
 void AddRest(const Wish& wish, std::vector<Sweep>& sweeps) {
   if (wish.addresses) return;
   for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
@@ -156,7 +158,7 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   const auto has_answered = [&](const config::SerialSettings& serial) {
     return std::ranges::any_of(answered, [&](const auto& one) { return SameWire(one, serial); });
   };
-  // Where something has answered, first.
+  // The settings at which devices have answered come first.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
       const protocols::ScanRule& rule = wish.tongues[i].rule();
@@ -210,7 +212,8 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
-  // A pty does not tell 7E1 from 8E1: those come first that devices of the protocol have.
+  // A pty does not distinguish 7E1 from 8E1, so formats that devices of the protocol have come
+  // first.
   std::stable_partition(others.begin(), others.end(), is_listed);
   return others;
 }

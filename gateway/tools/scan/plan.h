@@ -1,8 +1,7 @@
-// What a scan asks, where and in which order: a list of sweeps, the most likely first. Pure; from
-// the wish of the user to gateway/tools/scan/scanner.h, which carries it out.
+// The plan of a scan: a list of sweeps, the most likely first. Pure functions: a `Wish` of the user
+// goes in, and gateway/tools/scan/scanner.h executes the sweeps.
 //
 //   spabus 9600 7E1 1…32, dcon 9600 8N1 1…32, set4tm 9600 8O1 1…32, …, spabus 4800 7E1 1…32, …
-//
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,29 +17,29 @@
 
 namespace baudgate::scan {
 
-/// A protocol that is looked for.
+/// A protocol that the scan looks for.
 struct Tongue {
   const protocols::Protocol* protocol = nullptr;
-  std::vector<protocols::ParsedOptions> options{};  ///< by mode of its rule
+  std::vector<protocols::ParsedOptions> options{};  ///< options for each mode of the ScanRule
 
   const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
-/// `protocol` has a ScanRule.
+/// `protocol` must have a ScanRule.
 Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
   unsigned first = 0;
-  unsigned last = 0;  ///< included
+  unsigned last = 0;  ///< inclusive
   bool operator==(const Addresses&) const = default;
 };
-/// "1-32" or "7".
+/// Parses "1-32" or "7".
 Result<Addresses> ParseAddresses(std::string_view text);
 
 struct Wish {
   std::vector<Tongue> tongues{};
-  std::optional<Addresses> addresses{};  ///< empty: the usual ones first, then all
-  bool quick = false;                    ///< the whole scan takes less than a minute
-  bool network = false;                  ///< a serial server has the settings
+  std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all
+  bool quick = false;                    ///< limit the scan to less than a minute
+  bool network = false;  ///< the port is a serial server that has the serial settings
 };
 
 /// Addresses of one protocol with one setting of the port.
@@ -48,36 +47,35 @@ struct Sweep {
   std::size_t tongue = 0;
   config::SerialSettings serial{};
   Addresses addresses{};
-  std::size_t modes = 1;    ///< the first ones of the rule
-  std::uint32_t finds = 1;  ///< questions, as bits
-  Duration patience{};      ///< until the first byte of a reply
+  std::size_t modes = 1;    ///< number of modes to try, from the first of the rule
+  std::uint32_t finds = 1;  ///< bit mask of the questions of the rule to ask
+  Duration patience{};      ///< timeout until the first byte of a reply
 };
 
-/// How long the sweep takes if no device answers.
+/// Returns how long sweeps take if no device answers.
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
-/// The most likely settings and addresses, each in short time.
+/// Returns sweeps over the most likely settings and addresses, with short timeouts.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
-/// All addresses, with more patience: where something has answered, and with the first setting of
-/// each protocol. Empty where time is short.
+/// Returns sweeps over all addresses, with longer timeouts: with the settings at which devices have
+/// answered, and with the first setting of each protocol. Empty for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 
-/// Settings with which it is listened before anything is sent, and for how long each.
+/// Settings to listen with before anything is sent, and how long.
 struct Listening {
   config::SerialSettings serial{};
   Duration time{};
 };
 std::vector<Listening> ListenFirst(const Wish& wish);
 
-/// A quick scan ends then.
 inline constexpr Duration kQuickLimit = 57s;
 
-/// Same bit rate and format.
+/// True if bit rate and character format are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
-/// The other formats of the same bit rate that the protocol's characters fit into, those first that
-/// its devices usually have. `protocol` has a ScanRule.
+/// Returns the other character formats at the same bit rate that can carry the protocol's
+/// characters; formats that its devices usually have come first. `protocol` must have a ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const protocols::Protocol& protocol);
 

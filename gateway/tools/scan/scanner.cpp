@@ -6,11 +6,11 @@
 namespace baudgate::scan {
 namespace {
 
-/// How often a device that was found is asked once more: two at one address do not always collide.
+/// How often a found device is asked again: two devices at one address do not always collide.
 constexpr int kRepeats = 3;
-/// Where others speak, replies are lost now and then.
+/// Tries of a question if another master is active, because replies are then lost now and then.
 constexpr int kTriesInTraffic = 4;
-/// Fewer bytes are glitches of the line.
+/// Fewer bytes are a glitch of the line.
 constexpr std::size_t kLeastOfReply = 3;
 constexpr const char* kTwo = "two devices may have this address";
 
@@ -37,7 +37,7 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// False: the port does not do that, and the scan goes on without it.
+/// Returns false if the port does not support the settings; the scan goes on without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -45,7 +45,7 @@ bool Scanner::Set(const config::SerialSettings& serial) {
   return set.ok();
 }
 
-/// To what the port did before.
+/// Restores settings that the port had before. A failure ends the scan.
 void Scanner::SetBack(const config::SerialSettings& serial) {
   if (wish_.network) return;
   const Status set = wire_.Apply(serial);
@@ -54,7 +54,7 @@ void Scanner::SetBack(const config::SerialSettings& serial) {
   End();
 }
 
-// ---------------------------------------------------------------- what others say
+// ---------------------------------------------------------------- traffic of others
 
 void Scanner::Listen() {
   Duration left = TimeOf(LikelySweeps(wish_), wish_) + TimeOf(ThoroughSweeps(wish_, {}), wish_);
@@ -68,7 +68,6 @@ void Scanner::Listen() {
       return End();
     }
     if (gathered->stopped) return End();
-    // Less may be a glitch.
     if (gathered->heard.size() < kLeastOfReply) continue;
     Talk here = WhoTalks(wish_.tongues, gathered->heard, listening.serial);
     if (!talk || here.known) talk = std::move(here);
@@ -84,7 +83,7 @@ void Scanner::TellForeign(const std::string& who) {
   if (!traffic_) End();
 }
 
-// ---------------------------------------------------------------- one address after the other
+// ---------------------------------------------------------------- the addresses of a sweep
 
 void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   if (!Set(sweep.serial)) return;
@@ -111,7 +110,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// A device is found once, and never asked in a protocol whose questions might be its writes.
+/// True if the device was found already, also in a protocol in which this protocol's questions are
+/// writes (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -119,7 +119,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  bool proof = false;  // a reply that looks like its echo: the next question proves it
+  bool proof = false;  // true after a reply that is equal to its echo: the next question decides
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;
@@ -130,7 +130,7 @@ void Scanner::Look(Asked asked, std::uint32_t finds) {
   }
 }
 
-/// In traffic a lost reply proves nothing.
+/// Repeats an unclear exchange if another master is active.
 Verdict Scanner::Exchange(const Asked& asked) {
   Verdict verdict = ExchangeOnce(asked);
   for (int tries = 1; traffic_ && tries < kTriesInTraffic && !is_over(); ++tries) {
@@ -171,8 +171,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Bytes have come without a request, or in the name of another device: maybe the late reply to the
-/// question before, which is asked once more, with patience.
+/// Bytes have come without a request, or in the name of another device: they may be a late reply to
+/// `late`, which is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -182,7 +182,7 @@ void Scanner::CheckLate(std::optional<Asked> late) {
   checking_late_ = false;
 }
 
-/// True: this address needs no further question.
+/// Returns true if this address needs no further question.
 bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {
@@ -212,7 +212,8 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// It does not mind the parity of what it hears, and its own tells which it has.
+/// The device accepts any parity, and its reply shows its format: asks it in that format, and
+/// stores the format if that works.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -227,7 +228,7 @@ void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   if (!is_over()) SetBack(before.serial);
 }
 
-/// Other parities at the same bit rate. True: the device is found.
+/// Tries other formats at the same bit rate. Returns true if the device is found.
 bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   if (wish_.network || traffic_) return false;
   bool found = false;
@@ -246,7 +247,8 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Damage that comes every time is no chance: two devices answer at once, or one in another format.
+/// Repeats the question. If all replies are damaged, tries other formats; if that fails, records
+/// that two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {
@@ -305,7 +307,8 @@ void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
   Keep(std::move(found));
 }
 
-/// Asked again and again, one device says the same.
+/// Asks a found device again. Returns true if replies differ or are damaged, so that two devices
+/// share the address.
 bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);
@@ -324,7 +327,7 @@ bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) 
 void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
   const protocols::ScanRule& rule = TongueAt(asked).rule();
-  // What it does not answer it mostly does not know.
+  // No retry after a missing reply: the device mostly does not support that question.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;
     more.question = question;
@@ -347,7 +350,8 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Damage where another protocol has found a device since was that device's.
+/// Drops damaged replies from addresses at which another protocol has found a device, which sent
+/// them.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

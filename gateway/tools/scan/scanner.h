@@ -1,6 +1,6 @@
-// The loop of a scan: listens, asks what the plan says (plan.h), judges what comes back (judge.h),
-// asks again where that is not clear. Sends nothing but what the ScanRule of each protocol lists.
-// The wire and the clock are the caller's; so is what is done with what was found.
+// `Scanner` executes a scan: it listens, sends the questions of the plan (plan.h), judges the
+// replies (judge.h), and asks again if a reply is not clear. It sends only what the ScanRule of
+// each protocol lists. The caller provides the wire and the clock, and receives what was found.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,14 +17,14 @@
 
 namespace baudgate::scan {
 
-/// An open port. An error ends the scan: the port is gone.
+/// An open port, implemented by the caller. An error of Listen or Ask ends the scan.
 class Wire {
  public:
   virtual ~Wire() = default;
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual Result<Gathered> Listen(Duration time) = 0;
-  /// Waits until the line is quiet, sends, and gathers what comes: up to `patience` after the last
-  /// character of the request, then until nothing has come for `gap`.
+  /// Waits until the line is quiet, sends `request`, and gathers bytes: waits `patience` after the
+  /// last character of the request for the first byte, then until nothing has come for `gap`.
   virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
   virtual Instant Now() = 0;
 };
@@ -40,21 +40,22 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Another master is active there (a sentence without its full stop): whether to send anyway.
+  /// Asks whether to send although another master is active. `who`: a sentence without its full
+  /// stop.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 
 class Scanner {
  public:
-  /// All outlive it.
+  /// The references must outlive this object.
   Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
 
-  /// Once. What was found stands in the report, also behind an error.
+  /// Executes the scan; to be called once. The report contains what was found, also after an error.
   Status Run();
   const Report& report() const { return report_; }
 
  private:
-  /// One question to one address, and what came of it.
+  /// One question to one address.
   struct Asked {
     std::size_t tongue = 0;
     config::SerialSettings serial{};
@@ -93,13 +94,13 @@ class Scanner {
   Watcher& watcher_;
   Report report_;
   Status status_;
-  bool traffic_ = false;                              ///< others speak as well, and the user knows
-  std::set<std::string> refused_;                     ///< settings that the port does not do
-  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
-  std::vector<Found> doubtful_;                       ///< nothing but damage came from there
+  bool traffic_ = false;           ///< another master is active, and the user has agreed to send
+  std::set<std::string> refused_;  ///< settings that the port does not support
+  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address of found devices
+  std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came
   std::vector<config::SerialSettings> answered_;
   std::optional<Asked> last_;
-  std::optional<Asked> previous_;  ///< the last one to another address
+  std::optional<Asked> previous_;  ///< last question to another address than last_
   bool checking_late_ = false;
   Instant limit_{};
 };

@@ -1,4 +1,3 @@
-// A pair from /dev/ptmx and a symbolic link to its slave.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/pty.h"
 
@@ -21,7 +20,8 @@
 
 namespace baudgate::tools {
 
-// /proc/PID/fdinfo/FD of the master has "tty-index: 7" for /dev/pts/7.
+// ServerOf finds the process by /proc/PID/fdinfo/FD: for the master of /dev/pts/7, this file
+// contains "tty-index: 7".
 
 namespace {
 
@@ -75,7 +75,7 @@ std::optional<std::string> ServerOf(const std::string& link, const std::string& 
   if (!number || stat(target.c_str(), &made) != 0 || lstat(link.c_str(), &linked) != 0) {
     return std::nullopt;
   }
-  // Reading and writing leave the change time of a pty alone.
+  // Reading and writing do not alter the change time of a pty, so it is the time of creation.
   if (IsLater(made.st_ctim, linked.st_mtim)) return std::nullopt;
   return HolderOf(*number);
 }
@@ -144,7 +144,7 @@ Status Pty::MakeLink(const std::string& link) {
     return Error{link + " is a link to " + target + ", which is served by " + *server +
                  "; end it first, or choose another path"};
   }
-  // A reader sees the old link or the new one, never none.
+  // The link is replaced by rename, so a reader always finds the old link or the new link.
   const std::string fresh = link + ".new-" + std::to_string(getpid());
   (void)unlink(fresh.c_str());
   if (symlink(slave_path_.c_str(), fresh.c_str()) != 0) {
@@ -162,7 +162,8 @@ Status Pty::MakeLink(const std::string& link) {
 int Pty::TakeMaster() { return std::exchange(master_, -1); }
 
 void Pty::Unplug() {
-  // While our slave is open nobody else can own its number, so equal text means our link.
+  // While this slave is open, its number cannot be reused, so an equal target proves that it is
+  // this link.
   if (!link_.empty() && LinkTarget(link_) == slave_path_) (void)unlink(link_.c_str());
   link_.clear();
   CloseAndForget(slave_);

@@ -101,7 +101,7 @@ void TwinEvents::CatchUp(protocols::Twin& twin, const config::Device& device, No
 
 namespace {
 
-/// How often a twin that speaks unasked has something to say.
+/// Interval of the events of a twin that sends unasked.
 constexpr Duration kOwnEvents = 2s;
 
 }  // namespace
@@ -138,7 +138,7 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// `seed`: of the first; each of the others has the next one.
+/// `seed`: of the first twin; each further twin gets the next number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
@@ -153,7 +153,7 @@ Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
   return twins;
 }
 
-/// The reply of the first twin that does not keep silent.
+/// Returns the reply of the first twin that answers.
 Residents::Reply Residents::ReplyOf(const Twins& twins, View request, Instant now) {
   for (const auto& one : twins) {
     Bytes bytes = one->twin->Answer(request, now);
@@ -179,7 +179,7 @@ Residents::Answer Residents::Hear(View request, Instant end) {
   }
   if (faults_) {
     answer.heard = faults_->Deliver(request, answer.reply, end);
-  } else if (!answer.reply.empty()) {  // else what is being sent goes on
+  } else if (!answer.reply.empty()) {  // without a reply, pieces being sent continue
     answer.interrupts = true;
     TwinWire wire = wire_;
     wire.serial = answer.serial;
@@ -227,7 +227,8 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Devices like the twins', with values of their own, that reply under one other address.
+/// Makes copies of the twins with different values that all reply under one address that no twin
+/// has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

@@ -1,6 +1,6 @@
-// The twins of one protocol on a bus, and their faults: whole requests go in, what is said and when
-// comes out. Sans-I/O; gateway/tools/simulate/twin_port.h carries it over a pty or a connection.
-// SimulatedValues is what the devices measure, and TwinEvents raises events.
+// `Residents` contains the twins of one protocol on a bus, and their faults. Complete requests go
+// in; replies with their times come out. Sans-I/O: gateway/tools/simulate/twin_port.h carries the
+// bytes over a pty or a connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,12 +23,11 @@
 
 namespace baudgate::tools {
 
-// What the twins of simulated devices measure.
-
-/// What a twin measures: each point follows its `simulate:` entry, a slow wave or a fixed value.
+/// The values that a twin measures: each point follows its `simulate:` entry, a slow wave or a
+/// fixed value.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` outlives the values; `seed` shifts the waves of one twin against those of another.
+  /// `points` must outlive this object. `seed` shifts the waves of the twin, so that twins differ.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -39,28 +38,28 @@ class SimulatedValues final : public protocols::TwinValues {
   std::vector<Value> written_;
 };
 
-// Events that a twin raises by itself, as the user writes them: "every:5s", "every:1s,count=3".
-// They are those of its profile's table that go on and off, one after the other. Sans-I/O, as
-// twin_faults.h.
+// Events that a twin raises by itself, as the user writes them: "every:5s", "every:1s,count=3". The
+// twin raises the on and off events of its profile's table in turn. Sans-I/O.
 struct EventSchedule {
   Duration every{};
-  std::size_t count = 1;  ///< at a time
-  /// Each says its number, from 1 on, so that a test can tell which are missing.
+  std::size_t count = 1;  ///< events raised at a time
+  /// The text of each event is its number, from 1, so that a test can find missing events.
   bool numbered = false;
 };
 
-/// An error says what may stand there.
+/// Parses a schedule. The error text contains the permitted form.
 Result<EventSchedule> ParseEventSchedule(std::string_view text);
 
 class TwinEvents {
  public:
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
-  /// Raises what has become due: before each request that the twin answers. `device`: the twin's.
+  /// Raises all events that are due. To be called before the twin answers a request. `device`: the
+  /// device of the twin.
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
-  std::uint64_t refused() const { return refused_; }  ///< there was no room in its register
+  std::uint64_t refused() const { return refused_; }  ///< events that the twin refused
 
  private:
   protocols::DeviceEvent Next(const config::Device& device) const;
@@ -72,24 +71,22 @@ class TwinEvents {
   std::uint64_t refused_ = 0;
 };
 
-/// The lowest number that is an address of this protocol and none of `devices`'. Devices 1 and
-/// 2: 3. Nothing where addresses are no numbers.
+/// Returns the lowest number that is an address of this protocol and not used by `devices`: 3 for
+/// devices 1 and 2. Empty if addresses of the protocol are not numbers.
 std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
 class Residents {
  public:
-  /// What becomes of one request.
   struct Answer {
-    Bytes reply;                    ///< what a twin answers; empty: none does
-    std::vector<TimedPiece> heard;  ///< what of it reaches the master, faults included
-    /// The reply ends what was being said: nobody is interested in it any more.
+    Bytes reply;                    ///< reply of a twin; empty: no twin answers
+    std::vector<TimedPiece> heard;  ///< bytes that reach the master, after faults
+    /// True if pieces of earlier replies that are still being sent must be dropped.
     bool interrupts = false;
-    config::SerialSettings serial;  ///< of the twin that speaks
+    config::SerialSettings serial;  ///< settings of the twin that answers
   };
 
-  /// At least one device, which are copied. `wire` is that of devices without settings of their
-  /// own.
+  /// `devices` must not be empty. `wire` applies to devices without serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
@@ -97,19 +94,19 @@ class Residents {
 
   const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// The rule for requests gets these, the options of the first device.
+  /// Returns the options of the first device, which determine how requests are cut from the bytes.
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
-  /// `end`: of the request.
+  /// Returns the result of one request. `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// The next message that a twin sends by itself; empty: there is none now.
+  /// Returns the next message that a twin sends unasked; empty: none now.
   Bytes Say(Now now);
 
-  /// From now on these and no others; counts and schedules start again.
+  /// Replaces all faults. Counts and schedules start again.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
-  /// Events that were raised, and those that were lost because a register was full.
+  /// Returns the numbers of raised and of refused events.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
 
  private:
@@ -137,7 +134,7 @@ class Residents {
   const TwinWire wire_;
   const protocols::ParsedOptions options_;
   Twins twins_;
-  Twins strangers_;  // who answer in place of the twins, for the fault wrong_address
+  Twins strangers_;  // devices that answer in place of the twins, for the fault wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };

@@ -11,7 +11,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// The one that has connected first makes room.
+/// Limit of the connections; above it the oldest connection is closed.
 constexpr std::size_t kMostConnections = 16;
 
 std::shared_ptr<TwinBus> MakeBusOf(std::vector<TwinGroup> groups, const SimulatorOptions& options) {
@@ -176,7 +176,8 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   for (const config::Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
-    // A group hears only the requests that its first device's options find.
+    // A group receives only requests that the options of its first device can cut, so devices with
+    // other options get a separate group.
     const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
       return group.protocol == protocol &&
              AreCutAlike(*protocol, group.devices.front().options, device.options);

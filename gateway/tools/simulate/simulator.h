@@ -1,6 +1,6 @@
-// Twins on a pty, or behind a TCP server: requests that come from the master's side are answered as
-// the real devices would, at a real bit rate if one is given. For `baudgate simulate`, the demo,
-// system tests and benchmarks. SimulateLine makes the twins of a whole line of a configuration.
+// `Simulator` serves twins on a pty or behind a TCP server. It answers requests as the real devices
+// would, at a real bit rate if one is given. Used by `baudgate simulate`, the demo, system tests
+// and benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,32 +23,33 @@
 
 namespace baudgate::tools {
 
-/// Devices of one bus that speak one protocol, with requests that one frame rule finds: the options
-/// of the first device count for all.
+/// Devices of one bus with the same protocol. The options of the first device determine how
+/// requests are cut from the bytes, for all devices of the group.
 struct TwinGroup {
   const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
 };
 
 struct SimulatorOptions {
-  std::string link;  ///< where the pty is linked; empty: its own name only
-  /// In place of a pty a TCP server there; port 0: one that is free.
+  std::string link;  ///< path of the link to the pty; empty: no link
+  /// Address of a TCP server that is used instead of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
-  /// Characters take their time on the wire; empty: as fast as the machine.
+  /// Settings that determine the time of each character on the wire; empty: no delay.
   std::optional<config::SerialSettings> pace;
-  /// A reader that sets the pty to another bit rate or parity gets what a UART would make of it.
+  /// If true, a reader that has set the pty to another bit rate or format receives what a UART
+  /// would receive.
   bool strict = false;
-  Duration think_time = 5ms;  ///< end of request to first byte of the reply
-  std::vector<Fault> faults;  ///< their schedules count from the creation of the simulator
-  std::optional<EventSchedule> events;  ///< of each twin
-  /// Hears every request, what the twins answer (empty: nothing) and what of it goes out: held
-  /// back replies and an echo included. Called from the thread of the io_context.
+  Duration think_time = 5ms;            ///< end of request to first byte of the reply
+  std::vector<Fault> faults;            ///< their schedules begin when the simulator is created
+  std::optional<EventSchedule> events;  ///< schedule of each twin
+  /// Called with every request, the reply of the twins (empty: none), and the bytes that are sent,
+  /// which include late replies and an echo. Called from the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
 };
 
 class Simulator {
  public:
-  /// One bus with these devices on it; none at all: nothing answers. The io_context outlives the
+  /// Creates one bus with these devices; without devices, nothing answers. `io` must outlive the
   /// simulator.
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
@@ -59,17 +60,18 @@ class Simulator {
                                                    const SimulatorOptions& options);
   ~Simulator();
 
-  /// What a line's `port:` is set to: a path, or "tcp://127.0.0.1:4001".
+  /// Returns the value for a line's `port:`, such as a path or "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// Requests answered so far, and the characters of those exchanges, both ways. From any thread.
+  /// Return the number of answered requests, and of the characters of these exchanges, in both
+  /// directions. Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
-  /// How often each fault has struck. From the thread of the io_context.
+  /// Returns how often each fault has struck. To be called from the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
-  /// Events that the twins have raised, and those that were lost because a register was full. From
-  /// the thread of the io_context.
+  /// Returns the numbers of raised and of refused events. To be called from the thread of the
+  /// io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// From now on these and no others; counts and schedules start again. From the thread of the
+  /// Replaces all faults. Counts and schedules start again. To be called from the thread of the
   /// io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
@@ -79,11 +81,11 @@ class Simulator {
   std::shared_ptr<Impl> impl_;
 };
 
-// The twins of a whole line of a configuration: devices of several protocols, and settings of their
-// own. For `baudgate simulate -c` and the demo.
+// `SimulateLine` makes the twins of a whole line of a configuration, which may have several
+// protocols and serial settings. Used by `baudgate simulate -c` and the demo.
 
-/// `options` say where, and how they misbehave; the line says at which pace, and which settings a
-/// reader has to make.
+/// `options` contains the place and the faults. The line determines the pace and the settings that
+/// a reader must use.
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);

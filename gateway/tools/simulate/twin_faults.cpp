@@ -16,19 +16,22 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
+/// The byte that the transport delivers for a character with a wrong parity
+/// (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
-// The library's distributions differ from one implementation to the next; these do not.
+// These functions are used in place of the distributions of the standard library, whose results
+// differ between implementations.
 
 std::size_t Below(std::mt19937_64& random, std::size_t limit) {
   return static_cast<std::size_t>(random() % limit);
 }
 
-/// 0 <= x < 1, in steps of 2^-53.
+/// Returns a number 0 <= x < 1, in steps of 2^-53.
 double Share(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1.0p-53; }
 
-/// Two faults of one seed do not strike in step.
+/// The seed depends on the kind, so that two faults with the same seed do not strike the same
+/// replies.
 std::uint64_t SeedOf(const Fault& fault) {
   constexpr std::uint64_t kSpread = 0x9E37'79B9'7F4A'7C15;
   return fault.seed + kSpread * (static_cast<std::uint64_t>(fault.kind) + 1);
@@ -147,7 +150,7 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   return false;
 }
 
-/// Behind any character but the last.
+/// Inserts the silence after a random character, but not after the last.
 bool TwinFaults::Stall(Active& active, Speech& speech) {
   if (speech.empty() || speech.back().bytes.size() < 2) return false;
   Bytes& whole = speech.back().bytes;
@@ -170,8 +173,8 @@ bool TwinFaults::Dribble(Active& active, Speech& speech) {
   return !speech.empty();
 }
 
-/// Bits as they stand on the wire, parity included: a character in which an odd number of them has
-/// flipped arrives as a parity error does.
+/// Flips bits of the characters on the wire, including parity bits. A character with an odd number
+/// of flipped bits arrives as a parity error.
 bool TwinFaults::FlipBits(Active& active, Speech& speech) const {
   if (speech.empty() || speech.front().bytes.empty()) return false;
   Bytes& bytes = speech.front().bytes;
@@ -203,7 +206,7 @@ Bytes TwinFaults::Garbage(Active& active) const {
   return bytes;
 }
 
-/// The replies that were held back until this request.
+/// Returns the late replies that are due with this request.
 TwinFaults::Speech TwinFaults::TakeHeld() {
   Speech due;
   for (Held& held : held_) {
@@ -228,12 +231,12 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// What one kind may be given beside the common keys, and what it takes when it is not.
+/// The keys of one fault kind beside the common keys, and their default values.
 struct KindKeys {
   Kind kind;
   std::string_view count;  ///< name of the key that fills Fault::count; empty: none
   std::size_t count_default;
-  std::string_view pause;  ///< of the key that fills Fault::pause
+  std::string_view pause;  ///< name of the key that fills Fault::pause; empty: none
   Duration pause_default;
 };
 
@@ -262,7 +265,7 @@ std::vector<std::string_view> KeysOf(const KindKeys& keys) {
   if (!keys.count.empty()) names.push_back(keys.count);
   if (!keys.pause.empty()) names.push_back(keys.pause);
   if (keys.kind == Kind::late) names.push_back("exchanges");
-  if (keys.kind != Kind::death) {  // which its schedule alone decides about
+  if (keys.kind != Kind::death) {  // death depends on its schedule only
     names.push_back("rate");
     names.push_back("seed");
   }
@@ -281,7 +284,7 @@ Status ReadWhole(std::string_view value, T least, T most, T& target) {
   return {};
 }
 
-/// Also "1e-9", which ParseDecimal takes for a typing error: what is rare is written so.
+/// Parses a share; also accepts "1e-9" for rare faults, which ParseDecimal rejects.
 std::optional<double> ParseShare(std::string_view value) {
   const auto mark = value.find_first_of("eE");
   const auto number = ParseDecimal(value.substr(0, mark));
@@ -310,7 +313,7 @@ Status ReadTime(std::string_view value, Duration least, Duration most, Duration&
   return {};
 }
 
-/// `key` is one of KeysOf(keys).
+/// `key` must be one of KeysOf(keys).
 Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::string_view value) {
   constexpr Duration kLongest = 24h * 365;
   if (key == keys.count) return ReadWhole<std::size_t>(value, 1, kMostCount, fault.count);
@@ -325,7 +328,7 @@ Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::str
   return ReadTime(value, 1ms, kLongest, key == "for" ? fault.lasts : fault.every);
 }
 
-/// "rate=0.1". `given`: the keys so far.
+/// Reads one setting such as "rate=0.1". `given`: the keys read so far.
 Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
                    std::set<std::string_view>& given) {
   const auto equals = setting.find('=');
@@ -346,7 +349,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   return {};
 }
 
-/// What only all keys together show.
+/// Checks rules that concern several keys.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
     return Error{"every= needs for=: how long it goes on each time"};

@@ -1,6 +1,6 @@
-// Faults that a twin shows on demand: what it says to one request becomes timed pieces of bytes,
-// lost, damaged, torn, late or foreign. Sans-I/O: gateway/tools/simulate/simulator.h puts the
-// pieces on a pty, tests on a virtual line. Text forms: ParseFault; docs/faults.md.
+// `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
+// may be lost, damaged, torn, late or foreign. Sans-I/O: gateway/tools/simulate/simulator.h sends
+// the pieces on a pty, tests on a virtual line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,39 +18,38 @@
 
 namespace baudgate::tools {
 
-/// Bytes that reach the master together.
 struct TimedPiece {
-  Duration after;  ///< from the end of the request until the last character is through
+  Duration after;  ///< from the end of the request to the end of the last character
   Bytes bytes;
 };
 
 struct Fault {
-  /// In the order in which they are applied where several strike one reply.
+  /// If several faults strike one reply, they are applied in this order.
   enum class Kind : std::uint8_t {
-    death,          ///< hears nothing and says nothing
+    death,          ///< the device receives nothing and sends nothing
     wrong_address,  ///< another device answers in its place
-    loss,           ///< the reply is lost
-    bits,           ///< bits of the reply are flipped
-    stall,          ///< a silence inside the reply
-    dribble,        ///< the reply comes byte by byte
-    doubled,        ///< the reply comes twice
+    loss,
+    bits,     ///< bits of the reply are flipped
+    stall,    ///< a silence inside the reply
+    dribble,  ///< the reply comes byte by byte
+    doubled,
     garbage_before,
     garbage_after,
     late,  ///< the reply comes later, or with the reply to a later request
     echo,  ///< the request comes back
   };
   Kind kind = Kind::loss;
-  double rate = 1;            ///< share of the replies that it strikes, 0…1
+  double rate = 1;            ///< share of the replies that the fault strikes, 0…1
   std::uint64_t seed = 1;     ///< the same seed strikes the same exchanges in the same way
-  Duration after{};           ///< from the start to its first time
-  Duration lasts{};           ///< how long it goes on; zero: to the end
-  Duration every{};           ///< from one beginning to the next; zero: only once
-  std::size_t count = 1;      ///< bits: flipped ones; garbage: bytes
-  Duration pause{};           ///< stall, dribble, double: the silence; late: the delay
-  std::size_t exchanges = 0;  ///< late: held back until so many further requests; zero: by `pause`
+  Duration after{};           ///< from the start to the first occurrence
+  Duration lasts{};           ///< duration of an occurrence; zero: to the end
+  Duration every{};           ///< from one occurrence to the next; zero: only once
+  std::size_t count = 1;      ///< bits: number of flipped bits; garbage: number of bytes
+  Duration pause{};           ///< stall, dribble, doubled: the silence; late: the delay
+  std::size_t exchanges = 0;  ///< late: delay in further requests; zero: delay by `pause`
   std::string text;           ///< as the user wrote it
 
-  /// Whether it may strike so long after the start.
+  /// True if the fault may strike at this time after the start.
   bool IsDue(Duration since_start) const;
 };
 
@@ -59,8 +58,8 @@ std::string_view Name(Fault::Kind kind);
 /// How characters travel between the twin and the master.
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< each character takes its time; else none does
-  Duration think = 5ms;  ///< end of the request to the first byte of the reply
+  bool paced = false;    ///< true: each character takes its time; false: no time
+  Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
 
   Duration TimeOf(std::size_t characters) const {
     if (!paced) return {};
@@ -69,33 +68,35 @@ struct TwinWire {
 };
 
 struct FaultCount {
-  std::string fault;            ///< its text
-  std::uint64_t struck = 0;     ///< how often
-  std::uint64_t exchanges = 0;  ///< of so many that it concerns
+  std::string fault;            ///< Fault::text
+  std::uint64_t struck = 0;     ///< how often the fault has struck
+  std::uint64_t exchanges = 0;  ///< exchanges that it could have struck
 };
 
 class TwinFaults {
  public:
-  /// What another device says that takes `request` for one of its own, and replies under its own
-  /// address. It hears every request that the twin answers, and so keeps its sessions.
+  /// Returns the reply of another device to `request`, under that device's address. It is called
+  /// for every request that the twin answers, so the sessions of that device stay valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// Without a stranger wrong_address never strikes. Schedules count from `start`.
+  /// Without a stranger, wrong_address never strikes. Schedules begin at `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// A dead device does not hear what it is asked. It comes back with its sessions forgotten.
+  /// True while the fault death is active. When the fault ends, the caller must create a new twin,
+  /// so that its sessions are lost.
   bool IsDead(Instant now) const;
 
-  /// What reaches the master after `request`, in the order of time. An empty `reply`: the request
-  /// was not for this twin. What an earlier reply left on the wire is waited for.
+  /// Returns the bytes that reach the master after `request`, sorted by time. An empty `reply`: the
+  /// request was not for this twin. Pieces of earlier replies that are still on the wire come
+  /// first.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
-  /// In the order in which the faults were given.
+  /// Returns the counts in the order of the faults given.
   std::vector<FaultCount> Counts() const;
 
  private:
-  /// A silence, then bytes without a pause between them.
+  /// A silence, then bytes without a pause.
   struct Part {
     Duration pause{};
     Bytes bytes;
@@ -108,22 +109,22 @@ class TwinFaults {
     FaultCount count;
   };
   struct Held {
-    std::size_t exchanges = 0;  // further requests until it is said
+    std::size_t exchanges = 0;  // further requests until the reply is sent
     Speech speech;
   };
 
-  /// One request and what comes of it.
+  /// One request and its reply, while faults are applied.
   struct Utterance {
     View request;
     Speech speech;
-    Bytes foreign;  // what the stranger says
+    Bytes foreign;  // reply of the stranger
     Bytes echo;
     Duration delay{};
   };
 
-  /// Whether the reply that is said now is one of those that the fault is to strike.
+  /// True if the fault is to strike this reply. Counts the exchange.
   bool IsChosen(Active& active, Instant now);
-  /// False when there was nothing to strike.
+  /// Applies a fault; returns false if there was nothing to strike.
   bool Apply(Active& active, Utterance& said);
   static bool Stall(Active& active, Speech& speech);
   static bool Dribble(Active& active, Speech& speech);
@@ -136,13 +137,13 @@ class TwinFaults {
   Instant start_;
   Stranger stranger_;
   std::vector<Held> held_;
-  Instant said_until_{};  // the twin's own last character
+  Instant said_until_{};  // end of the last character of the twin
 };
 
-// Faults of a twin as the user writes them: "bits:rate=0.1,count=2,every=60s,for=20s".
-// Read from `simulate --fault`; docs/faults.md lists kinds and keys.
+// `ParseFault` reads a fault as the user writes it for `simulate --fault`:
+// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists kinds and keys.
 
-/// An error names the fault and the key, and says what may stand there.
+/// Parses a fault. The error text contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);
 
 }  // namespace baudgate::tools

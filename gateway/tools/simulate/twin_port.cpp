@@ -15,7 +15,7 @@ namespace {
 using config::Parity;
 using config::SerialSettings;
 
-/// A receiver that is off by less than this still samples every bit of a character.
+/// Difference of bit rates up to which a receiver still samples every bit of a character.
 constexpr long kTolerancePerMille = 30;
 
 bool ParityBit(unsigned data, Parity parity) {
@@ -28,7 +28,7 @@ unsigned DataOf(std::uint8_t byte, const SerialSettings& serial) {
   return serial.data_bits == 7 ? byte & 0x7FU : byte;
 }
 
-/// One entry a bit; the wire is idle (1) around it.
+/// Returns one entry for each bit; the wire is idle (1) before and after.
 std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   std::vector<bool> bits = {true};
   for (const std::uint8_t byte : sent) {
@@ -41,8 +41,8 @@ std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   return bits;
 }
 
-/// The wire against time. A bit of the sender lasts as many units as the receiver's bit rate has
-/// bits a second, and the other way round: both are whole numbers.
+/// The level of the wire over time. The unit of time is 1 / (sender's bit rate * receiver's bit
+/// rate) seconds, so that bits of the sender and of the receiver last whole numbers of units.
 class Wire {
  public:
   Wire(std::vector<bool> bits, std::int64_t bit) : bits_(std::move(bits)), bit_(bit) {}
@@ -51,7 +51,7 @@ class Wire {
     const auto index = static_cast<std::size_t>(time / bit_);
     return index >= bits_.size() || bits_[index];
   }
-  /// When it first shows `level` from `time` on; negative: never again.
+  /// Returns the first time from `time` on at which the wire has `level`; negative: never.
   std::int64_t Next(bool level, std::int64_t time) const {
     if (At(time) == level) return time;
     for (std::int64_t index = time / bit_ + 1; index <= Size(); ++index) {
@@ -75,7 +75,7 @@ Received ReceiveAs(const SerialSettings& receiver, View sent, const SerialSettin
   Received received;
   for (std::int64_t start = wire.Next(false, 0); start >= 0;) {
     std::int64_t at = start + bit / 2;
-    if (wire.At(at)) {  // too short for a start bit
+    if (wire.At(at)) {  // the pulse is too short for a start bit
       start = wire.Next(false, at);
       continue;
     }
@@ -107,12 +107,12 @@ bool Understand(const SerialSettings& a, const SerialSettings& b) {
 
 namespace {
 
-/// A paced reply is handed over in pieces of about so long, as a UART's FIFO does.
+/// Duration of the pieces in which a paced reply is sent, as from the FIFO of a UART.
 constexpr Duration kPiece = 2ms;
-/// A request that has stopped for so long, and for so many characters, is not going on.
+/// A request has ended when the line was silent for this time and for this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
-/// How soon a twin that speaks unasked says what it has to say.
+/// Interval at which twins that send unasked are polled.
 constexpr Duration kSpeech = 2ms;
 
 }  // namespace
@@ -125,7 +125,7 @@ TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus
       silence_(io),
       speech_(io) {
   asio::error_code ignored;
-  descriptor_.non_blocking(true, ignored);  // nobody need be reading
+  descriptor_.non_blocking(true, ignored);  // a write must not block if no reader is there
   for (const auto& residents : bus_->residents) {
     const protocols::Protocol& protocol = residents->protocol();
     assemblers_.emplace_back().Begin(protocol.request_rule,
@@ -166,8 +166,9 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// As the twins' UART receives them, where it receives them whole. What it does not receive whole
-/// is answered anyway, so that there is something to be heard of settings that differ.
+/// Returns the bytes as the twins' UART receives them, if no character is damaged. Otherwise
+/// returns the bytes unchanged, so that twins answer and a reader with other settings receives
+/// something.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -189,8 +190,8 @@ void TwinPort::OnRequestBytes(View bytes) {
   AwaitSilence();
 }
 
-/// A request that only silence ends is taken at once if all that is held is one. If not, more may
-/// be under way: nothing is given up yet.
+/// Returns the next request. A request that only silence ends is taken at once if it is all that
+/// the assembler holds. Otherwise more bytes may follow, and the assembler stays as it is.
 std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
   protocols::Assembler after_silence = assembler;
@@ -208,7 +209,7 @@ void TwinPort::AwaitSilence() {
   silence_.async_wait([weak = weak_from_this()](const asio::error_code& error) {
     const auto self = weak.lock();
     if (error || !self) return;
-    // A wait that is over already cannot be cancelled.
+    // A wait that has already ended cannot be cancelled.
     if (self->silence_.expiry() <= std::chrono::steady_clock::now()) self->OnSilence();
   });
 }
@@ -217,7 +218,7 @@ void TwinPort::OnSilence() {
   asio::posix::stream_descriptor::bytes_readable waiting(true);
   asio::error_code error;
   descriptor_.io_control(waiting, error);
-  if (!error && waiting.get() > 0) return;  // it was this program that was late; they are next
+  if (!error && waiting.get() > 0) return;  // this program was late: read these bytes first
   for (std::size_t i = 0; i < assemblers_.size(); ++i) {
     while (const auto frame = assemblers_[i].Next(true)) OnRequest(*bus_->residents[i], *frame);
   }
@@ -250,7 +251,8 @@ Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) co
   return {bytes.begin(), bytes.end()};
 }
 
-/// `until`: when the last of `bytes` has come over the wire. Returns what is heard of them.
+/// Adds `bytes` to the pieces to send. `until`: the end of the last character. Returns the bytes as
+/// the reader receives them.
 Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
   const Bytes heard = AsReceived(bytes, speaker);
   View rest = heard;
@@ -267,10 +269,10 @@ Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& s
   return heard;
 }
 
-/// The next piece goes out when its last character would have come over the wire, which carries one
-/// character after the other whoever sends.
+/// Sends the next piece at the end of its last character. The wire carries one character at a time,
+/// whichever twin sends.
 void TwinPort::SendNext() {
-  // A wait that is over already cannot be cancelled: its piece may not be the next any more.
+  // A wait that has already ended cannot be cancelled, and its piece may not be the next any more.
   const std::uint64_t number = ++waits_;
   timer_.cancel();
   if (leaving_.empty()) return;
@@ -282,13 +284,13 @@ void TwinPort::SendNext() {
     if (error || !self || number != self->waits_) return;
     const auto piece = self->leaving_.extract(self->leaving_.begin());
     self->said_until_ = at;
-    asio::error_code ignored;  // a full or hung-up pty loses bytes, as a wire does
+    asio::error_code ignored;  // a full or closed pty loses bytes, as a wire does
     asio::write(self->descriptor_, asio::buffer(piece.mapped()), ignored);
     self->SendNext();
   });
 }
 
-/// Twins that speak unasked are asked, as it were, again and again whether they want to.
+/// Polls twins that send unasked for messages, and repeats this after kSpeech.
 void TwinPort::Speak() {
   const Now now = ReadClocks();
   bool spoke = false;

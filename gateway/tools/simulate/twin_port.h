@@ -1,6 +1,6 @@
-// One way to the twins of a bus: a pty, or a connection. Bytes become requests, and what the twins
-// say goes out when its last character would have come over the wire. ReceiveAs gives what a UART
-// makes of characters with other settings.
+// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It cuts received
+// bytes into requests, and sends each piece of a reply at the time when its last character would
+// have been transmitted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,24 +22,25 @@
 
 namespace baudgate::tools {
 
-// What a UART makes of characters that another one has sent with other settings: the bits of the
-// wire, sampled at the receiver's own rate and read in its own format. Pure.
+// `ReceiveAs` computes what a UART receives of characters that were sent with other settings: it
+// samples the bits of the wire at the receiver's bit rate, and reads them in the receiver's format.
+// Pure function.
 struct Received {
-  Bytes bytes;              ///< a damaged character is 0, as a tty hands it over
+  Bytes bytes;              ///< a damaged character is 0, as a tty delivers it
   std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
 };
 
-/// `sent`: characters without a pause between them, on a wire that is idle before and after.
+/// `sent`: characters without pauses, on a wire that is idle before and after.
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
-/// Whether every character arrives as it was sent.
+/// True if every character arrives as it was sent.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
-/// The twins of one bus, of one protocol after the other, and what is counted of them.
+/// The twins of one bus, grouped by protocol, and their counters.
 struct TwinBus {
   TwinWire wire;
-  /// A reader that has set its pty to other settings than the twin's gets what a UART makes of it.
+  /// See SimulatorOptions.
   bool strict = false;
   std::vector<std::unique_ptr<Residents>> residents{};
   /// See SimulatorOptions.
@@ -50,12 +51,12 @@ struct TwinBus {
 
 class TwinPort : public std::enable_shared_from_this<TwinPort> {
  public:
-  /// Takes over the descriptor. Handlers that are due already run after the port is gone: they hold
-  /// it weakly.
+  /// Takes over the descriptor. Handlers that run after this object is destroyed do nothing,
+  /// because they hold only a weak reference.
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();
-  /// The other side has gone.
+  /// True if the other side has closed the connection, or after Close.
   bool is_over() const { return over_; }
   void Close();
 
@@ -74,18 +75,18 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   void Speak();
 
   const std::shared_ptr<TwinBus> bus_;
-  const int fd_;  // the descriptor's, which is asked for the settings of a pty
+  const int fd_;  // the descriptor, for reading the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
-  asio::steady_timer silence_;                    // while part of a request is held
-  asio::steady_timer speech_;                     // of twins that speak unasked
-  std::vector<protocols::Assembler> assemblers_;  // of each of the bus's residents
+  asio::steady_timer silence_;                    // runs while part of a request is in an assembler
+  asio::steady_timer speech_;                     // for twins that send unasked
+  std::vector<protocols::Assembler> assemblers_;  // one for each of bus_->residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;
   Instant request_began_{};
-  Instant request_heard_{};                // its last bytes
-  std::multimap<Instant, Bytes> leaving_;  // by when the last character of each piece is through
-  Instant said_until_{};                   // of the pieces that have left
+  Instant request_heard_{};                // when the last bytes came
+  std::multimap<Instant, Bytes> leaving_;  // key: end of the last character
+  Instant said_until_{};                   // end of the last piece that was sent
   std::uint64_t waits_ = 0;
 };
 

@@ -1,6 +1,6 @@
-// SIGINT, SIGTERM and SIGHUP as a descriptor, for commands that run until they are stopped, or
-// until their terminal is gone; for those that draw on a terminal also that its size has changed.
-// AfterOutput tells whether what was printed has arrived.
+// `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, for commands that run until
+// they are stopped or their terminal is closed. Commands that draw on a terminal also get SIGWINCH,
+// which reports a new size.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace baudgate::tools {
 
-/// Blocks the signals while it lives; one that came meanwhile has done its work and is forgotten.
+/// Blocks the signals during its lifetime. A signal that came in this time is discarded at the end.
 class StopSignals {
  public:
   enum class And : std::uint8_t { nothing, resize };
@@ -24,7 +24,7 @@ class StopSignals {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
-    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // behind nohup it is
+    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // nohup has set it to be ignored
     if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -38,15 +38,15 @@ class StopSignals {
   }
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
-  /// Has something to read once a signal has come.
+  /// Readable when a signal has come.
   int descriptor() const { return descriptor_; }
-  /// Whether any signal comes within this time.
+  /// Waits; returns true if any signal comes within `time`.
   bool Wait(Duration time) const {
     pollfd waited{descriptor_, POLLIN, 0};
     const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();
     return ::poll(&waited, 1, static_cast<int>(std::clamp<std::int64_t>(whole, 0, 1'000'000))) == 1;
   }
-  /// Whether one to stop has come since the last question.
+  /// True if a signal to stop has come since the last call. SIGWINCH does not count.
   bool Came() const {
     bool stop = false;
     signalfd_siginfo info{};
@@ -65,10 +65,9 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-// Whether what was printed has arrived: the last thing a command does.
-
-/// The exit code behind output of which `code` was the result. What a full disk has swallowed must
-/// not look like success (4); a reader that has left has seen what it wanted.
+/// Returns the exit code of a command whose result is `code`. If the output cannot be written, for
+/// example to a full disk, returns 4 instead of success. A reader that has closed its end is no
+/// error.
 int AfterOutput(int code);
 
 }  // namespace baudgate::tools

@@ -10,9 +10,9 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr std::size_t kLeastWidth = 20;  // where an indent would leave nothing
+constexpr std::size_t kLeastWidth = 20;  // minimum width of wrapped lines, also with an indent
 
-/// Bytes of the first `width` characters.
+/// Returns the number of bytes of the first `width` characters.
 std::size_t BytesOf(std::string_view text, std::size_t width) {
   std::size_t at = 0;
   for (std::size_t seen = 0; at < text.size(); ++at) {
@@ -61,8 +61,8 @@ std::string WrapSentence(std::string_view text, std::size_t width, std::size_t i
 namespace {
 
 constexpr std::size_t kColumnGap = 2;
-constexpr std::size_t kFoldIndent = 4;  // of further lines
-constexpr std::size_t kLeastLast = 20;  // the last column may be wrapped to
+constexpr std::size_t kFoldIndent = 4;  // indent of further lines
+constexpr std::size_t kLeastLast = 20;  // minimum width of a wrapped last column
 
 void Put(std::string& line, std::size_t at, const std::string& text) {
   line.append(at - std::min(at, WidthOf(line)), ' ').append(text);

@@ -1,4 +1,4 @@
-// Options that several commands have, so that they are written alike everywhere.
+// Command-line options that several commands share, so that they are spelled alike everywhere.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,15 +10,14 @@
 
 namespace baudgate::tools {
 
-/// The configuration of the service.
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
-/// Adds the option of a command that asks the running gateway.
+/// Adds --socket, for commands that talk to the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
 }
 
-/// Reads "250ms" into a Duration.
+/// Adds an option with a time such as "250ms".
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {
   return app.add_option_function<std::string>(
@@ -31,7 +30,7 @@ inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration
       help);
 }
 
-/// Reads "30" or "0.5" into a Duration.
+/// Adds --seconds, such as "30" or "0.5".
 inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
   constexpr double kMostSeconds = 1e9;
   return app.add_option_function<double>(

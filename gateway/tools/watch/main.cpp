@@ -1,5 +1,5 @@
-// baudgate-dds: the process that speaks DDS for a gateway. Started by the daemon with its end of
-// the link as a descriptor, or by systemd with the path of the daemon's socket.
+// baudgate-dds is the process that handles DDS for a gateway. It is started by the daemon, with a
+// descriptor of the link, or by systemd, with the path of the daemon's socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 #include <poll.h>
@@ -35,7 +35,7 @@ using namespace baudgate;
 using namespace baudgate::dds;
 
 constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
-constexpr int kMostArenas = 2;  // of 64 MiB address space each: one a thread would use up the limit
+constexpr int kMostArenas = 2;  // 64 MiB each; one per thread would exceed the memory limit
 constexpr auto kConnectAgain = 500ms;
 
 struct Options {
@@ -50,8 +50,8 @@ void Say(const std::string& sentence) {
 }
 
 /// Feeds the watchdog of this process: SIGALRM ends it if Live is not called again within `most`,
-/// which is later than the gateway would give it up. If the gateway is dead, nobody else would end
-/// a process that hangs, and subscribers would take its last samples for valid.
+/// by default later than the gateway would end it. If the gateway is dead, no other program would
+/// end a process that hangs, and subscribers would take its last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
 /// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the
@@ -60,8 +60,8 @@ struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// Extends both watchdogs while the DDS library opens, which gives no signs of life. The destructor
-/// restores that of systemd; the next call of Live restores the other one.
+/// Extends the watchdog of Live and that of systemd while the DDS library opens, which feeds
+/// neither. The destructor restores the time of systemd; the next call of Live restores its own.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
@@ -109,7 +109,8 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
   return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
-/// 0: as much memory as there is.
+/// Limits the memory and the system calls of this process. `memory`: address space in bytes; 0: no
+/// limit.
 Status Confine(std::uint64_t memory) {
   if (kSanitized) return {};
   if (memory != 0) {
@@ -118,7 +119,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// As a child of the daemon: one link, and what is wrong ends the process.
+/// Serves one link, as a child of the daemon. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
@@ -131,7 +132,7 @@ int ServeParent(const Options& options, const tools::StopSignals& stop) {
   return kExitCanNot;
 }
 
-/// As a service of its own: whoever listens at the socket, one after the other.
+/// Serves gateways one after the other at the socket, as a systemd service.
 int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;
@@ -153,7 +154,8 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   }
 }
 
-/// A datagram that ends the library does not end the watching. At a full disk the child knows.
+/// Runs `baudgate watch` in a child process, so that a datagram that crashes the library does not
+/// end it. The child checks that its output was written.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))
@@ -175,7 +177,7 @@ int Watch(tools::WatchOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // `baudgate watch` is this program under that name.
+  // `baudgate watch` starts this program with argv[0] = "baudgate".
   const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
   CLI::App app("baudgate-dds: speaks DDS for baudgate, in a process of its own",
                as_baudgate ? "baudgate" : "baudgate-dds");

@@ -46,13 +46,13 @@ std::optional<std::string> Listening::Look(Instant now) {
 
 Status PointFeed::Open() {
   Close();
-  mailbox_.TakeAll();  // of publishers that may have left meanwhile
+  mailbox_.TakeAll();  // the publishers of these samples may have left meanwhile
   return MakeAnew(subscriber_, mailbox_, [this] {
     return dds::DdsSubscriber::Create({.participant = participant_}, Callbacks());
   });
 }
 
-/// The mailbox first, as in MakeAnew.
+/// The mailbox is closed first, for the same reason as in MakeAnew.
 void PointFeed::Close() {
   mailbox_.Close();
   refused_before_ = refused();
@@ -87,11 +87,11 @@ dds::SubscriberCallbacks PointFeed::Callbacks() {
 
 namespace {
 
-/// The loop of those modes of `watch` that print a line for whatever comes.
+/// The loop of `watch --events` and `--alarms`, which prints a line for each item.
 struct LineLoop {
   const StopSignals& signals;
-  std::optional<Duration> seconds;  ///< the end, beside a signal and a reader of `out` that leaves
-  int mailbox = -1;                 ///< readable when there is something to print
+  std::optional<Duration> seconds;  ///< end after this time; empty: no limit
+  int mailbox = -1;                 ///< readable when `print` has something to print
   std::function<void()> print;
 };
 
@@ -129,7 +129,8 @@ bool Matches(const dds::AlarmSample& alarm, const WatchOptions& options) {
          Is(options.point, alarm.point);
 }
 
-/// The numbers of the contract; one of a newer gateway has none.
+/// Returns the name of a number of the contract; for an unknown number of a newer gateway the
+/// number.
 std::string NameOf(std::span<const std::string_view> names, std::uint16_t number) {
   return number < names.size() ? std::string(names[number]) : std::to_string(number);
 }
@@ -145,8 +146,9 @@ std::string PriorityOf(const dds::AlarmSample& alarm) {
   return NameOf(kNames, alarm.priority);
 }
 
-/// Which events were not printed yet: a gateway that starts may publish some once more. By the
-/// number, which counts again where the gateway's file is a new one.
+/// `Unseen` selects events that were not printed yet, because a gateway that starts may publish
+/// some events again. It compares the event number, and the time of reception in case the gateway's
+/// file is new and numbers begin at 1 again.
 class Unseen {
  public:
   bool Take(const dds::EventSample& event) {
@@ -155,7 +157,7 @@ class Unseen {
     last = {event.seq, event.receive_time_ns};
     return true;
   }
-  bool Take(const dds::AlarmSample&) { return true; }  // a state, not something that happens
+  bool Take(const dds::AlarmSample&) { return true; }  // print each change
 
  private:
   struct Last {
@@ -175,7 +177,7 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
-/// The words are those of `baudgate alarms --json`.
+/// Uses the words of `baudgate alarms --json`.
 std::string JsonLine(const dds::AlarmSample& alarm) {
   return Dump(JsonOf(alarm, [&alarm](std::string_view field, Json& line) {
     if (field == "state") {
@@ -203,7 +205,7 @@ std::string PlainLine(const dds::AlarmSample& alarm) {
 
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   using Sample = std::variant<dds::EventSample, dds::AlarmSample>;
-  const StopSignals signals;  // before the library's threads, which inherit the mask
+  const StopSignals signals;  // must be before the library's threads, which inherit the mask
   Mailbox<Sample> mailbox;
   const auto put = [&](const auto& sample, const dds::Origin&) {
     if (Matches(sample, options)) mailbox.Put(sample);

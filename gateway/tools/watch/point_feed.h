@@ -1,6 +1,5 @@
-// The subscriber of `watch`: points, starts and ends of gateways on their way from the library's
-// threads to the one that shows them. Mailbox holds what comes, and Listening keeps a subscriber
-// that hears. RunWatchEvents prints events and alarms.
+// `PointFeed` is the subscriber of `watch`: it passes points, and starts and ends of gateways, from
+// the library's threads to the thread that shows them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,8 +30,9 @@
 
 namespace baudgate::tools {
 
-// What comes on the DDS library's threads, for the one that prints. While that one is stuck (a
-// pager) Put waits, and the library keeps only the latest of each instance: memory stays bounded.
+// `Mailbox` passes items from the DDS library's threads to the thread that prints. While the
+// printing thread is blocked (by a pager), Put blocks, and the library holds only the latest sample
+// of each instance, so memory stays bounded.
 template <typename Item>
 class Mailbox {
  public:
@@ -49,7 +49,7 @@ class Mailbox {
       while (!closed_ && items_.size() >= kMost) lock.Wait(room_);
       if (closed_) return;
       items_.push_back(std::move(item));
-      if (items_.size() > 1) return;  // the reader has been woken already
+      if (items_.size() > 1) return;  // the reader was already woken
     }
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(wake_, &one, sizeof one);
@@ -61,7 +61,7 @@ class Mailbox {
     room_.notify_all();
     return std::exchange(items_, {});
   }
-  /// Nothing waits in Put from now on, and what is put is dropped.
+  /// Ends all calls of Put that wait. Until Reopen, Put drops its items.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;
@@ -71,7 +71,7 @@ class Mailbox {
     const MutexLock lock(mutex_);
     closed_ = false;
   }
-  /// Readable when something is in it.
+  /// Readable when the mailbox contains an item.
   int descriptor() const { return wake_; }
 
  private:
@@ -84,24 +84,24 @@ class Mailbox {
   bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// Keeps a subscriber that hears. An interface that was deleted and made again leaves the library
-// deaf, so the subscriber is then made again, as the gateway does with its own participant.
+// `Listening` restarts a subscriber that no longer receives: if a network interface was deleted and
+// created again, the library receives nothing more.
 class Listening {
  public:
   using Open = std::function<Status()>;
   using Find = std::function<dds::OwnAddresses()>;
 
-  /// `open` ends the subscriber, if there is one, and makes it again. `interfaces`: those of its
-  /// participant.
+  /// `open` ends the subscriber, if one exists, and creates a new one. `interfaces`: the interfaces
+  /// of its participant.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
-  /// The first time.
+  /// Creates the first subscriber.
   Status Start();
-  /// Looks once a second. Returns what people are to know: that it was started again, or why it
-  /// cannot be. Then it is tried again each second.
+  /// Checks the interfaces once a second. If the subscriber was restarted or cannot be created,
+  /// returns a message for the user. After a failure, creation is tried again each second.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
-  /// Why there is no subscriber now.
+  /// Returns why no subscriber exists; empty: a subscriber exists.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:
@@ -113,8 +113,8 @@ class Listening {
   Instant next_look_{};
 };
 
-/// For `open`. The mailbox is closed meanwhile: a thread of the old subscriber may wait there for
-/// room, and nothing is taken out.
+/// Replaces the subscriber; for `open` of Listening. The mailbox is closed while the old subscriber
+/// ends, because one of its threads may wait in Put, and no thread takes items out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
   mailbox.Close();
@@ -130,7 +130,8 @@ struct GatewayStart {
   dds::GatewaySample sample;
   dds::PublisherId publisher;
 };
-using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;  ///< the last has left
+/// A point, the start of a gateway, or the id of a publisher that has left.
+using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;
 
 class PointFeed {
  public:
@@ -139,17 +140,16 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// With another subscriber when there is one.
+  /// Creates the subscriber; replaces an existing one.
   Status Open();
   void Close();
 
-  /// Readable when there is something to take.
   int descriptor() const { return mailbox_.descriptor(); }
   std::vector<HeardEvent> TakeAll() { return mailbox_.TakeAll(); }
 
-  /// Samples so far that could not be read.
+  /// Returns the number of samples that could not be decoded.
   std::uint64_t refused() const;
-  /// Samples so far of points for which there was no room.
+  /// Returns the number of samples that were dropped because there were too many points.
   std::uint64_t rejected() const { return rejected_before_ + rejected_; }
 
  private:
@@ -157,21 +157,21 @@ class PointFeed {
 
   const dds::ParticipantOptions participant_;
   Mailbox<HeardEvent> mailbox_;
-  std::atomic<std::uint64_t> rejected_ = 0;  ///< by this subscriber
+  std::atomic<std::uint64_t> rejected_ = 0;  ///< samples that the present subscriber has rejected
   std::uint64_t rejected_before_ = 0;
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
 
-// `baudgate watch --events`, `--alarms`: what happens in the devices of all gateways, one line an
-// event or change of an alarm.
+// `RunWatchEvents` is `baudgate watch --events` and `--alarms`: it prints one line for each event
+// or change of an alarm, of all gateways.
 
 std::string JsonLine(const dds::EventSample& event);
 std::string PlainLine(const dds::EventSample& event);
 std::string JsonLine(const dds::AlarmSample& alarm);
 std::string PlainLine(const dds::AlarmSample& alarm);
 
-/// As RunWatch.
+/// See RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

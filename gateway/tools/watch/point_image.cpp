@@ -11,7 +11,7 @@ namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// Takes a run of digits, without zeros in front, or one other character.
+/// Takes from the front of `text` a run of digits, without leading zeros, or one other character.
 std::string_view TakeToken(std::string_view& text) {
   std::size_t end = 1;
   if (IsDigit(text.front())) {
@@ -23,7 +23,7 @@ std::string_view TakeToken(std::string_view& text) {
   return token;
 }
 
-/// As people count: "input_2" before "input_10".
+/// Compares names with numbers by value: "input_2" before "input_10".
 bool ComesBefore(std::string_view a, std::string_view b) {
   std::string_view left = a;
   std::string_view right = b;
@@ -58,7 +58,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  std::pair<std::size_t, std::size_t> most{0, 0};  // points that it has, and others that it lacks
+  std::pair<std::size_t, std::size_t> most{0, 0};  // matching points, then few others
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(
         points, [&](const std::string& point) { return places.contains(point); }));
@@ -272,7 +272,8 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
-/// Without any reading a point is new: a reload has restarted its line.
+/// A sample with seq 0 has no reading, for example after a reload has restarted its line; it does
+/// not count.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||

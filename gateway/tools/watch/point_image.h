@@ -1,6 +1,5 @@
-// The points as they are now: what is news, and in which order they are shown. Events come from
-// gateway/tools/watch/watch.h, rows go to the table. PointOrder is the order of a device's profile,
-// and Publishers tells whether the publishers of a gateway can be real.
+// `PointImage` contains the present state of all points, and returns them in the order in which
+// they are shown. It gets events from gateway/tools/watch/watch.h and makes rows for the table.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,25 +20,26 @@
 
 namespace baudgate::tools {
 
-// The order in which the points of a device are shown: that of its profile. A sample does not name
-// the profile: it is the one that has the most of the device's points. Read from a file that
-// `baudgate watch` makes of the installed profiles: one a line, the names of its points, those that
-// can only be written with a '-' in front.
+// `PointOrder` sorts the points of a device in the order of its profile. A sample does not name the
+// profile, so the profile that contains most of the device's points is used. The profiles are read
+// from a file that `baudgate watch` makes of the installed profiles: each line contains the names
+// of a profile's points; a '-' marks points that can only be written.
 //
 //   current_l1 current_l2 current_l3 -reset
-//
 class PointOrder {
  public:
   PointOrder() = default;
   explicit PointOrder(std::istream& profiles);
 
-  /// Those of the profile first, the others behind them: input_2 stands before input_10.
+  /// Sorts points: first those of the profile in its order, then the others by name, with input_2
+  /// before input_10.
   void Sort(std::vector<std::string>& points) const;
-  /// In every profile that has a point of this name. Such a point never has a value.
+  /// True if the point is write-only in every profile that contains this name. Such a point never
+  /// has a value.
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:
-  using Places = std::map<std::string, std::size_t>;  // of points in one profile
+  using Places = std::map<std::string, std::size_t>;  // positions of points in one profile
 
   const Places* ProfileOf(const std::vector<std::string>& points) const;
 
@@ -47,10 +47,10 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// How much of an event is new to the image. Each value includes those before it.
+/// How much of an event is new to the image, in rising order.
 enum class News : std::uint8_t {
-  nothing,  ///< the same reading, sent once more
-  reading,  ///< the same value and quality, read once more
+  nothing,  ///< the same reading, sent again
+  reading,  ///< a new reading with the same value and quality
   value,
   point,  ///< the first event of this point
 };
@@ -63,9 +63,9 @@ class PointImage {
   bool empty() const { return image_.empty(); }
   const PointOrder& order() const { return order_; }
 
-  /// By gateway and device, and the points of each as its profile has them.
+  /// Returns the events sorted by gateway and device, with the points of each device in the order
+  /// of its profile.
   std::vector<const PointEvent*> Ordered() const;
-  /// The same for the table.
   std::vector<PointRow> Rows(WallTime now) const;
 
  private:
@@ -75,36 +75,35 @@ class PointImage {
   std::map<Key, PointEvent> image_;
 };
 
-// The publishers of each gateway, and whether they can be real. Two signs give a false publisher
-// away: one key comes from two live publishers, or readings count backwards. Samples and ends come
-// from the subscriber, remarks go to the viewer.
+// `Publishers` tracks the publishers of each gateway and detects false ones. Two signs reveal a
+// false publisher: two live publishers publish the same point, or the numbers of readings decrease.
+// Samples and ends come from the subscriber; remarks go to the user.
 
 struct Remark {
   enum class Weight : std::uint8_t { note, change, alarm };
   Weight weight = Weight::note;
-  std::string text;  ///< of foreign names: Harmless before it is shown
+  std::string text;  ///< contains text from the network; pass it through Harmless to show it
 };
 
 class Publishers {
  public:
   /// A gateway that was killed and started again has two publishers until the lease of the first
-  /// one ends: for so long it is not judged.
+  /// publisher ends, so two publishers are tolerated for this time.
   static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
-  /// Nothing was heard for a while: whoever published may have left meanwhile.
+  /// Nothing was received for a while, so publishers may have left unnoticed: forgets which are
+  /// live.
   void OnDeaf();
   void Tick(Instant now);
 
-  /// What is new since the last call.
   std::vector<Remark> TakeRemarks() { return std::exchange(remarks_, {}); }
-  /// The alarms that still hold.
   std::vector<std::string> Alarms() const;
 
  private:
-  /// The second to publish a point that the first, as far as we know, publishes still.
+  /// Two publishers of one point, while the first has not left.
   struct Rivals {
     dds::PublisherId first;
     dds::PublisherId second;
@@ -115,10 +114,10 @@ class Publishers {
   };
   struct Gateway {
     std::optional<dds::PublisherId> current;
-    std::map<dds::PublisherId, WallTime> live;  ///< when last heard
+    std::map<dds::PublisherId, WallTime> live;  ///< time of the last sample of each live publisher
     std::map<dds::PublisherId, std::int64_t> starts;
     std::optional<Rivals> rivals;
-    std::string counted_back;  ///< the alarm about it
+    std::string counted_back;  ///< alarm text about decreasing numbers; empty: none
   };
   struct Point {
     dds::PublisherId publisher;

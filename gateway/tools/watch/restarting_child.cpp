@@ -19,7 +19,8 @@ namespace {
 
 constexpr int kEndedBySignal = 128;
 
-/// The signals that we pass on, as a descriptor; the child gets them as they were before.
+/// `PassedSignals` blocks the signals that are passed on, and delivers them by a descriptor. The
+/// child restores the former mask.
 class PassedSignals {
  public:
   PassedSignals() {
@@ -38,9 +39,9 @@ class PassedSignals {
   void Restore() const { sigprocmask(SIG_SETMASK, &before_, nullptr); }
   struct Signal {
     int number = 0;         ///< 0: none
-    bool from_key = false;  ///< Ctrl-C: the child has got it, too
+    bool from_key = false;  ///< by Ctrl-C: the child has received the signal as well
   };
-  /// The next one within this time.
+  /// Returns the next signal, or none after the timeout.
   Signal Next(int milliseconds) const {
     pollfd waited{descriptor_, POLLIN, 0};
     ::poll(&waited, 1, milliseconds);
@@ -65,7 +66,8 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   ::_exit(run());
 }
 
-/// Waits for the child's end, passing signals on; `stopped` when one of them was to end it.
+/// Waits for the end of the child and passes signals to it. Sets `stopped` if a signal to stop
+/// came. Returns the wait status.
 int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {
@@ -77,7 +79,7 @@ int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   return status;
 }
 
-/// False: a signal to stop came.
+/// Waits; returns false if a signal to stop came.
 bool Sleep(Duration time, const PassedSignals& signals) {
   const int number = signals.Next(static_cast<int>(time / 1ms)).number;
   return number == 0 || number == SIGCHLD;

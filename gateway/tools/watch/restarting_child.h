@@ -1,6 +1,6 @@
-// Runs something that a hostile datagram may end (the DDS library) in a process of its own, and
-// starts again when it dies. Used by `watch`; what the gateway publishes has
-// gateway/outputs/dds/link.
+// `RunGuarded` runs code that a hostile datagram may crash (the DDS library) in a child process,
+// and starts it again after a crash. Used by `watch`; the publishing side uses
+// gateway/outputs/dds/link instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,10 +12,11 @@
 
 namespace baudgate::tools {
 
-/// Returns the exit code of `run`, which is called in a child process that dies with us. When the
-/// child is ended by a signal, a line on `err` says so and another one is started, after the waits
-/// in `ladder` one after the other, the last of them again and again. SIGINT, SIGTERM and SIGHUP go
-/// to the child, and what ends by them is not started again. Before any other thread.
+/// Calls `run` in a child process, which ends with this process. Returns the exit code of `run`, or
+/// 128 plus the signal that killed the child. If a signal ends the child, writes a line to `err`
+/// and starts another child after a wait: the waits of `ladder` in turn, then its last one again
+/// and again. SIGINT, SIGTERM and SIGHUP are passed to the child, which is then not started again;
+/// during a wait they end the function with 0. Must be called before other threads are started.
 int RunGuarded(const std::function<int()>& run, std::span<const Duration> ladder,
                std::ostream& err);
 

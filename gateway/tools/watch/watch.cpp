@@ -19,7 +19,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// What is wrong with it, or nothing.
+/// Returns why `address` is not the address of a machine; empty: it is.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
@@ -61,7 +61,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--gateway", options.gateway, "Only this gateway");
   command->add_option("--device", options.device, "Only this device");
   auto* point = command->add_option("--point", options.point, "Only this point");
-  command->add_option("--point-order", options.point_order, "")->group("");  // of `baudgate watch`
+  command->add_option("--point-order", options.point_order, "")->group("");  // not for users
   auto* events = command
                      ->add_flag("--events", options.events,
                                 "What happens in devices: the newest events, then each as it comes")
@@ -103,7 +103,7 @@ class Watch {
         }) {}
 
   int Run() {
-    // Before the library's threads, which inherit the mask.
+    // Must be before the library's threads, which inherit the mask.
     const StopSignals signals(Live() ? StopSignals::And::resize : StopSignals::And::nothing);
     if (const Status status = listening_.Start(); !status) {
       err_ << "watch: " << status.error() << '\n';
@@ -138,7 +138,7 @@ class Watch {
       publishers_.Tick(now);
       for (const Remark& remark : publishers_.TakeRemarks()) Tell(remark);
       if (signals.Came()) return AtEnd();
-      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // another size
+      if ((waited[0].revents & POLLIN) != 0) next_draw_ = now;  // the terminal was resized
       if (options_.once) {
         if (!image_.empty() && now - last_new_ >= kSettled) return PrintImage();
         if (image_.empty() && now >= GiveUpAt()) return NothingHeard();
@@ -146,7 +146,7 @@ class Watch {
       if (options_.seconds && now - started_ >= *options_.seconds) return AtEnd();
       if (Live() && now >= next_draw_) Draw(now);
       out_.flush();
-      // A reader of our output that has left ends us, as SIGPIPE would.
+      // A closed reader of the output ends the command, as SIGPIPE would.
       if (!out_) return kExitDone;
     }
   }
@@ -170,7 +170,8 @@ class Watch {
   }
 
   void Take(const PointEvent& event, Instant now) {
-    // People need no row for what never has a value; programs get all that is published.
+    // A write-only point never has a value, so people need no row for it; JSON contains all that is
+    // published.
     const bool never_read = event.sample.seq == 0 && image_.order().IsWriteOnly(event.sample.point);
     if (!options_.json && never_read) return;
     if (!Matches(event.sample)) {
@@ -184,7 +185,8 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// The live table has the alarms at its foot. News of publishers is told beside plain lines only.
+  /// Prints a remark. The live table shows alarms at its foot instead. Notes are printed with plain
+  /// lines only.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
@@ -222,7 +224,7 @@ class Watch {
   void Draw(Instant now) {
     next_draw_ = now + kRedraw;
     TableView view = *options_.terminal;
-    // The window may have been resized since.
+    // The terminal may have been resized.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
     const std::size_t height = view.height;
     const std::string foot = Foot(view);
@@ -233,7 +235,7 @@ class Watch {
     screen_->Draw(text + foot, height);
   }
 
-  /// Takes its lines from the height of the table above.
+  /// Returns the lines below the table, and reduces `view.height` by their number.
   std::string Foot(TableView& view) const {
     std::vector<std::string> lines = publishers_.Alarms();
     if (lines.size() > kMostAlarms) lines.resize(kMostAlarms);
@@ -248,8 +250,8 @@ class Watch {
     return text;
   }
 
-  /// With `once`: wait longer in silence than after a sample of another gateway, which shows that
-  /// the way is good.
+  /// Returns when `once` gives up: early after a sample that the filter has dropped, because that
+  /// proves that the network works, and late if nothing came.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;
@@ -276,7 +278,7 @@ class Watch {
     return text.empty() ? "all interfaces" : text;
   }
 
-  /// Milliseconds until something is to be done without a new sample.
+  /// Returns the milliseconds until the loop must run without a new sample.
   int PollTime() const {
     const Instant now = Clock();
     Instant until = now + kRedraw;

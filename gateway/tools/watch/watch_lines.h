@@ -1,5 +1,4 @@
-// What `watch` prints of a point, as plain text or as JSON: samples in, one line out. JsonOf makes
-// JSON of any sample.
+// `JsonLine` and `PlainLine` make the line that `watch` prints for a sample of a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,10 +17,11 @@
 
 namespace baudgate::tools {
 
-// A sample as JSON: the fields of the contract (gateway/outputs/dds/published_types.h) under their
-// names, in their order. Used by the modes of `watch` that know the types.
+// `JsonOf` makes JSON of a sample: the fields of the contract
+// (gateway/outputs/dds/published_types.h) under their names, in their order.
 //
-//   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"; null: 0
+//   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
+//   source_time_ns 0                      "source_time":null
 //   value NaN                             "value":null
 
 using Json = nlohmann::ordered_json;
@@ -48,7 +48,8 @@ void PutField(std::string_view name, const Value& value, Json& to) {
   made = value;
 }
 
-/// `special`: called with the name of each field; true: it has put the field itself.
+/// `special` is called with the name of each field. If it returns true, it has added the field
+/// itself.
 template <typename Sample, typename Special>
 Json JsonOf(const Sample& sample, const Special& special) {
   Json json;
@@ -71,7 +72,7 @@ Json KeyOf(const Sample& sample) {
   return json;
 }
 
-/// A sample, or the end of a point: then only its key is meant.
+/// A sample, or the end of a point. At the end, only the key fields of the sample are valid.
 struct PointEvent {
   dds::PointSample sample;
   dds::Origin origin;
@@ -82,9 +83,10 @@ WallTime SourceTime(const dds::PointSample& sample);
 Quality QualityOf(const dds::PointSample& sample);
 std::string ValueText(const dds::PointSample& sample);
 
-/// Sent once more, by the heartbeat: no reading stands between them.
+/// True if `now` is the same reading, sent again by the heartbeat.
 bool IsSameReading(const PointEvent& before, const PointEvent& now);
-/// The same value and quality, read once more.
+/// True if value, unit and quality are equal, and the point has ended in both samples or in
+/// neither.
 bool LooksAlike(const PointEvent& before, const PointEvent& now);
 
 std::string JsonLine(const PointEvent& event);

@@ -1,4 +1,4 @@
-// What the benches of the DDS library share: processes of the same program, and what they used.
+// Shared by the benchmarks of the DDS library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,13 +9,13 @@
 
 namespace baudgate::bench {
 
-/// This program again: `baudgate_dds_bench ROLE ARGS…`. Ends with us.
+/// Starts this program as `baudgate_dds_bench ROLE ARGS…`. The child ends with this process.
 pid_t Start(const std::vector<std::string>& words);
 void End(pid_t child, int signal);
 
-/// Seconds of processor, so far.
+/// The processor time since the start, in seconds.
 double ProcessorOf(pid_t process);
-/// VmRSS, in KiB.
+/// Returns VmRSS in KiB.
 long ResidentOf(pid_t process);
 
 void RunImage();

@@ -1,5 +1,5 @@
-// How soon a late subscriber has the latest of 5,000 points that all change once a second, and what
-// it costs both sides. The publisher is this process, each subscriber a new one.
+// Benchmark: time and cost until a late subscriber has 5,000 points that all change once a second.
+// The publisher is this process, each subscriber a new one.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -51,7 +51,6 @@ config::Config MakeConfig() {
   return config;
 }
 
-/// Every device once a second, one after the other.
 void ChangeAll(bus::PointStore& store, const std::atomic<bool>& stop) {
   Instant next = ReadClocks().instant;
   for (std::uint64_t round = 0; !stop; ++round) {
@@ -71,7 +70,7 @@ double OwnProcessor() { return ProcessorOf(::getpid()); }
 
 }  // namespace
 
-/// Prints seconds to the whole image, and the share of a core that 5 s took.
+/// Prints the seconds until all points have been received, and the share of a core used in 5 s.
 int BeLateSubscriber(const std::vector<std::string>&) {
   std::mutex mutex;
   std::set<std::pair<std::string, std::string>> known;

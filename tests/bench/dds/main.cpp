@@ -1,4 +1,4 @@
-// What Fast DDS costs with many points and many subscribers: baudgate_dds_bench image, or
+// Benchmarks of Fast DDS with many points and many subscribers. Usage: baudgate_dds_bench image, or
 // baudgate_dds_bench participants BAUDGATE COUNT.
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>

@@ -1,6 +1,6 @@
-// What other participants cost the process that speaks DDS: subscribers that join, leave, are
-// killed, are stopped, or never acknowledge. A real gateway with 100 points whose port is missing,
-// each sent once a second; the subscribers of a phase are one process.
+// Benchmark: cost of subscribers that join, leave, are killed, are stopped, or never acknowledge,
+// for the DDS process of a real gateway with 100 points. The subscribers of a phase share one
+// process.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
 #include <fmt/format.h>
@@ -33,7 +33,8 @@ namespace fs = std::filesystem;
 namespace fast = eprosima::fastdds::dds;
 constexpr int kDomain = 66;
 constexpr int kPoints = 100;
-constexpr int kMostOfAMachine = 119;  // that have ports of their own in a domain
+// A domain has separate ports for this many participants of one machine.
+constexpr int kMostOfAMachine = 119;
 
 std::string Yaml() {
   std::string yaml = fmt::format(
@@ -58,8 +59,8 @@ pid_t ChildOf(pid_t parent) {
   return 0;
 }
 
-/// A reader of all points in a participant of its own; `deaf`: hears everything and says nothing.
-/// They do not know each other: what is measured is the gateway.
+/// Opens a reader of all points in a new participant. A `deaf` reader receives everything but never
+/// acknowledges. The readers ignore each other, because only the gateway is measured.
 fast::DataReader* OpenReader(bool deaf) {
   auto transport = std::make_shared<eprosima::fastdds::rtps::test_UDPv4TransportDescriptor>();
   transport->interfaceWhiteList = {"127.0.0.1"};
@@ -95,7 +96,6 @@ void Leave(fast::DataReader* reader) {
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant);
 }
 
-/// It has the image.
 bool IsWhole(fast::DataReader* reader) {
   return reader->get_unread_count() >= static_cast<std::uint64_t>(kPoints);
 }
@@ -103,7 +103,7 @@ bool IsWhole(fast::DataReader* reader) {
 class Table {
  public:
   explicit Table(pid_t daemon) : daemon_(daemon) {}
-  /// One row: what the process used within this time, and what it holds at its end.
+  /// Prints one row: what the process used during `time`, and its memory at the end.
   void Row(const std::string& what, std::chrono::seconds time) {
     const pid_t process = ChildOf(daemon_);
     const double before = ProcessorOf(process);
@@ -131,7 +131,7 @@ class Table {
   long first_ = 0;
 };
 
-/// Waits until each of them has the image.
+/// Starts `count` subscribers and waits until each has received all points.
 pid_t Join(int count, const std::string& kind) {
   const std::string ready = fmt::format("/tmp/baudgate-participants-{}", ::getpid());
   fs::remove(ready);
@@ -146,7 +146,7 @@ pid_t Join(int count, const std::string& kind) {
 
 int BeSubscribers(const std::vector<std::string>& words) {
   const int count = std::stoi(words.at(1));
-  // On other machines they would not take the gateway's processors.
+  // Lowers its priority: on other machines the subscribers would not use the gateway's processors.
   [[maybe_unused]] const int nice = ::nice(19);
   const bool deaf = words.at(2) == "deaf";
   sigset_t stop;
@@ -157,9 +157,10 @@ int BeSubscribers(const std::vector<std::string>& words) {
   for (int i = 0; i < count; ++i) {
     readers.push_back(OpenReader(deaf));
     if (readers.back() == nullptr) return 4;
-    std::this_thread::sleep_for(150ms);  // eight a second of one address are let in
+    // The gateway accepts eight new participants a second from one address.
+    std::this_thread::sleep_for(150ms);
   }
-  // Who cannot ask for what came before gets no image.
+  // A reader that never acknowledges cannot request earlier samples, so it gets no image.
   while (!deaf && !std::ranges::all_of(readers, IsWhole)) std::this_thread::sleep_for(50ms);
   std::ofstream(words.at(3)) << count;
   int number = 0;

@@ -1,3 +1,5 @@
+// Tests that protocol modules of another contract are refused, and the precedence of profile
+// folders.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/modules.h"
 

@@ -1,5 +1,5 @@
-// Modules that the loader must refuse: without a tag, or with another one. Whoever calls into them
-// ends the test.
+// Modules that the loader must refuse: without an ABI tag, or with a wrong one. Calling into such a
+// module aborts the test.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 

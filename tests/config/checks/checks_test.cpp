@@ -1,4 +1,4 @@
-// The checks judge structs: these come from no YAML at all, and problems stand where the keys say.
+// Tests the checks on structs, without YAML. Problems are placed at the marks of the keys.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

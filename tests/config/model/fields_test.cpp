@@ -1,5 +1,4 @@
-// Every member of the configuration's structs is visited, and a change of it is told by its own
-// name.
+// Tests that every member of the configuration's structs is visited and reported by its name.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/model/fields.h"
 
@@ -14,7 +13,7 @@
 namespace baudgate::config {
 namespace {
 
-/// Stands for a value of any type where a struct is initialised.
+/// Converts to any type, to initialise any member of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT: meant to be implicit
@@ -25,7 +24,6 @@ constexpr bool HasRoomFor(std::index_sequence<kIndices...>) {
   return requires { T{(void(kIndices), Anything())...}; };
 }
 
-/// How many members a struct has: as many as can be initialised.
 template <typename T, std::size_t kCount = 64>
 constexpr std::size_t CountMembers() {
   if constexpr (kCount > 0 && !HasRoomFor<T>(std::make_index_sequence<kCount>())) {
@@ -35,7 +33,7 @@ constexpr std::size_t CountMembers() {
   }
 }
 
-// Change(value) makes it another one, whatever it was.
+// Change(value) makes any value different.
 void Change(bool& value) { value = !value; }
 void Change(std::string& text) { text += "+"; }
 void Change(Decimal& number) { number = number + 1; }
@@ -69,7 +67,7 @@ template <typename T>
 void Change(std::vector<T>& list) {
   list.emplace_back();
 }
-/// A struct by its first setting.
+/// Changes a struct by its first setting.
 template <HasFields T>
 void Change(T& its) {
   bool changed = false;

@@ -1,4 +1,4 @@
-// The ends of the areas of values.
+// Tests the limits of the address areas of values.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

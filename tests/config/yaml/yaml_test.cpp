@@ -1,4 +1,4 @@
-// YAML itself: syntax errors, encodings, size, nesting, aliases, and columns beside non-ASCII text.
+// Tests the YAML reader: syntax errors, encodings, size, nesting, aliases, columns.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ TEST(Yaml, EmptyAndSeveralDocuments) {
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
 }
 
-// The parser by itself would find documents there for ever.
+// The YAML library alone would return documents endlessly here.
 TEST(Yaml, ACommaBehindTheWholeIsRefused) {
   const std::string advice = " error: this comma stands outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);

@@ -1,5 +1,4 @@
-// The topic of alarms on Fast DDS, heard by a subscriber on Fast DDS and by one of another vendor
-// (cyclone_alarms.c): what comes late gets each as it is now, and nothing that was before.
+// Tests the topic of alarms with subscribers on Fast DDS and of another vendor (cyclone_alarms.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>

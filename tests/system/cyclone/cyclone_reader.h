@@ -1,5 +1,6 @@
-// What subscribers on Cyclone DDS have in common: over loopback, all that a topic has kept and what
-// comes, one line a sample, until --count lines of news have come (0) or --seconds have passed (1).
+// Shared by the subscribers on Cyclone DDS: read a topic over loopback, first its history, then new
+// samples, and print one line per sample. They end after --count printed lines (exit code 0) or
+// --seconds (1).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,16 +13,15 @@
 #define BATCH 64
 
 struct topic {
-  const char* program;  // for messages
-  const char* what;     // "events"
-  const char* name;     // of the topic
+  const char* program;  // for error messages
+  const char* what;
+  const char* name;  // name of the topic
   const dds_topic_descriptor_t* type;
-  int32_t depth;  // of each instance
+  int32_t depth;  // history of each instance
   int32_t instances;
-  char* samples;                     // BATCH of them
-  size_t size;                       // of one
-  bool (*show)(const void* sample);  // prints it; false: it is no news
+  char* samples;                     // array of BATCH samples
+  size_t size;                       // size of one sample
+  bool (*show)(const void* sample);  // prints a sample; false: the sample does not count
 };
 
-// The exit code.
 int read_topic(int argc, char** argv, const struct topic* topic);

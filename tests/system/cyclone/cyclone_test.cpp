@@ -1,5 +1,4 @@
-// Our publisher against a subscriber of another DDS vendor (cyclone_subscriber.c), each in a
-// process of its own, over loopback.
+// Tests the publisher with a subscriber of another DDS vendor (cyclone_subscriber.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,7 +32,6 @@ class CycloneSubscriber {
     if (output_ != nullptr) ::pclose(output_);
   }
 
-  /// The next line without its end; nothing when it has ended.
   std::optional<std::string> Line() {
     char buffer[512];
     if (output_ == nullptr || ::fgets(buffer, sizeof buffer, output_) == nullptr) return {};
@@ -141,7 +139,8 @@ TEST(Cyclone, TheEndOfAGatewayIsSeen) {
   EXPECT_EQ(left, 40);
 }
 
-// Fast DDS 2.9 ends in an assertion when it sends to a group that two of them have named.
+// Fast DDS 2.9 fails an assertion when it sends to a multicast group that two subscribers have
+// named.
 TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
   const config::Config config = MakeConfig(2, 50);
   bus::PointStore store(config);

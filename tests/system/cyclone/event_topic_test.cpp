@@ -1,5 +1,4 @@
-// The topic of events on Fast DDS, heard by a subscriber on Fast DDS and by one of another vendor
-// (cyclone_events.c): what comes late gets the newest of each device, in order.
+// Tests the topic of events with subscribers on Fast DDS and of another vendor (cyclone_events.c).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <stdio.h>
@@ -30,7 +29,6 @@ EventSample Event(std::uint64_t seq, const std::string& device) {
           .text = "stage I> started: " + std::to_string(seq)};
 }
 
-/// All that comes, by device.
 class Events {
  public:
   std::unique_ptr<DdsSubscriber> Listen() {

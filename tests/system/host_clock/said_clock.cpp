@@ -1,6 +1,6 @@
-// Preloaded into the gateway by meter_clock_test.cpp: what the kernel says of its clock is what the
-// file $SAID_CLOCK says, "right" or anything else. What was said last stands in that file's
-// neighbour, with ".told" behind its name. Nothing is set.
+// Replaces ntp_adjtime() in the gateway (LD_PRELOAD) for meter_clock_test.cpp: the clock counts as
+// synchronised if the file $SAID_CLOCK contains "right". Each answer is written to a file of the
+// same name with ".told" appended. No clock is set.
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/timex.h>
 

@@ -1,5 +1,4 @@
-// The gateway does all its work under what its unit forbids; and would not, if the unit forbade
-// more.
+// Tests that the gateway works under the restrictions of its unit, and fails under further ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -21,8 +20,8 @@ constexpr int kSandboxUnit = 1;
 
 class Sandbox : public RouteStation {
  protected:
-  /// A line on a tty whose outputs may be written, routes to a line and to a server by its name, a
-  /// serial master, IPv6 and DDS: one of each thing that has a system call of its own.
+  /// Returns a configuration that makes the gateway use all its system calls: tty, routes by name,
+  /// serial master, IPv6 and DDS.
   std::string Everything() const {
     std::string yaml =
         Yaml({"{ units: 20-21, line: drive }",
@@ -38,7 +37,7 @@ class Sandbox : public RouteStation {
                  "dds: { enabled: true, domain: " + std::to_string(domain()));
     return yaml;
   }
-  /// The gateway's unit, with more lines in its sandbox.
+  /// Returns the gateway's unit with further lines in [Service].
   fs::path Unit(const std::string& more = {}) const {
     return Write("baudgate.service", ReadWholeFile(BAUDGATE_UNIT) + "[Service]\n" + more);
   }
@@ -77,7 +76,7 @@ TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
                   directory());
   EXPECT_TRUE(Eventually([&] { return Status()["dds"]["state"] == "up"; }));
 
-  twin->Signal(SIGSTOP);  // silence: the flight recorder saves what was before
+  twin->Signal(SIGSTOP);  // the device is silent, so the flight recorder saves its frames
   EXPECT_TRUE(Eventually([&] {
     std::error_code error;
     return !fs::is_empty(directory() / "state/recordings", error) && !error;
@@ -88,7 +87,7 @@ TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
   EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
 }
 
-/// Else the tests above would show nothing.
+/// Shows that the tests above would notice a restriction.
 TEST_F(Sandbox, WhatBitesIsNoticed) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   for (const char* more :
@@ -99,8 +98,8 @@ TEST_F(Sandbox, WhatBitesIsNoticed) {
   }
 }
 
-/// Each family that the unit lists is one that the gateway needs; AF_NETLINK for names with several
-/// addresses, which not every machine has.
+/// Each address family in the unit is needed by the gateway. AF_NETLINK is left out: only names
+/// with several addresses need it, which not every machine has.
 TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const std::string all = "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK\n";

@@ -1,8 +1,7 @@
-// Runs a program under what a unit forbids, as far as a process can forbid it itself: system calls,
-// address families, memory that is written and executed, namespaces. What systemd would answer with
-// an error ends the program with SIGSYS here, so that no refusal goes unnoticed (but for one).
-// Mounts, devices and users need a system that systemd runs: docs/boot-test.md. usage: sandboxed
-// UNIT PROGRAM [ARGUMENT…]
+// Runs a program under the restrictions of a unit, as far as a process can restrict itself. Where
+// systemd would return an error, SIGSYS ends the program, so that no refusal goes unnoticed (one
+// exception: see Apply). For mounts, devices and users see docs/boot-test.md.
+// Usage: sandboxed UNIT PROGRAM [ARGUMENT…]
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <sched.h>
@@ -30,11 +29,12 @@
 namespace {
 
 using Words = std::vector<std::string>;
-using Directives = std::map<std::string, std::vector<Words>>;  // each with the words of its lines
+// The words of each line, by directive.
+using Directives = std::map<std::string, std::vector<Words>>;
 
 constexpr int kCannot = 125;
 
-/// Somebody has to put a new directive into one of the two.
+/// A directive that is in neither set is an error, so that a new one is not forgotten.
 const std::set<std::string> kAppliedHere = {"LockPersonality",
                                             "MemoryDenyWriteExecute",
                                             "NoNewPrivileges",
@@ -116,7 +116,7 @@ bool IsOn(const Directives& directives, const std::string& name) {
   return found != directives.end() && found->second.back() == Words{"yes"};
 }
 
-/// The system calls of a group, as this systemd knows it.
+/// Adds the system calls of a group, as this systemd lists them.
 void AddGroup(const std::string& group, std::set<std::string>& calls) {
   const std::string command = "systemd-analyze syscall-filter " + group;
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
@@ -211,7 +211,7 @@ void AddNamespaces(Filter& filter) {
   }
   filter.Add(kEnd, SCMP_SYS(unshare));
   filter.Add(kEnd, SCMP_SYS(setns));
-  // Its flags cannot be seen from here; the C library falls back to clone.
+  // The flags of clone3 cannot be checked here; the C library falls back to clone.
   filter.Add(SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3));
 }
 
@@ -227,7 +227,8 @@ void AddModes(Filter& filter) {
 
 void Apply(const Directives& directives) {
   std::set<std::string> calls = AllowedCalls(directives.at("SystemCallFilter"));
-  // SQLite run by root gives its files to root. The service is not root; a test may be.
+  // SQLite gives its files to their owner when root runs it. The service is not root; a test may
+  // be.
   if (::geteuid() == 0) calls.insert("fchown");
   ::umask(static_cast<mode_t>(std::stoi(directives.at("UMask").back().at(0), nullptr, 8)));
   if (IsOn(directives, "NoNewPrivileges")) ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
@@ -240,14 +241,14 @@ void Apply(const Directives& directives) {
   if (IsOn(directives, "LockPersonality")) some.Add(kEnd, SCMP_SYS(personality));
   if (IsOn(directives, "RestrictRealtime")) some.Add(kEnd, SCMP_SYS(sched_setscheduler));
   Filter all(kEnd);
-  // Whether the clock is right is asked, and "may not be known" is an answer: clock_corrector.h.
+  // The gateway asks for the clock's state and accepts a refusal (clock_corrector.h).
   if (!calls.contains("clock_adjtime")) {
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(clock_adjtime));
     all.Add(SCMP_ACT_ERRNO(EPERM), SCMP_SYS(adjtimex));
   }
   for (const std::string& name : calls) {
     const int call = ::seccomp_syscall_resolve_name(name.c_str());
-    // Some are of other machines, some younger than the library.
+    // Some calls exist on other machines only, or are newer than the library.
     if (call >= 0) all.Add(SCMP_ACT_ALLOW, call);
   }
   some.Load();

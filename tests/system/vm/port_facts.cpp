@@ -1,5 +1,4 @@
-// Prints what a tty driver tells of one port: its error counters, low latency and RS-485 mode.
-// Goes its own way to the driver, so that baudgate's figures can be compared with these.
+// Prints the tty driver's state of one port without baudgate's code, to check baudgate's numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include <asm/ioctls.h>
 #include <fcntl.h>

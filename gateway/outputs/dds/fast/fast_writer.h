@@ -17,7 +17,7 @@ namespace baudgate::dds {
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});
-/// The same for all points and devices of `store`, with the options of `config.dds`.
+/// As above, for all points and devices of `store`, with the options of `config.dds`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const bus::PointStore& store);
 

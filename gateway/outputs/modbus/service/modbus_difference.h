@@ -21,8 +21,8 @@ namespace baudgate::reload {
 
 // What a reload does to a line, a listener or a route.
 enum class Action : std::uint8_t {
-  same,       ///< it runs on unchanged
-  in_place,   ///< it runs on with the changed settings
+  same,       ///< the line or listener runs on unchanged
+  in_place,   ///< the line or listener runs on with the changed settings
   restarted,  ///< a line is restarted; a listener disconnects its clients
   added,
   removed,
@@ -32,7 +32,7 @@ struct ListenerChange {
   std::string place;  ///< config::Listener::Place()
   Action action = Action::same;
   std::string what;                ///< the changed settings, "write, allow"
-  std::optional<std::size_t> was;  ///< its index in the running list
+  std::optional<std::size_t> was;  ///< index in the running list
   /// The number of clients that will be disconnected, if they were counted.
   std::optional<std::size_t> clients = {};
 };
@@ -41,7 +41,7 @@ struct RouteChange {
   std::string route;  ///< "33-40 to drive"
   Action action = Action::same;
   std::string what;  ///< the changed settings, "remap"
-  /// Its index in the running list; empty: the route is new or restarted.
+  /// Index in the running list; empty: the route is new or restarted.
   std::optional<std::size_t> was;
 };
 

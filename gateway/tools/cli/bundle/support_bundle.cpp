@@ -30,13 +30,12 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr const char* kFolder = "baudgate-support";  // in the archive
+constexpr const char* kFolder = "baudgate-support";  // the top folder inside the archive
 
 struct Ran {
   std::string output;
-  bool well = false;  ///< it could be started, and its exit code is 0
+  bool well = false;  ///< the command could be started and its exit code is 0
 };
-/// `command`: for a shell.
 Ran Run(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
   if (pipe == nullptr) return {};
@@ -48,10 +47,10 @@ Ran Run(const std::string& command) {
   return {std::move(text), ::pclose(pipe) == 0};
 }
 
-/// The files of a bundle: in a folder that only its owner may read, until tar(1) has packed them.
+/// The files of a bundle, in a folder that only this user may read until tar(1) packs them.
 class Archive {
  public:
-  /// `at`: the time of every file.
+  /// `at`: the modification time of every file.
   explicit Archive(WallTime at) : at_(at) {
     std::error_code gone;
     std::string path = (std::filesystem::temp_directory_path(gone) / "baudgate-XXXXXX").string();
@@ -64,8 +63,8 @@ class Archive {
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// In `name` characters other than letters, digits, '.', '-', '_' and '/' become '_', and so does
-  /// a '.' before another one.
+  /// Adds a file. In `name`, characters other than letters, digits, '.', '-', '_' and '/' become
+  /// '_', and so does a '.' before another '.'.
   void Add(std::string name, const std::string& content) {
     if (folder_.empty()) return;
     for (char& c : name) {
@@ -132,7 +131,7 @@ std::string SystemText() {
   return text;
 }
 
-/// What goes in, and what is missing and why.
+/// Collects the content of the bundle, and a list of what is missing with the reasons.
 class Bundle {
  public:
   Bundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now)
@@ -209,7 +208,7 @@ class Bundle {
     std::error_code gone;
     const auto kind = std::filesystem::status(file, gone).type();
     if (!gone && kind != std::filesystem::file_type::regular) {
-      return Miss("configuration", file + ": is no regular file");  // a pipe would wait
+      return Miss("configuration", file + ": is no regular file");  // reading a pipe would block
     }
     const auto text = config::ReadWholeFile(file);
     if (!text) return Miss("configuration", file + ": " + text.error());
@@ -230,12 +229,12 @@ class Bundle {
   Archive archive_;
   bool answers_ = false;
   std::string gateway_version_;
-  std::string file_;  // of the running gateway
+  std::string file_;  // the running gateway's configuration
   std::vector<std::string> names_;
   std::vector<std::string> missing_;
 };
 
-/// For its owner only: it shows much of a plant.
+/// Writes a new file that only its owner may read, because the bundle shows much of a plant.
 Status WriteNew(const std::string& file, const std::string& content) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor < 0) return Error{file + ": " + std::strerror(errno)};

@@ -1,6 +1,5 @@
-// `baudgate support-bundle`: status, traces, log, configuration and versions in one archive for a
-// bug report; no secret is in it. Without a running gateway it has less, and says what is missing.
-// SystemLog is the log of the service.
+// `baudgate support-bundle`: packs status, traces, log, configuration and versions into one archive
+// without secrets for a bug report. Without a running gateway it contains less.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,19 +13,18 @@
 
 namespace baudgate::tools {
 
-// The log of the service, as systemd keeps it.
-
-/// The newest lines of baudgate and baudgate-dds. The error says why there are none.
+/// Returns the newest log lines of baudgate and baudgate-dds, or the reason why there are none.
 Result<std::string> SystemLog();
 
 struct BundleOptions {
-  std::string file{};    ///< a new one: tar.gz
-  std::string config{};  ///< empty: that of the running gateway, else the one of the service
+  std::string file{};  ///< the archive to write (tar.gz); it must not exist yet
+  /// The configuration file; empty: that of the running gateway, else that of the service.
+  std::string config{};
   std::string socket{};  ///< empty: the gateway in the default places
   std::function<Result<std::string>()> log = SystemLog;
 };
 
-/// Exit codes: 0 it is written, whatever is missing in it; 4 it cannot be written, or is there.
+/// Exit codes: 0 written, even if parts are missing; 4 the file exists or cannot be written.
 int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalog, WallTime now,
                      std::ostream& out, std::ostream& err);
 

@@ -24,7 +24,7 @@ constexpr Duration kAnswerTime = 10s;
 
 constexpr std::string_view kIsItRunning = "; is baudgate running? give --socket PATH";
 
-/// A connected socket, or -1 and errno.
+/// Returns a connected socket, or -1 with errno set.
 int ConnectTo(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -154,7 +154,7 @@ int ControlClient::process() const {
 std::string CureOfSilence(int process) {
   std::ifstream file("/proc/" + std::to_string(process) + "/stat");
   const std::string stat{std::istreambuf_iterator<char>(file), {}};
-  const auto name_end = stat.rfind(')');  // "123 (name) T …", proc(5)
+  const auto name_end = stat.rfind(')');  // the format is "123 (name) T …", see proc(5)
   const char state =
       name_end == std::string::npos || name_end + 2 >= stat.size() ? '?' : stat[name_end + 2];
   const std::string which = process > 0 ? "process " + std::to_string(process) : "it";

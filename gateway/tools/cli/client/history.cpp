@@ -51,7 +51,8 @@ int HistoryStream::Fetch() {
     if (const int code = ReadAnswer(client_, request_, answer, err_); code != 0) return code;
     const auto history = answer.find("history");
     if (history == answer.end() || FieldText(*history, "state") != "opening") break;
-    std::this_thread::sleep_for(kLookForHistory);  // it has only just started
+    // A gateway that has just started is still opening its history.
+    std::this_thread::sleep_for(kLookForHistory);
   }
   page_ = answer.value("records", Json::array());
   for (const Json& text : answer.value("unread", Json::array())) unread_.push_back(text);
@@ -74,23 +75,23 @@ constexpr std::array<const char*, 4> kRegisters = {"active_import", "active_expo
                                                    "reactive_import", "reactive_export"};
 
 struct Key {
-  std::size_t device = 0;  // of the options
-  std::size_t period = 0;  // of kPeriods
+  std::size_t device = 0;  // index into HistoryOptions::points
+  std::size_t period = 0;  // index into kPeriods
   Day date{};
-  int tariff = 0;  // 0: all together
+  int tariff = 0;  // 0: the total of all tariffs
   auto operator<=>(const Key&) const = default;
 };
 
 struct BillingRow {
   std::string time;
   std::array<Json, kRegisters.size()> values{};
-  std::string quality{};  // of what is not good
+  std::string quality{};  // qualities of the values that are not good
 };
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// The date by the meter, of which the time is the midnight: 2026-10-31T21:00Z is the first of
-/// November at +03:00. From -11:59 to +12:00.
+/// Returns the meter's local date whose midnight is this UTC time: 2026-10-31T21:00Z is the first
+/// of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -106,7 +107,7 @@ class Reader {
     if (asked_.until) *asked_.until += days(2);
   }
 
-  /// The exit code; what is not kept is no error, as long as something else is.
+  /// Returns the exit code. A value that is not recorded is an error only if none of the device is.
   int Read(std::size_t device, std::ostream& err) {
     bool any = false;
     for (std::size_t period = 0; period < kPeriods.size(); ++period) {
@@ -120,7 +121,7 @@ class Reader {
       }
     }
     if (any) return 0;
-    const std::string told = told_.str();  // of the first name is enough
+    const std::string told = told_.str();  // the message about the first name is enough
     err << told.substr(0, told.find('\n') + 1);
     return kUnknown;
   }
@@ -184,7 +185,7 @@ void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ost
   table.PrintAligned(out, "", options.width);
 }
 
-/// Dates and numbers as spreadsheets know them.
+/// Prints dates and numbers in formats that spreadsheets import.
 void PrintCsv(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   const std::vector<std::string> head = {"meter",
                                          "reading",
@@ -280,7 +281,7 @@ class HistoryPrinter {
   }
 
  private:
-  static constexpr std::size_t kTogether = 1000;  // rows whose columns are aligned at once
+  static constexpr std::size_t kTogether = 1000;  // this many rows share one column alignment
 
   static std::string Rounded(const Json& record, const char* key) {
     const auto found = record.find(key);
@@ -312,7 +313,7 @@ class HistoryPrinter {
   std::vector<StreamTable::Row> rows_;
 };
 
-/// What is named, and what patterns mean; each once. The exit code.
+/// Collects named points and points that match patterns, each once. Returns the exit code.
 int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
              std::vector<std::string>& points) {
   const auto add = [&points](const std::string& point) {
@@ -331,7 +332,7 @@ int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream&
   return 0;
 }
 
-/// True: something is missing in what was printed.
+/// Prints which files could not be read. Returns true if values are missing in the output.
 bool TellUnread(const std::vector<HistoryStream>& streams, std::ostream& err) {
   std::set<std::string> told;
   for (const HistoryStream& stream : streams) {
@@ -356,7 +357,8 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   HistoryPrinter printer(options, out);
   if (options.csv) printer.PrintCsvHead();
-  // The oldest of the next of each; in each they stay as they are, whatever the clock has done.
+  // Prints the oldest next record of all streams. Records of one stream keep their order, even if
+  // the clock was set back.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
     std::string time;
@@ -379,7 +381,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
     oldest->Next(record);
     printer.Print(*record);
     oldest->Pop();
-    if (!out) return 0;  // its reader has left
+    if (!out) return 0;
   }
 }
 

@@ -1,5 +1,5 @@
-// `baudgate history`: values that were kept, or what they come to, oldest first. HistoryStream
-// reads the records page by page, and RunBilling prints billing readings.
+// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first; with
+// --billing, billing readings of meters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,33 +18,34 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  std::optional<Duration> every{};  ///< means, minima and maxima of so long; empty: the values
+  /// Print mean, minimum and maximum of each interval of this length; empty: the values themselves.
+  std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
-  bool billing = false;   ///< see RunBilling
+  bool billing = false;   ///< print billing readings, see RunBilling
   std::string socket{};   ///< empty: the gateway in the default places
-  std::size_t width = 0;  ///< of tables, characters a line; 0: no limit
+  std::size_t width = 0;  ///< of tables, in characters per line; 0: no limit
 };
 
-/// Exit code 0, also where there is nothing, which is said; 4 when no gateway answers, or it keeps
-/// no values; 2 there is no such point, or its values are not kept.
+/// Exit codes: 0, also if there are no records, which is printed; 2 unknown point, or its values
+/// are not recorded; 4 no gateway answers, or the gateway records no values.
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
-// The records of one name that a gateway keeps, page by page over its control socket: for
-// `baudgate history`.
+// `HistoryStream` reads the records of one point from the gateway, page by page.
 class HistoryStream {
  public:
   using Json = ControlClient::Json;
 
-  /// Client and `err` outlive it. `point`: LINE.DEVICE.POINT, or of what a meter has measured
-  /// itself LINE.DEVICE.load_1.active_import.
+  /// `client` and `err` must stay valid for the lifetime of this object. `point`:
+  /// LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import for a load profile of a meter.
   HistoryStream(ControlClient& client, const HistoryOptions& options, const std::string& point,
                 std::ostream& err);
 
-  /// The next record; null: there is none. The exit code when it cannot be read, which is told.
+  /// Sets `record` to the next record; null: no more. Returns the exit code; a failure is printed
+  /// on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
-  /// Files that could not be read so far, and why.
+  /// The files that could not be read so far, with the reasons.
   const std::vector<std::string>& unread() const { return unread_; }
 
  private:
@@ -59,15 +60,15 @@ class HistoryStream {
   bool done_ = false;
 };
 
-// `baudgate history --billing`: billing readings of meters as a table, one row a reading and
-// tariff.
+// `baudgate history --billing`: prints billing readings of meters as a table with one row for each
+// reading and tariff.
 //
 //   meter      reading  date        tariff  import kWh  export kWh  …  quality
 //   meters.m1  month    2026-11-01  all     1500.25     0
 //   meters.m1  month    2026-11-01  1       1000.25     0
 
-/// `options.points` are LINE.DEVICE. Days count by the meter's date, `until` is the first that is
-/// not wanted. Exit codes as of RunHistory.
+/// `options.points` contains LINE.DEVICE. Days are the meter's local dates; `until` is the first
+/// date that is not printed. Exit codes as for RunHistory.
 int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -16,12 +16,12 @@ using Json = ControlClient::Json;
 constexpr int kNotClosed = 4;
 constexpr Duration kLookForRelease = 20ms;
 
-/// "12:04:05 UTC" of an ISO time.
+/// Returns "12:04:05 UTC" for an ISO time.
 std::string Clock(const std::string& time) {
   return time.size() < 19 ? time : time.substr(11, 8) + " UTC";
 }
 
-/// Asks until the port's state is, or is not, `released`; the last line of status seen.
+/// The last state that was seen while waiting for the port to be released or taken back.
 struct Seen {
   int code = 0;
   bool reached = false;
@@ -45,7 +45,7 @@ Seen WaitFor(const ReleaseOptions& options, bool released, std::ostream& err) {
   }
 }
 
-/// Asks until clients can come in.
+/// Offers the port over the network and waits until clients can connect.
 int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err) {
   Json answer;
   Json request = {{"command", "release"},
@@ -181,7 +181,7 @@ std::string Age(const Json& age) {
   return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
 }
 
-/// What was known before must not pass for an answer.
+/// Marks a value that was read before this request, so that nobody takes it for an answer.
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;
@@ -198,7 +198,7 @@ void PrintPoints(const Json& points, bool read, std::ostream& out) {
   table.PrintAligned(out);
 }
 
-/// What a person does about it; empty: nothing.
+/// Returns a hint for the user; empty: no hint.
 std::string Advice(const WriteOptions& options, const Json& answer) {
   const std::string needs = answer.value("needs", "");
   if (needs == "confirm") {
@@ -210,7 +210,7 @@ std::string Advice(const WriteOptions& options, const Json& answer) {
          "written";
 }
 
-/// "bay-1.feeder-1.setting_group: refused: …".
+/// Returns the result as a sentence: "bay-1.feeder-1.setting_group: refused: …".
 std::string Sentence(const WriteOptions& options, const Json& answer) {
   const std::string end = answer.value("end", "");
   const std::string reason = answer.value("reason", "");
@@ -287,7 +287,7 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
   out << options.target
       << (options.in_use ? ": in use, it is asked again"
                          : ": out of use, it is not asked and its points are out of service");
-  // Said only where the restart changes something.
+  // Printed only if a restart would undo the command.
   if (answer.value("enabled", true) != options.in_use) {
     out << ". A restart forgets this: 'enabled: " << (options.in_use ? "true" : "false")
         << "' in the configuration keeps it";

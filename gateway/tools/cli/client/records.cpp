@@ -26,24 +26,26 @@ constexpr int kNotCurrent = 4;
 constexpr Duration kLookForRecords = 500ms;
 
 struct RecordPages {
-  ControlClient::Json request;  ///< of the first page
-  const char* state = "";       ///< the key under which an answer says how the file is
+  ControlClient::Json request;  ///< the request for the first page
+  /// The key of an answer whose object contains the state of the record file.
+  const char* state = "";
   bool follow = false;
-  std::optional<Duration> seconds{};  ///< of `follow`: end after this time
+  std::optional<Duration> seconds{};  ///< with `follow`: end after this time
   std::string socket{};               ///< empty: the gateway in the default places
-  /// They count only while the file can be written: else kNotCurrent.
+  /// Return kNotCurrent if the gateway cannot write the file, because the records are then
+  /// outdated.
   bool current = false;
-  /// With `follow`: print everything again, not only what is new; `looked` is called at its end.
+  /// With `follow`: read all records in every round; `looked` is called at the end of each round.
   bool whole = false;
   std::function<void()> looked{};
 };
 
-/// What is wrong with the file, each time that its state is another one.
+/// Prints the problems of a record file whenever its state has changed.
 class Troubles {
  public:
   Troubles(std::string key, std::ostream& err) : key_(std::move(key)), err_(err) {}
 
-  /// The state.
+  /// Prints the advice if the state has changed. Returns the state.
   const std::string& Tell(const Json& answer) {
     const auto found = answer.find(key_);
     if (found == answer.end() || !found->is_object()) return told_;
@@ -63,8 +65,8 @@ class Troubles {
   std::string told_;
 };
 
-/// `print`: what stands in each page, which may be nothing. The exit code.
-/// A gateway that has only just started may still be opening the file: it is waited for.
+/// Reads pages, calls `print` with the records of each page (maybe none), and returns the exit
+/// code. Tries again while a gateway that has just started opens the file.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
   const StopSignals signals;
@@ -80,7 +82,7 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
     const bool opening = troubles.Tell(answer) == "opening";
     print(answer.value("records", Json::array()));
     out.flush();
-    if (!out) return 0;  // its reader has left
+    if (!out) return 0;  // the reader of the output has closed it
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
     if (pages.looked) pages.looked();
@@ -110,7 +112,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// As the numbers of clock_quality (docs/events.md).
+/// The indices are the numbers of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
 constexpr std::array<const char*, 10> kFields = {
@@ -150,9 +152,10 @@ std::string ValueText(const Json& value) {
   return text;
 }
 
-/// Values that were kept with an event, and whether they are complete.
+/// Values that were recorded with an event; the title tells whether they are complete.
 struct Kept {
-  std::string title{};  ///< "trip, read 2026-11-23T12:00:03.120Z"; empty: nothing belongs to it
+  /// "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the event
+  std::string title{};
   std::vector<std::string> values{};
 };
 
@@ -169,7 +172,6 @@ Kept KeptOf(const Json& event) {
   return kept;
 }
 
-/// Indented, below its event.
 std::string KeptRows(const Kept& kept, std::size_t width) {
   if (kept.title.empty()) return {};
   const std::size_t longest = width == 0 ? kLongestLine : width - std::min(width, kIndent.size());
@@ -190,7 +192,6 @@ std::string KeptRows(const Kept& kept, std::size_t width) {
   return rows;
 }
 
-/// In one cell.
 std::string KeptCell(const Kept& kept) {
   std::string cell = kept.title;
   for (const std::string& value : kept.values) cell += "; " + value;
@@ -232,7 +233,7 @@ class EventPrinter {
   }
 
  private:
-  /// Rows are aligned together up to the next that has something below it.
+  /// Rows share one column alignment up to the next event with values, which are printed below it.
   void PrintRow(StreamTable::Row row, const Kept& kept) {
     rows_.push_back(std::move(row));
     if (kept.title.empty()) return;
@@ -268,7 +269,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// ", channel 3" for "3:5", channel and code of a device's event.
+/// Returns ", channel 3" for the name "3:5" (channel and code of a device's event).
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');
@@ -277,7 +278,7 @@ std::string ChannelOf(const Json& alarm) {
   return channel == "0" ? "" : ", channel " + channel;
 }
 
-/// As `ack` takes it.
+/// Returns the alarm's place in the form that `baudgate ack` takes.
 std::string PlaceOf(const Json& alarm) {
   std::string place = FieldText(alarm, "line");
   for (const char* part : {"device", "point"}) {
@@ -331,8 +332,8 @@ class AlarmPrinter {
   bool any_ = false;
 };
 
-/// What of the whole list is another than the time before. One that is not listed any more is
-/// normal.
+/// Finds the alarms that have changed since the previous round. An alarm that is no longer listed
+/// is normal again.
 class AlarmChanges {
  public:
   void Add(const Json& alarms) {

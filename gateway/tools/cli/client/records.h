@@ -1,6 +1,5 @@
-// Records that a gateway keeps, page by page: all that are there and, if wanted, what comes. For
-// `baudgate writes`, `baudgate events` and `baudgate alarms`. RunEvents, RunAlarms, RunAck and
-// RunWrites are the commands.
+// `baudgate events`, `alarms` and `writes` print records of a running gateway page by page, and new
+// records as they come if wanted; `baudgate ack` acknowledges alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,56 +13,53 @@
 
 namespace baudgate::tools {
 
-/// A field as it may be shown; empty where it is not there.
+/// Returns a field as printable text; empty: the field is missing.
 std::string FieldText(const ControlClient::Json& record, const char* key);
 
-// `baudgate events`: what has happened in devices, oldest first.
 struct EventsOptions {
-  bool follow = false;    ///< then what comes
-  std::int64_t from = 1;  ///< the first number
+  bool follow = false;    ///< go on and print new events
+  std::int64_t from = 1;  ///< the number of the first event to print
   std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all
   std::optional<WallTime> since{};
   bool json = false;
   bool csv = false;
   std::string socket{};               ///< empty: the gateway in the default places
-  std::optional<Duration> seconds{};  ///< of `follow`, for tests: end after this time
-  std::size_t width = 0;              ///< of the table, characters a line; 0: no limit
+  std::optional<Duration> seconds{};  ///< with `follow`, for tests: end after this time
+  std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
 };
 
-/// Exit code 0, also where nothing has happened yet, which is said; 4 when no gateway answers, or
-/// it keeps no events; 2 there is no such device.
+/// Exit codes: 0, also without any events; 2 unknown device; 4 no gateway answers, or it records no
+/// events.
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate alarms` lists active and unacknowledged alarms, `baudgate ack` acknowledges them.
 struct AlarmsOptions {
   bool json = false;
-  bool follow = false;    ///< go on: each alarm once more whenever it has changed
+  bool follow = false;    ///< go on, and print each alarm again whenever it changes
   std::string socket{};   ///< empty: the gateway in the default places
-  std::size_t width = 0;  ///< of the table, characters a line; 0: no limit
+  std::size_t width = 0;  ///< of the table, in characters per line; 0: no limit
 };
-/// Exit code 0, also where there is none, which is said; 4 when no gateway answers, or its disk
-/// fails.
+/// Exit codes: 0, also without any alarms; 4 no gateway answers, or its disk fails.
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
 
 struct AckOptions {
-  std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an event
-  std::string socket{};  ///< as above
+  std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT, or the number of an event
+  std::string socket{};  ///< empty: the gateway in the default places
 };
-/// The same; 2 where there is no such device, point or alarm.
+/// Exit codes as for RunAlarms; 2 unknown device, point or alarm.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate writes`: the audit, one record a write, oldest first.
+// `baudgate writes`: prints the audit records, oldest first.
 struct WritesOptions {
-  bool follow = false;  ///< then what comes, each when it has ended
+  bool follow = false;  ///< go on, and print new writes when they have ended
   std::optional<WallTime> since{};
   bool json = false;
   std::string socket{};               ///< empty: the gateway in the default places
-  std::optional<Duration> seconds{};  ///< of `follow`, for tests: end after this time
-  std::size_t width = 0;              ///< of the table, characters a line; 0: no limit
+  std::optional<Duration> seconds{};  ///< with `follow`, for tests: end after this time
+  std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
 };
 
-/// Exit code 0, also where nothing was written yet, which is said; 4 when no gateway answers, or it
-/// keeps no records.
+/// Exit codes: 0, also without any writes; 4 no gateway answers, or it records no writes.
 int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

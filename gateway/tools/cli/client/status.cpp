@@ -23,7 +23,8 @@ constexpr std::size_t kParts = 3;      // lines, devices, sentences
 constexpr std::size_t kLeastPart = 4;  // title, two rows, and how many more
 constexpr std::size_t kNoLimit = 1000;
 
-/// The worst of its devices or itself; of two alike the line that is worse itself.
+/// Returns the worst tone of line and devices, and the line's own tone to decide between equal
+/// ones.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));
@@ -47,7 +48,7 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// At most `height` lines, each sentence but the first whole or not at all.
+/// Returns at most `height` lines. Only the first sentence may be cut; others are printed whole.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;
@@ -55,7 +56,8 @@ std::string Sentences(const std::vector<std::string>& sentences, std::size_t wid
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const std::string one = WrapSentence(sentences[i], width);
     const auto lines = static_cast<std::size_t>(std::ranges::count(one, '\n'));
-    const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;  // to say how many more
+    // A line for the number of sentences left out.
+    const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;
     if (used + lines + kept > height && i == 0) {
       return FirstLines(one, height - 1) + "…\n";
     }
@@ -74,7 +76,6 @@ std::size_t LinesOf(const std::vector<std::string>& sentences, std::size_t width
       [&](std::size_t sum, const std::string& one) { return sum + WrapLines(one, width).size(); });
 }
 
-/// What is said of a gateway whose answer is not understood.
 std::string OtherVersion(const nlohmann::ordered_json& status) {
   return "baudgate: the gateway is of another version (" +
          status.value("version", std::string("unknown")) +
@@ -111,7 +112,7 @@ std::string RenderStatusFrame(const Json& status, const TableView& view) {
   const std::string head = WrapSentence(HeadSentence(sorted), view.width);
   const auto above = static_cast<std::size_t>(std::ranges::count(head, '\n')) + kParts;
   const std::size_t room = view.height == 0 ? kNoLimit : view.height - std::min(view.height, above);
-  const bool small = room < kParts * kLeastPart;  // the devices tell of their lines
+  const bool small = room < kParts * kLeastPart;  // when space is short, only the devices are shown
   const auto shares = Shares(room, {small ? 0 : lines.size() + 1, devices == 0 ? 0 : devices + 1,
                                     LinesOf(sentences, view.width)});
   const auto part = [&](std::size_t height) { return TableView{view.width, height, view.colour}; };
@@ -128,7 +129,6 @@ using Json = ControlClient::Json;
 
 constexpr Duration kBetweenFrames = 1s;
 
-/// One look at the gateway: its answer, or why there is none.
 struct Look {
   int code = 0;
   Json status;
@@ -154,7 +154,7 @@ std::string Frame(const Json& status, const std::string& target, const TableView
   }
 }
 
-/// Above the last status that came stands why no other comes.
+/// Draws the last status that was received, below the reason why there is no newer status.
 void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   TableView view = TerminalView(STDOUT_FILENO).value_or(*options.terminal);
   const std::size_t height = view.height;
@@ -167,7 +167,7 @@ void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   screen.Draw(above + Frame(look.status, options.target, view), height);
 }
 
-/// False: it is to end. A terminal of another size is drawn at once.
+/// Returns false on a stop signal. A resized terminal is redrawn at once.
 bool WaitUntil(Instant until, const StopSignals& signals, const std::function<void()>& draw) {
   for (Instant now = ReadClocks().instant; now < until; now = ReadClocks().instant) {
     if (!signals.Wait(until - now)) continue;
@@ -190,7 +190,7 @@ int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream
   }
   LiveScreen screen(out);
   const auto draw = [&] { Draw(look, options, screen); };
-  while (out) {  // until its reader has left
+  while (out) {  // until the reader of the output has closed it
     draw();
     const Instant next = std::min(ReadClocks().instant + kBetweenFrames, end);
     if (!WaitUntil(next, signals, draw) || next == end) break;
@@ -217,7 +217,7 @@ int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err
     return 0;
   }
   TableView view = options.terminal.value_or(TableView{});
-  view.height = 0;  // printed once, not redrawn: everything is shown
+  view.height = 0;  // the status is printed once, so its height has no limit
   try {
     out << RenderStatus(status, options.target, view);
   } catch (const ControlClient::Json::exception&) {

@@ -1,7 +1,5 @@
-// `baudgate status`: what the running gateway says of itself, its lines and its devices, as tables
-// with a sentence for whatever is not well, or as JSON. docs/status.md explains both.
-// RenderStatusFrame makes one frame of `status --watch`, and RunStatusWatch draws it again and
-// again.
+// `baudgate status`: prints the state of the running gateway as tables with a sentence for each
+// problem, or as JSON; see docs/status.md. RunStatusWatch redraws it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,32 +15,30 @@
 namespace baudgate::tools {
 
 struct StatusOptions {
-  std::string target;  ///< "LINE", "LINE.DEVICE", or empty: everything
+  std::string target;  ///< "LINE" or "LINE.DEVICE"; empty: everything
   bool json = false;
   std::string socket{};                 ///< empty: the gateway in the default places
   std::optional<TableView> terminal{};  ///< empty: plain text
-  bool watch = false;                   ///< see RunStatusWatch
-  std::optional<Duration> seconds{};    ///< of `watch`: end after this time
+  bool watch = false;                   ///< redraw the status, see RunStatusWatch
+  std::optional<Duration> seconds{};    ///< with `watch`: end after this time
 };
 
-/// Returns the exit code: 0, 2 for an unknown line or device, 4 when no gateway answers.
+/// Exit codes: 0; 2 unknown line or device; 4 no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
-// A status as one frame of `status --watch`: what is worst comes first, and it fits the terminal.
-
-/// Head, lines, devices, sentences. Of what does not fit the view each part says how much it leaves
-/// out. Throws a nlohmann exception where a field is missing: the gateway is of another version.
+/// Returns one frame of `status --watch`, the worst first. Each part that does not fit ends with
+/// the number of rows left out. Throws a nlohmann exception if the gateway has another version.
 std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableView& view);
 
-/// `all` lines for parts that want so many: a part that wants less than its share gets what it
-/// wants, the others share the rest.
+/// Divides `all` lines among parts that want `wanted` lines. A part that wants less than its share
+/// gets what it wants; the others share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// `baudgate status --watch`: the status again and again on the whole screen of a terminal, until it
-// is stopped. A gateway that stops is looked for again.
+// `baudgate status --watch`: redraws the status until it is stopped, and waits for a gateway that
+// has stopped.
 
-/// Needs options.terminal. Exit code 0; 2 for an unknown line or device; 4 when no gateway answers
-/// at first.
+/// Needs options.terminal. Exit codes: 0; 2 unknown line or device; 4 no gateway answers at the
+/// start.
 int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

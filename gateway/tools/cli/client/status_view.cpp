@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// "-" where nothing was counted.
+/// Returns the percentage, or "-" if `whole` is 0.
 std::string ShareText(std::uint64_t part, std::uint64_t whole) {
   if (whole == 0) return "-";
   return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
@@ -129,8 +129,8 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// What fails stands above what only suffers from it: first devices that do not answer, then those
-/// with the most failures among their latest exchanges.
+/// The sort key for advice, so that causes come before consequences: devices that do not answer,
+/// then those with the most failures among their latest exchanges.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -153,8 +153,8 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// "3 subscribers"; where not all topics have as many readers: "3 subscribers of points, 3 of
-/// devices, none of events, none of alarms".
+/// "3 subscribers", or "3 subscribers of points, 3 of devices, none of events, none of alarms" if
+/// the topics differ.
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");
@@ -184,7 +184,7 @@ std::vector<std::string> DdsTraffic(const Json& status) {
   if (dds.is_null()) return {};
   std::vector<std::string> sentences;
   for (const char* part : {"events", "requests", "datagrams"}) {
-    const auto found = dds.find(part);  // an older gateway has none
+    const auto found = dds.find(part);  // an answer of an older gateway lacks these members
     if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
     sentences.push_back("DDS " + Harmless(Text(*found, "text")));
   }
@@ -230,7 +230,7 @@ std::vector<std::string> AdviceOf(const Json& status) {
   for (const Json& route : PartOf(modbus, "routes")) {
     add("route " + Text(route, "units") + " to " + Text(route, "target"), route);
   }
-  for (const auto& [name, section] : status.items()) {  // in the order of the gateway
+  for (const auto& [name, section] : status.items()) {  // in the order of the gateway's answer
     if (section.is_object() && section.contains("advice"))
       add(name == "dds" ? "DDS" : name, section);
   }
@@ -242,10 +242,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// The first row of the chart ends here; each row is twice as long as the one before.
+/// The upper end of the chart's first row, in µs. Each row covers twice the range of the row
+/// before.
 constexpr double kFirstRowUs = 64;
 
-/// "12345: ok 12300, no_reply 45".
+/// Returns exchanges by outcome: "12345: ok 12300, no_reply 45".
 std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
@@ -255,7 +256,7 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
-/// "retries 3, missed periods 2, late 4 (by up to 80 ms)": the counters that have a label.
+/// Returns the counters that have a label: "retries 3, missed periods 2, late 4 (by up to 80 ms)".
 std::string LabelledText(const Json& labels, const Json& of) {
   std::string text;
   for (const auto& [key, label] : labels.items()) {
@@ -268,7 +269,6 @@ std::string LabelledText(const Json& labels, const Json& of) {
   return text;
 }
 
-/// Lines "label  text", the labels in one column.
 std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
                   const TableView& view) {
   constexpr std::size_t kLabels = 14;
@@ -279,7 +279,7 @@ std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
   return text;
 }
 
-/// A bar for every doubling of the round trip time, from the shortest seen to the longest.
+/// Returns a bar chart with one row for each doubling of the measured round trip times.
 std::string Chart(const Json& trips) {
   std::map<int, std::uint64_t> rows;
   for (const Json& bucket : trips.at("histogram")) {
@@ -305,7 +305,7 @@ std::string Chart(const Json& trips) {
   return text;
 }
 
-/// After an empty line; nothing where there is none.
+/// Returns the sentences after an empty line; nothing if there are none.
 std::string Paragraph(const std::vector<std::string>& sentences, const TableView& view) {
   std::string text;
   for (const std::string& sentence : sentences) text += WrapSentence(sentence, view.width);
@@ -382,7 +382,8 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
-/// "quiet 5.2 ms, reply 1000 ms (line), …": the protocol's own stand without a word.
+/// "quiet 5.2 ms, reply 1000 ms (line), …". Times other than the protocol's default show their
+/// source.
 std::string TimesText(const Json& times) {
   std::string text;
   for (const Json& time : times) {
@@ -417,7 +418,8 @@ std::string OneDevice(const Json& status, const TableView& view) {
   const Json& device = lines.at(0).at("devices").at(0);
   const Json& points = device.at("points");
   const std::string reason = Text(device, "last_reason");
-  const std::string learned = device.value("learned", std::string());  // an older gateway has none
+  // An answer of an older gateway lacks this member.
+  const std::string learned = device.value("learned", std::string());
   std::string text =
       fmt::format("{}.{}: {}, address {}{}\n", Text(lines.at(0), "name"), Text(device, "name"),
                   Text(device, "protocol"), Text(device, "address"),

@@ -18,7 +18,7 @@ std::string VisitText(const Json& visit) {
                      TextOf(visit, "since"), Number(visit, "to_port"), Number(visit, "from_port"));
 }
 
-/// "served at 127.0.0.1:4001 (raw): 10.0.0.7:40112 since …".
+/// Returns "served at 127.0.0.1:4001 (raw): 10.0.0.7:40112 since …".
 std::string ServiceText(const Json& service) {
   std::string text = fmt::format("{} at {} ({})", Text(service, "use"), Text(service, "at"),
                                  Text(service, "mode"));
@@ -70,12 +70,13 @@ std::string Milliseconds(const Json& json, const char* key) {
   return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
 }
 
-/// Requests that ended without a good reply through no fault of the client's.
+/// Returns the number of requests that failed for a reason other than the client.
 std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }
 
-/// `labels`: of the counters that have a column. The first four always have room.
+/// `labels`: titles of the counters. The first four columns are always shown; others only if they
+/// fit.
 std::string RouteTable(const Json& routes, const Json& labels, const TableView& view) {
   constexpr std::size_t kSpare = 6;
   std::vector<TableColumn> columns = {{.title = "units"}, {.title = "route to"}};

@@ -33,8 +33,8 @@ constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
 
-/// The Modbus units of the shipped profiles, so that `-a 1` in a document is the SPAJ 140 C for as
-/// long as the document says so. A profile that is not listed gets a unit from kFirstFreeUnit on.
+/// The Modbus units of the shipped profiles, so that `-a 1` in the documentation stays the SPAJ 140
+/// C. A profile that is not listed gets a unit from kFirstFreeUnit on.
 struct FixedUnit {
   std::string_view profile;
   std::uint8_t unit;
@@ -66,7 +66,7 @@ constexpr FixedUnit kUnits[] = {
 };
 constexpr std::uint8_t kFirstFreeUnit = 101;
 
-/// Names of devices take letters, digits, '_' and '-' only; profiles may have points.
+/// Device names may only contain letters, digits, '_' and '-', but profile names may contain dots.
 std::string DeviceName(std::string profile) {
   for (char& c : profile) {
     if (c == '.') c = '_';
@@ -74,7 +74,7 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Those that carry no Modbus come first.
+/// Returns all protocols; those that carry no Modbus come first.
 std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
@@ -83,8 +83,8 @@ std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catal
   return protocols;
 }
 
-/// One device of each of the protocol's own profiles, at the addresses from 1 on: all on one line,
-/// or each on its own where they may speak unasked.
+/// Makes one device for each of the protocol's own profiles, with addresses from 1 on. Devices that
+/// may send unasked get separate lines.
 std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
                                   const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
@@ -106,8 +106,7 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// The lines of each protocol that has profiles. A second demo beside the first has a name of its
-/// own, because the name is the key of its DDS samples.
+/// A second demo beside the first gets another gateway name, the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,
@@ -136,7 +135,6 @@ Result<config::Config> DemoConfig(const config::Catalog& catalog,
   return config;
 }
 
-/// The points of the fast groups, as they stand in the store now.
 std::vector<PointRow> Rows(const bus::PointStore& store) {
   std::vector<PointRow> rows;
   const Instant now = ReadClocks().instant;
@@ -174,7 +172,7 @@ std::string Hints(const config::Config& config, const DemoOptions& options) {
   return text;
 }
 
-/// The twins, on a thread of their own: they are the world, not the gateway.
+/// Runs the twins on a separate thread, because they stand for the outside world.
 class Twins {
  public:
   ~Twins() {
@@ -199,7 +197,6 @@ class Twins {
   std::thread thread_;
 };
 
-/// Draws the table on a terminal until the time is over or a signal comes.
 class LiveDemo {
  public:
   LiveDemo(const daemon::Daemon& daemon, std::string head, std::string tail, std::ostream& out)
@@ -220,7 +217,7 @@ class LiveDemo {
       if (height > 0) view->height -= std::min(height - 1, static_cast<std::size_t>(around));
       screen_.Draw(head_ + RenderPoints(Rows(daemon_.store()), *view) + tail_, height);
     }
-    if (!out_) io_->stop();  // its reader has left
+    if (!out_) io_->stop();  // the reader of the output has closed it
     refresh_.emplace(*io_, kRefresh);
     refresh_->async_wait([this](const asio::error_code& error) {
       if (!error) Draw();
@@ -270,7 +267,8 @@ void Show(const daemon::Daemon& daemon, const DemoOptions& options, std::ostream
 
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err) {
-  signal(SIGPIPE, SIG_IGN);  // or a reader that leaves would end us before the scratch is gone
+  // Otherwise a closed output would end this process before it removes its scratch directory.
+  signal(SIGPIPE, SIG_IGN);
   const ScratchDirectory scratch("demo");
   if (scratch.path().empty()) {
     err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
@@ -297,7 +295,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     daemon::Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      // Most likely a port is taken: by another demo, or by the gateway itself.
+      // Most likely another gateway uses the port, so the next port is tried.
       const bool page = status.error().starts_with("web:");
       ++(page ? web_offset : offset);
       err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";

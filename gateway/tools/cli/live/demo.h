@@ -1,5 +1,4 @@
-// `baudgate demo`: twins of all shipped device types on ptys, the gateway that polls them, and a
-// live table of what it reads: everything at work without any hardware.
+// `baudgate demo`: runs twins of all shipped device types and a gateway, and shows live readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,11 +12,12 @@ namespace baudgate::tools {
 
 struct DemoOptions {
   std::optional<Duration> seconds;  ///< empty: until SIGINT or SIGTERM
-  std::uint16_t port = 1502;        ///< of Modbus TCP; the next free one above it is taken
+  /// The port of Modbus TCP; if it is taken, the next free port above it is used.
+  std::uint16_t port = 1502;
   int domain = 0;
 };
 
-/// Exit codes: 0 every twin was read, 4 something could not be opened or a twin did not answer.
+/// Exit codes: 0 every twin was read; 4 something could not be opened, or a twin did not answer.
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 

@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::size_t kLongestName = 40;
 
-/// `text` as it stands in YAML, in quotes.
 std::string YamlText(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -32,7 +31,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
-/// "/dev/serial/by-id/usb-x" → "usb-x": what a gateway or a line of that port is called.
+/// Returns "usb-x" for "/dev/serial/by-id/usb-x".
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -49,7 +48,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
-/// The error lists all that is wrong, a line each.
+/// Loads a configuration of one port. The error lists all problems, one on each line.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -62,7 +61,7 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
 
 constexpr std::uint16_t kUsualPort = 1502;
 
-/// "0.0.0.0:1502" of "0.0.0.0".
+/// Adds the default port: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an error.
 Result<config::HostPort> Place(const std::string& listen) {
   if (ParseInteger<std::uint16_t>(listen)) {
     return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
@@ -135,8 +134,7 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// A connection that is not there after this time does not come by itself; and a device that has so
-/// much to say is shown with what it has said.
+/// How long to wait for the port and for the first readings; then the values read so far are shown.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -162,7 +160,8 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   return yaml;
 }
 
-/// A reply was refused in part, and is asked for in other pieces; or there was no time yet.
+/// True if the device has replied, but a point still waits: part of a reply was refused and is
+/// requested in smaller pieces, or the point's turn has not come.
 bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   if (record.status.Count(Outcome::ok) == 0) return false;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -172,7 +171,7 @@ bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   return false;
 }
 
-/// Whether the device has been asked for the first time, or is silent.
+/// True if the device has been asked and either all its points were read or it is silent.
 bool IsKnown(const bus::PointStore& store) {
   bool known = false;
   store.Read(0, [&](const bus::DeviceRecord& record) {
@@ -188,7 +187,7 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Until the port is open and the device has been asked for the first time; else why it is not.
+/// Waits until the device has been read once. The error is the reason why the port is not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
@@ -203,11 +202,10 @@ Status AwaitPort(const bus::PointStore& store) {
   return Error{"it did not open within " + FormatDuration(kWaitForPort)};
 }
 
-/// The traffic of the line, in short.
 struct Traffic {
   int requests = 0;
-  std::string request{};  ///< the last one, in hex
-  bool anything = false;  ///< bytes came back
+  std::string request{};  ///< the last request, in hex
+  bool anything = false;  ///< at least one byte was received
 };
 Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   Traffic traffic;
@@ -227,7 +225,7 @@ Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   return traffic;
 }
 
-/// Prints the request that got no answer. If bytes came back, prints the sentence of the status.
+/// Prints the request that got no answer; if bytes were received, the advice of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
   const Traffic traffic = TrafficOf(socket, err);
@@ -300,7 +298,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     err << "baudgate: " << options.port << ": " << open.error()
         << "; 'baudgate ports' says what there is, and who holds it\n";
   }
-  // Without destructors: they would wait for the driver.
+  // Skips destructors, because they would wait for a blocked driver.
   if (!daemon.Stop()) {
     out.flush();
     std::_Exit(code);

@@ -1,5 +1,4 @@
-// ScratchDirectory is a directory of a command's own, gone when the command ends. PortConfig makes
-// a configuration of one port, and RunBridge and RunReadPort are commands that use it.
+// `baudgate bridge` and `baudgate read --port`: each runs a temporary gateway for one port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,7 @@ namespace baudgate::tools {
 
 class ScratchDirectory {
  public:
-  /// In the temporary directory, readable by nobody else. `command` is part of its name.
+  /// Creates a temporary directory that only this user may read. Its name contains `command`.
   explicit ScratchDirectory(const std::string& command) {
     const std::string name = "baudgate-" + command + "-XXXXXX";
     std::string form = (std::filesystem::temp_directory_path() / name).string();
@@ -31,41 +30,41 @@ class ScratchDirectory {
   ScratchDirectory(const ScratchDirectory&) = delete;
   ScratchDirectory& operator=(const ScratchDirectory&) = delete;
 
-  /// Empty: it could not be made.
+  /// Empty: the directory could not be created.
   const std::filesystem::path& path() const { return path_; }
 
  private:
   std::filesystem::path path_;
 };
 
-// `baudgate bridge`: a Modbus TCP gateway for one port, in one line.
+// `baudgate bridge`: runs a Modbus TCP gateway for one port, without a configuration file.
 struct BridgeOptions {
   std::string port;                 ///< /dev/…, or tcp://host:port
-  std::vector<std::string> serial;  ///< "19200", "8E1"; empty: the protocol's
+  std::vector<std::string> serial;  ///< "19200", "8E1"; empty: the protocol's default
   std::string protocol = "modbus_rtu";
   std::string listen = "127.0.0.1:1502";
-  std::vector<std::string> allow;  ///< networks; needed beyond loopback
+  std::vector<std::string> allow;  ///< networks of clients; required if `listen` is not loopback
   bool read_only = false;
 };
 
-/// Until SIGTERM or SIGINT. Exit codes: 0 stopped, 2 it would listen beyond loopback for everybody,
-/// 3 words that no configuration could have, 4 it cannot listen.
+/// Runs until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 it would listen to all clients beyond
+/// loopback; 3 values that a configuration could not contain; 4 it cannot listen.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);
 
-// `baudgate read --port …`: one look at a device, without a file and without a running gateway.
+// `baudgate read --port …`: reads a device once, without a configuration or a running gateway.
 struct ReadPortOptions {
   std::string port;  ///< /dev/…, or tcp://host:port
   std::string profile;
-  std::string protocol;  ///< empty: the one whose profile it is
+  std::string protocol;  ///< empty: the protocol that has this profile
   std::string address;
-  std::string serial;                ///< "9600 7E1"; empty: the protocol's
-  std::vector<std::string> options;  ///< of the protocol, "key=value"
-  std::string point;                 ///< empty: all
+  std::string serial;                ///< "9600 7E1"; empty: the protocol's default
+  std::vector<std::string> options;  ///< protocol options, "key=value"
+  std::string point;                 ///< empty: all points
   bool json = false;
 };
 
-/// What `baudgate read` prints of a running gateway. Exit codes: 0 all was read; 1 the device did
-/// not answer; 2 there is no such point; 3 bad words; 4 the port cannot be opened.
+/// Prints the same as `baudgate read` of a running gateway. Exit codes: 0 all points were read; 1
+/// the device did not answer; 2 unknown point; 3 invalid values; 4 the port cannot be opened.
 int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

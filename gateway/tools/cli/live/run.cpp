@@ -37,17 +37,19 @@ namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
-/// Below TimeoutStopSec of the service.
+/// Shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// A tenth of WatchdogSec, a second at most; systemd gets nine tries to be late.
+/// The report interval: a tenth of WatchdogSec, at most 1 s. systemd misses nine reports before it
+/// acts.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// The sign of life is this thread's: a thread that hangs, this one too, keeps it back.
+/// Reports to the watchdog until a stop signal arrives, but not while a thread hangs. This thread
+/// reports itself, so its own hang also stops the reports.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -66,7 +68,7 @@ Result<std::string> ReadText(const std::string& file, Kind kind = Kind::regular)
   return *std::move(text);
 }
 
-/// A pipe, which a start takes, would keep a reload waiting for whoever writes to it.
+/// Unlike a start, a reload refuses a pipe, because it would wait for the pipe's writer.
 Result<std::string> ReadAgain(const std::string& file) {
   std::error_code gone;
   const auto kind = std::filesystem::status(file, gone).type();
@@ -81,7 +83,8 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
   return all;
 }
 
-/// What a gateway starts with: the file, or what was confirmed before it was refused.
+/// The configuration to start with: the file, or the last confirmed one if the file was rolled
+/// back.
 struct Choice {
   config::Loaded loaded;
   daemon::ReloadOptions reload;
@@ -142,7 +145,7 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
-/// Ends the process when its stop takes too long: a file, a disk or a driver does not answer.
+/// Ends the process if its stop takes longer than kStopWithin.
 class StopGuard {
  public:
   StopGuard()
@@ -162,7 +165,7 @@ class StopGuard {
   Worker worker_;
 };
 
-/// Before any thread starts, so that all of them inherit it and only this one takes them.
+/// Call this before any thread starts, so that all threads inherit the blocked signals.
 sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -170,7 +173,7 @@ sigset_t BlockSignals() {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // SIGXFSZ: a write beyond a limit of file sizes fails, as on a full disk.
+  // With SIGXFSZ ignored, a write beyond the file size limit fails like a write to a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
   return signals;
 }
@@ -180,7 +183,8 @@ sigset_t BlockSignals() {
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
-  std::optional<StopGuard> stop_guard;  // ends after the gateway, whose end it guards
+  // Declared first, so that it still guards the daemon's destructor.
+  std::optional<StopGuard> stop_guard;
   daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
     reload->summary = [&daemon] { return daemon.Summary(); };
@@ -197,7 +201,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
   stop_guard.emplace();
   sd_notify(0, "STOPPING=1");
   log::Info("baudgate stops");
-  // Without destructors: they would wait for the driver.
+  // Skips destructors, because they would wait for a blocked driver.
   if (!daemon.Stop()) {
     log::Flush();
     std::_Exit(0);
@@ -211,8 +215,8 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  // A file that is a pipe may keep this waiting for its writer: SIGTERM and SIGINT end it. A reload
-  // waits until there is something to reload.
+  // Reading a pipe may block until its writer comes: SIGTERM and SIGINT still end the process.
+  // SIGHUP is blocked, because there is nothing to reload yet.
   sigset_t later;
   sigemptyset(&later);
   sigaddset(&later, SIGHUP);
@@ -221,8 +225,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
-  // A large file leaves hundreds of megabytes of the parser's nodes behind, free and not given
-  // back.
+  // The parser of a large file leaves hundreds of megabytes of free memory: return them.
   ::malloc_trim(0);
   return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
@@ -269,7 +272,6 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err) {
 
 namespace {
 
-/// One profile a line.
 std::string PointsOfProfiles(const config::Catalog& catalog) {
   std::string text;
   for (const config::ProfileFile& file : catalog.Profiles()) {
@@ -284,7 +286,8 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// A file in memory that the program gets, too; empty: it cannot be had, and names are the order.
+/// Writes `text` into a memory file that the started program inherits. Returns its path; empty: it
+/// cannot be created, and points are sorted by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
@@ -302,7 +305,7 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
     err << "watch: " << program.error() << "; install it\n";
     return kExitCanNot;
   }
-  std::vector<std::string> all{"baudgate", "watch"};  // by this name it speaks of itself
+  std::vector<std::string> all{"baudgate", "watch"};  // baudgate-dds uses this name in its messages
   all.insert(all.end(), words.begin(), words.end());
   if (const std::string order = FileOf(PointsOfProfiles(catalog)); !order.empty()) {
     all.insert(all.end(), {"--point-order", order});

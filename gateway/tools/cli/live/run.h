@@ -1,6 +1,5 @@
-// `baudgate run`: the daemon in the foreground, until SIGTERM or SIGINT. SIGHUP has the file
-// read again; SIGUSR1 and SIGUSR2 are ignored. RunDiscoveryServer and RunWatch are the programs of
-// DDS.
+// `baudgate run`: runs the daemon in the foreground until SIGTERM or SIGINT; SIGHUP reloads the
+// file, SIGUSR1 and SIGUSR2 are ignored. RunDiscoveryServer and RunWatch run the DDS programs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,27 +14,25 @@
 
 namespace baudgate::tools {
 
-/// Exit codes: 0 stopped in order, 3 bad configuration, 4 an output could not be opened, or the
-/// stop took too long.
+/// Exit codes: 0 stopped in order; 3 bad configuration; 4 an output cannot be opened, or a slow
+/// stop.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
-/// A gateway with this configuration, until SIGTERM or SIGINT. Without `reload` it has no file that
-/// could be read again. Exit codes as above.
+/// Runs a gateway with this configuration until SIGTERM or SIGINT. Without `reload` there is no
+/// file to reload. Exit codes as for RunDaemon.
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog);
 
-// `baudgate discovery-server`: introduces DDS participants to each other where multicast does not
-// reach. Links no DDS library. RunWatch hands over to baudgate-dds.
+// `baudgate discovery-server`: introduces DDS participants to each other without multicast.
 
-/// Until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped, 2 not an address, 4 it
-/// cannot be opened.
+/// Runs until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is no
+/// address; 4 the address cannot be opened.
 int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 
-// `baudgate watch` as the gateway's binary does it: hands over to baudgate-dds, as it links no DDS
-// library itself.
+// `baudgate watch`: replaces this process by baudgate-dds, because this binary has no DDS library.
 
-/// Does not return when all is well. `words` are those behind "watch"; 4: there is no baudgate-dds.
-/// The points of installed profiles go with them (gateway/tools/watch/point_image.h).
+/// Does not return on success; returns 4 if baudgate-dds is missing. `words`: those behind "watch".
+/// The points of installed profiles are passed on, too (gateway/tools/watch/point_image.h).
 int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,
              std::ostream& err);
 

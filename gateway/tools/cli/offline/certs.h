@@ -1,5 +1,5 @@
-// `baudgate certs dds`: an authority, identities and signed documents for DDS Security, as files.
-// CheckDdsSecurity checks the files for `baudgate check`.
+// `baudgate certs dds`: writes an authority, identities and signed documents for DDS Security.
+// CheckDdsSecurity checks these files for `baudgate check`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,22 +14,21 @@
 
 namespace baudgate::tools {
 
-// What `baudgate check` says of the files of DDS Security.
-
-/// Adds to `problems`; gives a line for the summary: "CN=baudgate, until 2031-11-21". Empty: DDS is
-/// off, or open to everybody.
+/// Adds problems of the DDS Security files. Returns "CN=baudgate, until 2031-11-21" for the
+/// summary; empty: DDS is off or runs without security.
 std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                              std::vector<config::Problem>& problems);
 
 struct CertsOptions {
   std::string directory;
-  std::vector<std::string> gateways;  ///< names; with nothing asked for and no authority: baudgate
-  std::optional<int> subscribers;     ///< likewise one
+  /// Gateway names; if nothing is requested and there is no authority yet: "baudgate"
+  std::vector<std::string> gateways;
+  /// Number of subscribers; empty: 1 if nothing is requested and there is no authority yet, else 0.
+  std::optional<int> subscribers;
   int writers = 0;
 };
 
-/// Exit codes: 0 done, 2 a name that cannot be, 4 something is there already or cannot be
-/// written.
+/// Exit codes: 0 done; 2 invalid name; 4 a file exists already or cannot be written.
 int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

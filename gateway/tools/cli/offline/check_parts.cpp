@@ -47,8 +47,7 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// "load profiles of meters.m1 (1, 2), meters.m2 (1)": what meters keep themselves and is read
-/// back.
+/// Prints "load profiles of meters.m1 (1, 2), meters.m2 (1)": records that meters store themselves.
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -101,7 +100,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 
-/// "a, b, c and 4 more".
+/// Returns "a, b, c and 4 more".
 std::string Listed(const std::vector<std::string>& all) {
   std::string text;
   for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
@@ -111,7 +110,7 @@ std::string Listed(const std::vector<std::string>& all) {
   return text;
 }
 
-/// Those with rules, which are to be seen, and then the others.
+/// Lists all points with rules, and then some of the others.
 std::string ListedWithRules(const std::vector<std::string>& ruled,
                             const std::vector<std::string>& plain) {
   std::string text;
@@ -120,7 +119,7 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// " (0.5 to 40 xIn, selected first)", or nothing.
+/// Returns " (0.5 to 40 xIn, selected first)", or nothing if writing the point has no rules.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
@@ -146,8 +145,8 @@ std::string Rules(const config::Point& point) {
 
 struct WriteRules {
   std::vector<std::string> allowed;
-  std::vector<std::string> ruled;  ///< of those, what has rules, and these
-  std::vector<std::string> plain;  ///< of those, all others
+  std::vector<std::string> ruled;  ///< allowed points with rules, and the rules
+  std::vector<std::string> plain;  ///< allowed points without rules
   std::vector<std::string> off;
 };
 
@@ -189,7 +188,7 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // `check` may run as another user, who cannot read the token file.
+  // A warning only: `check` may run as a user who cannot read the token file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 
@@ -251,14 +250,15 @@ std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predic
   return places;
 }
 
-/// Writes to unit 0 that no route names.
+/// Returns the listeners that pass writes to unit 0 on, even if no route contains unit 0.
 std::vector<std::string> Passing(const config::Modbus& modbus) {
   return PlacesOf(modbus, [](const Listener& listener) {
     return listener.broadcast == Listener::Broadcast::pass;
   });
 }
 
-/// Writes to unit 0 go to all slaves; reads of it stay the gateway's.
+/// True if writes to unit 0 go to all slaves of the route's line. Reads of unit 0 are still
+/// answered by the gateway itself.
 bool IsBroadcast(const Route& route) {
   return route.first == 0 && !route.remap && !route.line.empty();
 }
@@ -378,7 +378,6 @@ std::string Describe(const config::Listener& listener) {
   return text + ", for " + Whom(listener.allow);
 }
 
-/// In the order in which they decide.
 std::string DescribePriorities(const config::Listener& listener) {
   std::string text;
   for (const config::FunctionPriority& rule : listener.functions) {

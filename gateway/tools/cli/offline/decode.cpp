@@ -16,20 +16,18 @@
 namespace baudgate::tools {
 namespace {
 
-/// Exchanges out of the lines of a capture, and the devices that its head names.
 struct Captures {
   std::vector<records::TracedDevice> devices;
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// A message that came unasked ends with a silence.
+/// True if `piece` belongs to the message in `capture`. An unasked message ends with a silence.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
          diagnosis::kApart;
 }
 
-/// A request that was sent; its reply follows.
 diagnosis::Capture Begun(const diagnosis::TraceLine& marked, int number,
                          const diagnosis::ParsedHex& hex) {
   diagnosis::Capture capture;
@@ -42,7 +40,6 @@ diagnosis::Capture Begun(const diagnosis::TraceLine& marked, int number,
   return capture;
 }
 
-/// Bytes that came unasked.
 diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
                          const diagnosis::ParsedHex& hex) {
   return {.unasked = true,
@@ -55,7 +52,7 @@ diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
           .last = true};
 }
 
-/// An error says what is wrong with this line.
+/// Adds a line of the input to `captures`. The error describes what is wrong with the line.
 Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
   const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
@@ -63,7 +60,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
     captures.back().ended = true;
   }
-  // Where a slow reader has lost records, this belongs to another exchange.
+  // If records were lost before this line, it belongs to another exchange than the last capture.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
@@ -90,7 +87,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// An error names the line that is no hex.
+/// The error contains the number of the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -105,10 +102,11 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// The error says what of protocol, profile and options is wrong; the catalog outlives it.
+/// The error names the wrong protocol, profile or option. `catalog` must stay valid for the
+/// lifetime of the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
-  // Requests name their device; this address only has to be a valid one.
+  // A decoder takes the address from each request; this address only has to be valid.
   auto line =
       MakeLine({.protocol = traced.protocol,
                 .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
@@ -164,7 +162,7 @@ Json ToJson(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture&
   return json;
 }
 
-/// "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
+/// Returns "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
 std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture& capture,
                     std::size_t width) {
   std::string head = capture.time.empty() ? "" : capture.time + " " + capture.device + ": ";
@@ -176,7 +174,8 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// A decoder for each device that the head names; what the words say holds for all.
+/// Makes a decoder for each device in the capture's head. A protocol or profile of the command line
+/// replaces those of the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -192,7 +191,7 @@ class TracedDecoders {
     return Error{"--protocol is missing, and no head of a trace names one"};
   }
 
-  /// Null: it cannot be had, and the status says why.
+  /// Returns the decoder, or null and the reason in the status.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
@@ -209,7 +208,7 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// The decoder of the device that speaks by itself; null: there is none, or not here.
+  /// The decoder of the device that sends unasked; null: none, or it cannot be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -222,7 +221,7 @@ class TracedDecoders {
   }
 
  private:
-  /// Slaves that only routes reach are not in the head: they speak what the others of the line do.
+  /// Slaves that only routes reach are not in the head, but use the protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;
@@ -265,7 +264,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   for (const diagnosis::Capture& capture : captures->exchanges) {
     if (capture.unasked) {
       diagnosis::ExchangeDecoder* const speaker = decoders.Speaker();
-      // A trace may begin in the midst of an exchange, and has stray bytes.
+      // A trace may begin in the middle of an exchange, so stray bytes are skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
         return fail(kExitUsage, "line " + std::to_string(capture.line) +

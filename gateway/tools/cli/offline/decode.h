@@ -1,7 +1,6 @@
-// `baudgate decode`: says what captured exchanges mean, with the same rules and codecs as the
-// daemon. Reads lines "> hex" (request) and "< hex" (reply, or pieces of it), and what `baudgate
-// trace` prints and the flight recorder saves; everything else is a comment. ReadCaptures reads the
-// exchanges, and DecodersOf makes decoders.
+// `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. Reads
+// lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
+// and the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,26 +16,26 @@
 
 namespace baudgate::tools {
 
-// Decoders for devices of which only the head of a trace and the command line are known. For
-// `decode` and `trace`.
-
-/// `head`: comments of the gateway (gateway/records/trace/trace_text.h). A device has none where
-/// its profile is a file that is not here.
+/// Makes decoders from the head of a trace, which consists of comment lines
+/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that is
+/// missing here.
 diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
                                const config::Catalog& catalog);
 
 struct DecodeOptions {
-  std::string protocol{};          ///< empty: as the head of a trace says of each device
-  std::string profile{};           ///< empty: likewise; without any, addresses of the protocol
-  std::vector<std::string> set{};  ///< device options, "key=value", beside those of the head
-  std::string device{};            ///< of a trace, only exchanges with this one; empty: all
-  bool prose = false;              ///< for people; else one JSON object a line
-  std::size_t width = 0;           ///< of prose, characters a line; 0: no limit
+  std::string protocol{};  ///< empty: each device's protocol in the head of the trace
+  /// The profile; empty: each device's profile in the head; without any, values are named by
+  /// address.
+  std::string profile{};
+  /// Device options, "key=value", in addition to those of the head.
+  std::vector<std::string> set{};
+  std::string device{};   ///< of a trace: only exchanges with this device; empty: all
+  bool prose = false;     ///< readable text; false: one JSON object per line
+  std::size_t width = 0;  ///< of prose, in characters per line; 0: no limit
 };
 
-/// Each exchange: outcome, reason, values; of a trace also the time and the device. Exit codes: 0
-/// done (whatever the outcomes), 2 a line of the input is no hex, or nothing says which protocol it
-/// is, 3 no such protocol, profile or option.
+/// Exit codes: 0 done, whatever the outcomes; 2 an input line is no hex, or no protocol is given; 3
+/// unknown protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

@@ -1,5 +1,4 @@
-// A line of devices that stands in no file: profiles and a few words of the command line, checked
-// as a file would be. For `simulate`, `decode` and `demo`.
+// MakeLine makes a line from words of the command line, checked like a configuration file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,15 +21,15 @@ struct WantedDevice {
 struct WantedLine {
   std::string name = "line";
   std::string port = "/dev/null";
-  std::string protocol = {};  ///< empty: the one whose profile the first device has
+  std::string protocol = {};  ///< empty: the protocol that has the first device's profile
   std::string serial = {};    ///< "9600 7E1"; empty: the protocol's default
   std::vector<WantedDevice> devices = {};
 };
 
-/// The protocol whose profile this is, by its name.
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Every option of every device is present. The error lists all that is wrong, a line each.
+/// Every option of every device gets a value, if necessary its default. The error lists all
+/// problems, one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// What the line "sep=;" names, which Excel reads and other programs write for Excel; '\0': there
-/// is no such line. Takes the line off the text, but not its end, so that lines count on.
+/// Returns the separator of a first line "sep=;", which Excel reads, or '\0' without one. Removes
+/// the line's text but keeps its end, so that line numbers stay right.
 char TakeNamedSeparator(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   std::string_view line = text.substr(0, end);
@@ -32,7 +32,7 @@ char TakeNamedSeparator(std::string_view& text) {
   return line[4];
 }
 
-/// The separator of the first row that is not empty.
+/// Returns the separator that the first non-empty row contains most often.
 char SeparatorOf(std::string_view text) {
   const auto begin = text.find_first_not_of("\r\n");
   if (begin == std::string_view::npos) return ',';
@@ -109,7 +109,7 @@ CsvTable ReadCsv(std::string_view text) {
 
 namespace {
 
-/// Letters and digits, in lower case.
+/// Returns the letters and digits, in lower case.
 std::string Bare(std::string_view text) {
   std::string bare;
   for (const char c : Lower(text)) {
@@ -118,7 +118,7 @@ std::string Bare(std::string_view text) {
   return bare;
 }
 
-/// `words`: separated by blanks.
+/// Names for the meaning `is`; `words` is a list separated by blanks.
 struct Meaning {
   std::string_view is;
   std::string_view words;
@@ -181,7 +181,6 @@ std::optional<std::string> Named(std::span<const Meaning> meanings, std::string_
   return std::nullopt;
 }
 
-/// As a text stands in YAML.
 std::string InQuotes(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -248,7 +247,7 @@ bool IsTimeForm(std::string_view form) {
 
 namespace {
 
-/// A float of 64 bits has no more.
+/// The largest decimal exponent of a 64-bit float.
 constexpr int kMostPlaces = 308;
 
 template <typename Unit>
@@ -256,7 +255,7 @@ Decimal CountOf(WallTime time) {
   return Decimal(std::chrono::floor<Unit>(time.time_since_epoch()).count());
 }
 
-/// A date or time as a manual prints it.
+/// Parses a date or a time as manuals print it.
 std::optional<Decimal> TimeNumber(const std::string& text, const std::string& form) {
   if (form == "TIME") {
     const auto span = ParseDuration(text);
@@ -268,7 +267,7 @@ std::optional<Decimal> TimeNumber(const std::string& text, const std::string& fo
                        : CountOf<std::chrono::seconds>(*time);
 }
 
-/// The range of an integer in these registers; empty: they hold a float.
+/// Returns the integer range of these registers; empty: they contain a float.
 std::optional<config::IntegerRange> RangeOfForm(const std::string& form) {
   if (form == "bcd16") return config::IntegerRange{0, 9'999};
   if (form == "bcd32") return config::IntegerRange{0, 99'999'999};
@@ -322,17 +321,17 @@ Result<std::string> ListedExample(const std::string& text, const std::string& fo
 
 namespace {
 
-/// Whose profiles modbus_tcp and modbus_ascii use, too.
+/// The protocol of the new profile. modbus_tcp and modbus_ascii use its profiles as well.
 constexpr const char* kProtocol = "modbus_rtu";
 
-/// Windows-1252 from 0x80 to 0x9F: dashes, quotes and the euro.
+/// The characters of Windows-1252 from 0x80 to 0x9F: dashes, quotes and the euro.
 constexpr std::string_view kOfWindows[] = {
     "\u20AC", "?",      "\u201A", "\u0192", "\u201E", "\u2026", "\u2020", "\u2021",
     "\u02C6", "\u2030", "\u0160", "\u2039", "\u0152", "?",      "\u017D", "?",
     "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
     "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
 
-/// Spreadsheets write UTF-8, or the code page of Western Europe.
+/// Converts text to UTF-8: spreadsheets write UTF-8, or Windows-1252.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;
@@ -352,7 +351,7 @@ std::string AsUtf8(const std::string& text) {
   return utf8;
 }
 
-/// Points follow each other in the gateway's own registers and bits.
+/// Assigns consecutive registers and bits of the gateway to the points.
 class Places {
  public:
   std::size_t Next(const ListedPoint& point) {

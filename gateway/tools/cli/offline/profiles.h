@@ -1,6 +1,5 @@
-// `baudgate profiles [NAME]`: the installed device profiles, and every point of one of them with
-// its register, table, type and unit. Files come through config/loader; tables go to the caller's
-// streams. RunProtocols is `baudgate protocols`, and RunCheckProfile `baudgate profiles --check`.
+// `baudgate profiles` lists device profiles or the points of one profile; `baudgate profiles
+// --check` checks a file, and `baudgate protocols` lists protocols.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +12,7 @@
 
 namespace baudgate::tools {
 
-// "float32", "string(12)", "DT".
+// Returns the type as text: "float32", "string(12)", "DT".
 
 inline std::string TypeText(const config::Point& point) {
   if (point.time_type != config::TimeType::none) return config::IecName(point);
@@ -22,31 +21,28 @@ inline std::string TypeText(const config::Point& point) {
   return text;
 }
 
-// `baudgate protocols [NAME]`: what is installed, and the options and decoders of one protocol.
-// Descriptors come from the catalog; text or JSON goes to the streams of the caller.
-
-/// An empty name lists all. Exit codes: 0 done, 2 no such protocol.
+/// An empty name lists all protocols. Exit codes: 0 done; 2 unknown protocol.
 int RunProtocols(const std::string& name, bool json, const config::Catalog& catalog,
                  std::ostream& out, std::ostream& err);
 
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
-/// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. Exit codes: 0 done, 2 no such
-/// profile or several of that name, 3 the profile is bad (its problems go to `err`). `width` of
-/// tables, characters a line; 0: no limit.
+/// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. `width` of tables, in characters;
+/// 0: no limit. Exit codes: 0 done; 2 unknown profile, or several of this name; 3 the profile has
+/// errors.
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width = 0);
 
-// `baudgate profiles --check FILE`: all that is wrong with a profile, or its register table.
+// `baudgate profiles --check FILE`: prints all problems of a profile, or its register table.
 struct CheckProfileOptions {
   std::string file;
-  std::string protocol{};  ///< empty: that of its folder, or the one that it fits best
+  std::string protocol{};  ///< empty: the protocol of the file's folder, or the best fit
   ProfileFormat format = ProfileFormat::table;
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 it can be used, warnings included; 2 no such protocol; 3 it is bad; 4 it cannot
-/// be read.
+/// Exit codes: 0 the profile can be used, warnings included; 2 unknown protocol; 3 the profile has
+/// errors; 4 it cannot be read.
 int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& catalog,
                     std::ostream& out, std::ostream& err);
 

@@ -22,16 +22,15 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// Points of a register list that take each other's registers: a type or a number in it is wrong.
-/// Adds to its errors where registers are shared in part, and to its warnings where two points read
-/// the same. `file`: its name in messages.
+/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
+/// equal registers. `file`: the list's name in messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
   std::ranges::stable_sort(points, [](const ListedPoint* a, const ListedPoint* b) {
     return a->table != b->table ? a->table < b->table : a->address < b->address;
   });
-  const ListedPoint* before = nullptr;  // the one of its table that reaches farthest
+  const ListedPoint* before = nullptr;  // the point before in the same table that reaches farthest
   for (const ListedPoint* point : points) {
     const bool shared = before != nullptr && before->table == point->table &&
                         point->address < EndOfRegisters(*before);
@@ -55,9 +54,9 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
 }
 
 struct Register {
-  std::string table;  // empty: the number does not tell it
+  std::string table;  // empty: the number does not show its table
   std::uint16_t address = 0;
-  std::optional<std::size_t> count;  // where a range is given
+  std::optional<std::size_t> count;  // set if the list gives a range
 };
 
 std::optional<std::uint32_t> Number(std::string_view text) {
@@ -66,7 +65,7 @@ std::optional<std::uint32_t> Number(std::string_view text) {
   return hex ? ParseInteger<std::uint32_t>(text.substr(2), 16) : ParseInteger<std::uint32_t>(text);
 }
 
-/// The many dashes of manuals and spreadsheets, "…", "~" and "to" between two numbers become '-'.
+/// Replaces the dashes of manuals and spreadsheets, "…", "~" and "to" between two numbers by '-'.
 std::string WithPlainDashes(std::string text) {
   static constexpr std::string_view kDashes[] = {"\u2010", "\u2011", "\u2012", "\u2013", "\u2014",
                                                  "\u2015", "\u2212", "\u2026", "\u00AD", "\uFF0D",
@@ -81,10 +80,10 @@ std::string WithPlainDashes(std::string text) {
 
 struct Range {
   std::uint32_t first = 0;
-  std::optional<std::size_t> count;  // where a last number stands
+  std::optional<std::size_t> count;  // set if the range has a last number
 };
 
-/// "40003", "40003-40004", "40003..40004", "40003-4".
+/// Parses "40003", "40003-40004", "40003..40004", "40003-4".
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);
@@ -101,7 +100,7 @@ std::optional<Range> RangeOf(std::string_view text) {
   return Range{*first, *last - *first + 1};
 }
 
-/// "0.1", "0,1", "1E-05", "/10", "1/10".
+/// Parses "0.1", "0,1", "1E-05", "/10", "1/10".
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
   if (slash == std::string::npos) return ListedNumber(text);
@@ -111,7 +110,7 @@ std::optional<Decimal> ScaleOf(const std::string& text) {
   return *above / *below;
 }
 
-/// "VoltageL1": without its capitals it could not be read.
+/// True for "VoltageL1", which is hard to read without its capitals.
 bool IsCamelCase(std::string_view text) {
   const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
   for (std::size_t i = 1; i < text.size(); ++i) {
@@ -120,7 +119,7 @@ bool IsCamelCase(std::string_view text) {
   return false;
 }
 
-/// "Voltage L1-N" → "voltage_l1_n".
+/// Returns a point name: "Voltage L1-N" → "voltage_l1_n".
 std::string PointName(std::string_view text) {
   std::string name;
   for (const char c : Lower(text)) {
@@ -136,7 +135,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// In the counting of 40001: which table a number is of. Six digits where five do not reach.
+/// Returns table and address of a number in the 40001 notation, with five or six digits.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -209,7 +208,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// A separator that is meant as part of a cell makes more of them.
+  /// Returns false and adds an error if a row has more cells than the header, because a separator
+  /// in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -229,7 +229,7 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// The numbers look like those of another counting.
+  /// Warns if the numbers look as if the list used the 40001 notation.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -304,7 +304,7 @@ class ListReader {
     return table.value_or("");
   }
 
-  /// "holding 12", "40013", "40013-40014".
+  /// Parses "holding 12", "40013", "40013-40014".
   std::optional<Register> ParseRegister(const std::string& given) {
     const std::string text = WithPlainDashes(given);
     const auto blank = text.find(' ');
@@ -326,7 +326,7 @@ class ListReader {
   }
 
   std::optional<Register> Place(std::uint32_t number) const {
-    if (!first_) return Register{};  // it is asked for
+    if (!first_) return Register{};  // the caller asks the user for `first`
     if (*first_ == FirstRegister::modicon) return Modicon(number);
     const std::uint32_t base = *first_ == FirstRegister::one ? 1 : 0;
     if (number < base || number - base > 65'535) return std::nullopt;
@@ -380,7 +380,7 @@ class ListReader {
     }
   }
 
-  /// Lists often name an order in every row; words of a single register have none.
+  /// Ignores the order of single registers, because lists often give an order in every row.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
@@ -421,7 +421,7 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// Decimals need a float that holds all digits of the raw number.
+  /// A scaled value needs a float that holds all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;
@@ -461,7 +461,7 @@ class ListReader {
   std::optional<std::uint32_t> lowest_;
   std::uint32_t highest_ = 0;
   char separator_ = ',';
-  std::size_t width_ = 0;  // columns of the header
+  std::size_t width_ = 0;  // number of columns of the header
   RegisterList list_;
 };
 

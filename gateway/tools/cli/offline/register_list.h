@@ -1,6 +1,5 @@
-// A device's register list as its manual has it, typed into a spreadsheet: one row a value. Rows
-// become the points of a profile (new_profile.h). CheckPlaces finds points that take each other's
-// registers.
+// Reads a device's register list: a spreadsheet with one row for each value. Its rows become the
+// points of a profile (new_profile.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +12,7 @@
 
 namespace baudgate::tools {
 
-/// What the list calls the first holding register. Manuals differ, and no list says it.
+/// The number of the first holding register in the list. Manuals differ, and no list contains it.
 enum class FirstRegister : std::uint8_t {
   zero,     ///< 0, as on the wire
   one,      ///< 1
@@ -21,31 +20,32 @@ enum class FirstRegister : std::uint8_t {
 };
 
 struct ListedPoint {
-  int line = 0;  ///< of the file
+  int line = 0;  ///< line number in the file
   std::string name;
   std::string table;  ///< coil, discrete, holding or input
   std::uint16_t address = 0;
-  std::string form;   ///< what the registers hold: "uint16"; of bits "bool"
-  std::string type;   ///< of the value
-  std::string order;  ///< of the bytes in the device: "CDAB"; empty: as the profile says
+  std::string form;   ///< type of the registers: "uint16"; for bits "bool"
+  std::string type;   ///< type of the value
+  std::string order;  ///< byte order in the device: "CDAB"; empty: the profile's default
   Decimal scale = 1;
   std::string unit;
   std::string access = "r";
-  std::string group;        ///< empty: not given
-  std::string description;  ///< the name as the list has it, where that is no point name
-  std::optional<std::string> simulate;  ///< of the example: what the twin shows, as YAML has it
-  std::size_t registers = 1;            ///< that the value takes in the gateway
+  std::string group;                    ///< empty: not given
+  std::string description;              ///< the name in the list, if it cannot be a point name
+  std::optional<std::string> simulate;  ///< the example as a YAML value for the twin; empty: none
+  std::size_t registers = 1;            ///< number of registers that the value takes in the gateway
 };
 
 struct RegisterList {
   std::vector<ListedPoint> points;
-  std::vector<std::string> errors;    ///< "list.csv:3: …"; with one of them there is no profile
-  std::vector<std::string> warnings;  ///< alike
-  /// A plain register number stands in it, and `first` was not given: "40001…40051".
+  std::vector<std::string> errors;    ///< "list.csv:3: …"; no profile is made if there are any
+  std::vector<std::string> warnings;  ///< "list.csv:3: …"
+  /// The range of the plain register numbers, "40001…40051", if `first` is needed but was not
+  /// given.
   std::string numbers;
 };
 
-/// `file` is its name in messages; `table`: of numbers that tell none, "holding" or "input".
+/// `file`: name in messages. `table`: "holding" or "input", for numbers that do not show it.
 RegisterList ReadRegisterList(const std::string& text, const std::string& file,
                               const std::string& table, std::optional<FirstRegister> first);
 

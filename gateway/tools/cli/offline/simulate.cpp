@@ -71,7 +71,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The ports of a trial, made as they are needed and gone with it.
+/// The folder of a trial's ports. The destructor removes it if it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {
@@ -96,7 +96,7 @@ class Bench {
   Bench(const SimulateConfigOptions& options, const config::Catalog& catalog)
       : options_(options), catalog_(catalog) {}
 
-  /// One port a line.
+  /// Makes one port for each line.
   Status Build(const config::Config& config) {
     if (!options_.write.empty()) {
       fs::path folder = options_.ports;
@@ -186,7 +186,7 @@ class Bench {
   std::vector<std::unique_ptr<Simulator>> simulators_;
 };
 
-/// An older trial may be replaced, nothing else.
+/// Refuses to overwrite a file unless it is an older trial.
 Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
   if (fs::equivalent(file, original, error)) {
@@ -228,7 +228,7 @@ int Fail(const std::string& message, std::ostream& err) {
 
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err) {
-  signal(SIGPIPE, SIG_IGN);  // a client that leaves ends its connection, not the twins
+  signal(SIGPIPE, SIG_IGN);  // otherwise a client that disconnects could end the twins
   const auto text = ReadWhole(options.file);
   const config::Loaded loaded = text ? config::LoadText(*text, options.file, catalog)
                                      : config::LoadFile(options.file, catalog);

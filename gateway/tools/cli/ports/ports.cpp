@@ -25,11 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// From port to adapter there are a few folders; further up are hubs.
+/// An adapter is a few folders above its port; folders further up are hubs.
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
-/// What a device says of itself may hold anything.
+/// Makes the first line of a file printable: a device's texts may contain any bytes.
 std::string ReadText(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -37,7 +37,7 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// serial-base of Linux 6.5 and later puts two devices of its own between port and driver.
+/// Linux 6.5 and later has two devices of serial-base between port and driver, "port" and "ctrl".
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -64,7 +64,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// "type" is 0 of a port that the board has an address for, and nothing behind it.
+/// True unless "type" is 0: then the board has an address for the port, but no hardware there.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -79,7 +79,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// Those by serial number are not unique where two adapters have the same.
+/// True for links by the place of the adapter. Links by serial number are not unique if two
+/// adapters have the same number.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -113,7 +114,7 @@ void MarkTwins(std::vector<FoundPort>& ports) {
   }
 }
 
-/// ttyS2 before ttyS10.
+/// A sort key that puts ttyS2 before ttyS10.
 auto Order(const FoundPort& port) {
   const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
   return std::pair(port.name.substr(0, digits),
@@ -160,7 +161,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// The groups of this process. A user who has just joined another group has to log in again.
+/// A user who has joined another group has to log in again before these groups contain it.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -169,7 +170,6 @@ std::vector<gid_t> OwnGroups() {
   return groups;
 }
 
-/// Empty: there is no such file.
 std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const std::string& path) {
   struct stat info {};
   const std::string at = root / std::filesystem::path(path).relative_path();
@@ -179,7 +179,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
                   entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
 }
 
-/// Ourselves and, if this machine has it, the service's user.
+/// Returns this process's user and, if it exists on this machine, the service's user.
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
   people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
@@ -191,7 +191,7 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// As the kernel does: the first of owner, group and others that fits decides.
+/// Decides like the kernel: the first of owner, group and others that fits.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;
@@ -227,20 +227,20 @@ constexpr char kNoPorts[] =
     "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
     "shows what the kernel reports. Serial servers in the network need no port: "
     "port: tcp://HOST:PORT.\n";
-/// FTDI adapters begin with 16 ms, which is long between two frames.
+/// FTDI adapters start with 16 ms, which is long between two frames.
 constexpr int kShortLatency = 1;
 
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< the gateway has it
-  Json modem;         ///< of ours: its control lines; null: not known
+  bool ours = false;  ///< the gateway uses the port
+  Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// "line bay of substation-7 (open: DTR RTS CTS)".
+/// Adds users like "line bay of substation-7 (open: DTR RTS CTS)" if the gateway uses the port.
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {
@@ -378,7 +378,7 @@ int RunPorts(const PortsOptions& options, std::ostream& out) {
   place.people = PeopleHere();
   place.status = [&options] {
     Json status;
-    std::ostringstream ignored;  // that none runs is no trouble
+    std::ostringstream ignored;  // it is no error if no gateway runs
     if (Ask(options.socket, {{"command", "status"}}, status, ignored) != 0) return Json();
     return status;
   };

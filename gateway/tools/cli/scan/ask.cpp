@@ -23,9 +23,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kSilent = 1;
 
-/// One exchange, wherever it took place.
 struct Exchanged {
-  std::string sent{};      ///< in hex; secrets are masked; empty: nothing was
+  std::string sent{};      ///< in hex, secrets masked; empty: nothing was sent
   std::string received{};  ///< in hex
   std::string reason{};
   records::TracedDevice device{};
@@ -36,7 +35,8 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Hex where it is nothing else; text begins with a mark, as telegrams of all protocols in text do.
+/// Parses hex. Text that begins with punctuation, as text telegrams of all protocols do, stays as
+/// it is.
 Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
   const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;
@@ -46,7 +46,7 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// The protocol that the first character of a text shows; empty: none of those that are installed.
+/// Returns the installed protocol whose telegrams begin with this character; empty: none.
 std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
   for (const auto& [name, protocol] : catalog.protocols) {
     const bool begins = protocol->telegram != nullptr && !telegram.empty() &&
@@ -76,9 +76,9 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::istringstream captured("> " + exchange.sent + "\n" +
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
-  std::ostringstream ignored;  // the bytes are shown anyway
+  std::ostringstream ignored;  // the bytes are shown even if they cannot be decoded
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
-    // A profile of the gateway may be a file that is not here.
+    // The profile may be a file on the gateway's machine: decode without it.
     how.profile.clear();
     captured.clear();
     captured.seekg(0);
@@ -153,7 +153,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   return Show(options, exchange, catalog, out);
 }
 
-/// One that the gateway would not hear of; empty: there is none.
+/// Returns the name of an option that only applies to a free port, if one is given; empty: none.
 std::string OptionOfPort(const AskOptions& options) {
   if (!options.protocol.empty()) return "--protocol";
   if (!options.serial.empty()) return "--serial";

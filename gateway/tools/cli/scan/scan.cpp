@@ -50,10 +50,9 @@ Json ToJson(const scan::Found& found, bool network) {
       {"suspect", found.suspect},   {"remarks", found.remarks}};
 }
 
-/// Standard input and standard error are terminals.
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
-/// Asks on the terminal; no where there is none, or at Ctrl-C.
+/// Asks a yes/no question on the terminal. Returns false without a terminal or at Ctrl-C.
 bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err) {
   if (!HasUser()) return false;
   err << question << " [y/N] " << std::flush;
@@ -149,7 +148,6 @@ namespace {
 
 constexpr Duration kLastAnswer = 1s;
 
-/// As a configuration wants it.
 std::string PortOf(const std::string& target) {
   return transports::IsTcpPort(target)
              ? target
@@ -170,7 +168,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // Those come first whose frames others must not send.
+  // Protocols with `never_at` come last: for devices of that protocol their question would be a
+  // write.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;
@@ -188,7 +187,7 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
   return names;
 }
 
-/// Before anything is sent: what was found should not be lost for a file that was there.
+/// Checks before the scan that its result can be written.
 bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
   if (options.config.empty()) return true;
   const auto folder = std::filesystem::absolute(options.config).parent_path();
@@ -203,7 +202,7 @@ bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream&
   return false;
 }
 
-/// Unique among the gateways of a network, where machines are.
+/// Returns the host name, because gateway names must be unique in a network.
 std::string NameOfThisMachine() {
   char host[HOST_NAME_MAX + 1] = {};
   return scan::GatewayName(::gethostname(host, sizeof host - 1) == 0 ? host : "");
@@ -242,7 +241,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: scan: " << target.error() << '\n';
     return kExitUsage;
   }
-  // A reader of the output that leaves does not end it: a lent line has to be taken back.
+  // If the reader of the output closes it, this process must go on to return a lent line.
   signal(SIGPIPE, SIG_IGN);
   const StopSignals stop;
   if (!MayWrite(options, stop, err)) return kExitCanNot;
@@ -254,14 +253,14 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
   wish->network = transports::IsTcpPort(port);
-  config::SerialSettings first;  // any port does it
+  config::SerialSettings first;  // the scan sets the real settings later
   first.rs485.enabled = options.rs485;
   auto wire = PortWire::Open(port, first, stop);
   if (!wire) {
     err << "baudgate: " << wire.error() << '\n';
     return kExitCanNot;
   }
-  // The gateway's last question may still be answered.
+  // A reply to the gateway's last request may still arrive.
   if (loan) (*wire)->Listen(kLastAnswer);
   const auto alive = [&loan] {
     if (loan) loan->Renew(ReadClocks().instant);

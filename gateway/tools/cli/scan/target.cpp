@@ -24,7 +24,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// How long after this program's death the gateway takes its port back.
+/// The gateway takes its port back this long after the last renewal.
 constexpr Duration kLoan = 2min;
 constexpr Duration kRenewAfter = 30s;
 
@@ -53,7 +53,7 @@ void LineLoan::Renew(Instant now) {
   if (now - renewed_ < kRenewAfter) return;
   renewed_ = now;
   Json answer;
-  std::ostringstream ignored;  // a gateway that has ended needs its port no more
+  std::ostringstream ignored;  // a gateway that has stopped needs no renewal
   Ask(socket_,
       {{"command", "release"},
        {"target", line_},
@@ -63,15 +63,15 @@ void LineLoan::Renew(Instant now) {
 
 namespace {
 
-/// A port or server that does not open in this time is given up.
+/// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// Silence before a request, where something has come; and how long it is waited for.
+/// Required silence before a request if bytes were received, and the longest wait for it.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
-/// A device that goes on for longer is cut off.
+/// A reply that takes longer is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
-/// Serial servers hand bytes over in pieces.
+/// Serial servers deliver bytes in pieces.
 constexpr Duration kNetworkGap = 100ms;
 
 }  // namespace
@@ -106,7 +106,7 @@ void PortWire::OnBytes(View bytes) {
   if (heard_.size() < kMostBytes) Append(heard_, bytes);
 }
 
-/// Returns when something has happened, or then.
+/// Returns after the next event, or at `until`.
 void PortWire::RunUntil(Instant until) {
   if (io_.stopped()) io_.restart();
   io_.run_one_until(until);
@@ -152,7 +152,7 @@ void PortWire::AwaitQuiet() {
   }
 }
 
-/// A bus that echoes brings it first.
+/// True if only an echo of the request was received so far: a bus that echoes returns it first.
 bool PortWire::IsOnlyRequest(View request) const {
   return heard_.size() <= request.size() &&
          std::equal(heard_.begin(), heard_.end(), request.begin());

@@ -1,5 +1,4 @@
-// What `baudgate scan` and `baudgate ask` are pointed at: a port, or a line of the running gateway.
-// LineLoan borrows the line, and PortWire is the port as the wire of a scan.
+// The target of `baudgate scan` and `baudgate ask`: a port, or a line of the running gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,17 +17,18 @@
 
 namespace baudgate::tools {
 
-/// Everything else is a line of the gateway: names have no '/'.
+/// True for a path with '/' or tcp://. Every other target is a line: line names contain no '/'.
 bool IsPort(const std::string& target);
 
-/// The error: it can be neither, and how a port would be written.
+/// Fails if the target can be neither, with the correct form of a port.
 Status CheckTarget(const std::string& target);
 
-// A line of a running gateway, lent for a scan: its port is closed there, and taken back when the
-// loan ends. Should this program die, the gateway takes it back by itself.
+// A line of a running gateway whose port is lent to this program. The gateway takes the port back
+// when the loan ends, or some time after this program has died.
 class LineLoan {
  public:
-  /// Null: `code` is the exit code, and `err` has been told why. `socket` as in ReleaseOptions.
+  /// Null: the loan failed, `code` is the exit code, and the reason was printed on `err`. `socket`
+  /// as in ReleaseOptions.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();
@@ -36,7 +36,7 @@ class LineLoan {
   LineLoan& operator=(const LineLoan&) = delete;
 
   const std::string& port() const { return port_; }
-  /// Called again and again: the loan goes on.
+  /// Extends the loan. Must be called repeatedly: a loan ends after two minutes.
   void Renew(Instant now);
 
  private:
@@ -49,10 +49,11 @@ class LineLoan {
   Instant renewed_{};
 };
 
-// A port as the wire of a scan: bytes go to and come from a transport, in the time of this machine.
+// The wire of a scan over a real port: sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
-  /// The error says why the port cannot be opened. `stop` outlives the wire.
+  /// The error tells why the port cannot be opened. `stop` must stay valid for the lifetime of the
+  /// wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);

@@ -23,13 +23,13 @@ namespace {
 
 using Json = tools::ControlClient::Json;
 
-/// The exit code where both sides are known, and it is not as it should be.
+/// The exit code when file or device are not as required, or differ.
 constexpr int kDiffers = 3;
 
-/// Longer than any deadline of a write: whoever gives up first does not know what became of it.
+/// Longer than the deadline of any write, so that the gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
-/// Reads the file and asks for the device; both have to fit. The exit code, or 0.
+/// Reads the file and the device's settings, and checks that they fit. Returns the exit code, or 0.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -107,7 +107,6 @@ namespace {
 
 using namespace settings;  // NOLINT
 
-/// A new file: what a person has kept is never written over.
 Status WriteNew(const std::string& path, const std::string& text) {
   const auto failed = [&](const char* what) {
     return Error{path + ": " + what + " (" + std::strerror(errno) + ")"};
@@ -195,8 +194,7 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
   return comparison.same() ? 0 : kDiffers;
 }
 
-// `baudgate settings restore`: what would be written, whether it may be, and then row by row, each
-// of which ends in one word.
+// `baudgate settings restore`: shows and checks what would be written, then writes row by row.
 
 namespace {
 
@@ -205,10 +203,11 @@ using namespace settings;  // NOLINT
 constexpr Duration kLookAgain = 200ms;
 
 using Plan = std::vector<Difference>;
-/// By point: why it may not be written.
+/// The reason why a point may not be written, by point.
 using Denials = std::map<std::string, std::string>;
 
-/// What would have to be written; an error where that is no number, though the device's is.
+/// Returns the settings to write. Fails if the file has no number for a setting that is a number in
+/// the device.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -232,18 +231,17 @@ Denials DenialsOf(const Plan& plan, const Sheet& now, PointWriter& writer) {
   return denials;
 }
 
-/// "main_current (S21)".
+/// Returns "main_current (S21)".
 std::string NameOf(const Difference& row) {
   return row.filed->point + " (" + row.filed->item + ")";
 }
 
-/// Writes row by row, and says of each what became of it.
 class Restore {
  public:
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Up to the first that is not confirmed, or a signal.
+  /// Stops at the first row that is not confirmed, or at a signal.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -284,7 +282,7 @@ class Restore {
     return true;
   }
 
-  /// What has not been read back is waited for; what was may have changed since.
+  /// Waits for rows that were not read back yet, and reports rows that have changed since.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;
@@ -301,7 +299,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Null: it is not known what the device holds.
+  /// Returns null if the device's value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;
@@ -331,7 +329,7 @@ class Restore {
   std::ostream& err_;
   std::vector<Written> written_;
   bool stopped_ = false;
-  bool hurried_ = false;  ///< by a signal: nothing is waited for any more
+  bool hurried_ = false;  ///< a signal came: wait for nothing more
   bool good_ = true;
 };
 

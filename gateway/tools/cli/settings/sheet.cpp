@@ -35,7 +35,7 @@ Setting SettingOf(const Json& json) {
   return setting;
 }
 
-/// In double quotes, where JSON and YAML agree.
+/// Returns the text in double quotes, in the syntax that JSON and YAML share.
 std::string Quoted(const std::string& text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -122,7 +122,6 @@ namespace {
 
 constexpr std::size_t kMostSettings = 10'000;
 
-/// The text of a key that has to be there; it may be empty.
 void Need(config::MapReader& map, std::string_view key, std::string& target) {
   if (map.Need(key, "\"…\"")) config::Assign(target, map.Label(key));
 }
@@ -137,7 +136,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   config::Assign(setting.unit, map.Label("unit"));
   if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
-  map.Label("age");  // for people
+  map.Label("age");  // only for people; not used
   setting.known = setting.value && setting.quality.empty();
   map.Finish();
   return setting;
@@ -186,7 +185,7 @@ Result<Sheet> ReadSheet(const std::string& path) {
 
 namespace {
 
-/// Relative: what a float32 holds of a number.
+/// The largest relative difference of equal values: the precision of a float32.
 constexpr double kSame = 1e-6;
 
 Error Wrong(const config::Mark& mark, const std::string& message) {
@@ -197,7 +196,7 @@ bool IsNear(double a, double b) {
   return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
 }
 
-/// "A", "A (400 times what the device says)".
+/// Returns "A", or "A (400 times what the device says)".
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;
@@ -256,7 +255,7 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
   Comparison comparison;
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
-    if (here == nullptr) continue;  // CheckFit has said so
+    if (here == nullptr) continue;  // CheckFit reports missing points
     if (!filed.known) {
       comparison.open.push_back(filed.point + " (" + filed.item +
                                 ") was not known when the file was written");
