@@ -14,8 +14,10 @@ int main(int argc, char** argv) {
   using namespace baudgate;
   HoldStandardDescriptors();
   SplitFromInit();
-  CLI::App app("baudgate: lines of SPA Bus, DCON, SET-4TM, Modbus, readers and telegrams to Modbus TCP and DDS",
-               "baudgate");
+  CLI::App app(
+      "baudgate: lines of SPA Bus, DCON, SET-4TM, Modbus, readers and telegrams to Modbus TCP and "
+      "DDS",
+      "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);
   app.require_subcommand(1);
   tools::Action action;
