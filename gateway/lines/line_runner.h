@@ -210,7 +210,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
 class LineSlot final : public bus::RouteTarget {
  public:
   /// Why a request for it ends while there is no line.
-  static constexpr const char* kNotThere = "its line does not run: a reload adds or has removed it";
+  static constexpr const char* kNotThere =
+      "its line does not run: a reload is adding the line, or has removed it";
 
   bool Submit(bus::RoutedRequest request) override {
     bool taken = true;

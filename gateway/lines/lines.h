@@ -112,7 +112,7 @@ class Lines {
   /// Those that do not run yet.
   void Start();
   /// A text for each port that these lines, which were just started, could not open: "line bay: no
-  /// client can come in at 127.0.0.1:4001: address already in use". Waits for the first attempts,
+  /// client can connect at 127.0.0.1:4001: address already in use". Waits for the first attempts,
   /// at most kWaitForPorts. Connections of lines over the network take longer and are not reported.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not

@@ -34,9 +34,9 @@ struct Difference {
 /// In `running` a line without a name is one that is gone.
 Difference Compare(const config::Config& running, const config::Config& next);
 
-/// One for each change: "line bay-1: begins anew: port".
+/// One for each change: "line bay-1: restarts: port".
 std::vector<std::string> Sentences(const Difference& difference);
-/// "1 line new, 1 line begun anew; 12 lines untouched".
+/// "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
 /// "only a restart can change dds.domain, gateway.name", if anything needs one.
 std::optional<std::string> WhyNot(const Difference& difference);

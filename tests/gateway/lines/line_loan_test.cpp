@@ -149,7 +149,7 @@ struct NetworkLoan : LinePortTest {
   }
   void Return(FakeUser& user) {
     user.has = nullptr;
-    Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
+    Handle([&] { line_->loan.Return(user, user.its, "it disconnected", now_); });
   }
   /// From now on nobody answers, and a poll is under way. Its request.
   Bytes BeginPoll() {
