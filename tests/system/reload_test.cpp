@@ -194,8 +194,11 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   const Finished same = Ask({"reload"});
   EXPECT_EQ(same.code, 0) << same.errors;
-  EXPECT_THAT(same.output, AllOf(HasSubstr("nothing has changed\nthe gateway goes back in "),
-                                 HasSubstr("baudgate confirm")));
+  EXPECT_THAT(
+      same.output,
+      AllOf(HasSubstr(
+                "nothing has changed\nthe gateway goes back to the confirmed configuration in "),
+            HasSubstr("baudgate confirm")));
   daemon->Signal(SIGHUP);
   EXPECT_TRUE(
       EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed; confirm it within"));
@@ -208,7 +211,8 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
     EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   }
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
-  EXPECT_THAT(other_time.output, HasSubstr("the gateway goes back in 2s"));
+  EXPECT_THAT(other_time.output,
+              HasSubstr("the gateway goes back to the confirmed configuration in 2s"));
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
   SetFile(YamlWithSocket());
@@ -269,9 +273,9 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   EXPECT_EQ(start.code, 3);
   EXPECT_THAT(start.errors,
               AllOf(HasSubstr("the confirmed configuration " + ConfirmedCopy().string()),
-                    HasSubstr("change " + file().string())));
+                    HasSubstr("correct " + file().string())));
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
-  EXPECT_TRUE(EventuallyLogged(*daemon, "a configuration was on trial when the gateway ended"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "the gateway ended while a configuration was on trial"));
 }
 
 TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
@@ -315,7 +319,8 @@ TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   const std::string copy = ConfirmedCopy().string();
   const Finished check = Command({"check", "-c", file().string()});
-  EXPECT_THAT(check.errors, HasSubstr(copy + " runs (diff " + copy + " " + file().string() + ")"));
+  EXPECT_THAT(check.errors, AllOf(HasSubstr(copy + " runs until you change this file"),
+                                  HasSubstr("diff " + copy + " " + file().string() + ")")));
   std::filesystem::permissions(file(), std::filesystem::perms(0640));
   const Finished copied = RunToEnd({"/bin/cp", copy, file().string()}, directory(), Environment());
   ASSERT_EQ(copied.code, 0) << copied.errors;

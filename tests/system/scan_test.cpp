@@ -127,7 +127,7 @@ TEST_F(ScanSystem, CtrlCPrintsWhatWasFound) {
   scan->Signal(SIGINT);
   EXPECT_EQ(scan->WaitForEnd(), 0);
   EXPECT_THAT(scan->Output(), HasSubstr("SPCJ 4D29"));
-  EXPECT_THAT(scan->Errors(), HasSubstr("ended before everything was asked"));
+  EXPECT_THAT(scan->Errors(), HasSubstr("ended before all addresses were asked"));
 }
 
 class ScanGateway : public ScanSystem {

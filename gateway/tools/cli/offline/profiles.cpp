@@ -399,7 +399,7 @@ int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& c
   if (!judged.loaded.ok()) {
     const std::size_t errors = Errors(judged.loaded.problems);
     err << options.file << ": " << errors << (errors == 1 ? " error" : " errors") << ", read as "
-        << as << (options.protocol.empty() ? "; --protocol names another" : "") << '\n';
+        << as << (options.protocol.empty() ? "; for another protocol add --protocol" : "") << '\n';
     return kExitBadConfiguration;
   }
   PrintProfile(judged.loaded.profile, options.format, options.width, out);

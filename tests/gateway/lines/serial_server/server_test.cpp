@@ -402,7 +402,7 @@ TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
   FromClient({1, 2, 3});
   session_.OnClientEnd(now_);
   Pass(PortDrain::kLongest);
-  EXPECT_THAT(over(), HasSubstr("the port did not take all"));
+  EXPECT_THAT(over(), HasSubstr("before the port had taken all"));
 }
 
 TEST_F(Rfc2217, NegotiatesWithoutThePort) {
