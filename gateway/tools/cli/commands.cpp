@@ -285,7 +285,7 @@ bool IsUnknownSubcommand(const CLI::App& app, std::string_view word) {
   if (std::find(names.begin(), names.end(), word) != names.end()) return false;
   const std::vector<std::string_view> known(names.begin(), names.end());
   std::cerr << Quoted(word) << " is no subcommand;" << DidYouMean(word, known)
-            << " subcommands are: " << Join(known) << '\n';
+            << " there are: " << Join(known) << '\n';
   return true;
 }
 
