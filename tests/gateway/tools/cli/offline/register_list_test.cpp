@@ -72,10 +72,10 @@ TEST(RegisterList, TheFirstRegisterDecides) {
   EXPECT_THAT(Row("a,465537,WORD", tools::FirstRegister::modicon), HasSubstr("400001 to 465536"));
   for (const char* wrong : {"40000", "50001", "20001", "0", "465537"}) {
     EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", tools::FirstRegister::modicon),
-                HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is none"));
+                HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is not valid"));
   }
-  EXPECT_THAT(Row("a,0,WORD", tools::FirstRegister::one), HasSubstr("is none"));
-  EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,0,WORD", tools::FirstRegister::one), HasSubstr("is not valid"));
+  EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is not valid"));
 }
 
 TEST(RegisterList, RangesHaveManyDashes) {
@@ -89,7 +89,7 @@ TEST(RegisterList, RangesHaveManyDashes) {
   }
   EXPECT_EQ(Row("a,0x10\u20130x11,REAL", tools::FirstRegister::zero), "holding 16 float32 float32");
   EXPECT_EQ(Row("a,input 12\u201313,REAL", tools::FirstRegister::zero), "input 12 float32 float32");
-  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon), HasSubstr("is not valid"));
   EXPECT_THAT(Row("a,40003\u201340005,DINT", tools::FirstRegister::modicon), HasSubstr("are 3"));
 }
 
