@@ -89,7 +89,8 @@ TEST(RegisterList, RangesHaveManyDashes) {
   }
   EXPECT_EQ(Row("a,0x10\u20130x11,REAL", tools::FirstRegister::zero), "holding 16 float32 float32");
   EXPECT_EQ(Row("a,input 12\u201313,REAL", tools::FirstRegister::zero), "input 12 float32 float32");
-  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon), HasSubstr("is not valid"));
+  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon),
+              HasSubstr("is not valid"));
   EXPECT_THAT(Row("a,40003\u201340005,DINT", tools::FirstRegister::modicon), HasSubstr("are 3"));
 }
 
@@ -129,7 +130,8 @@ TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
   EXPECT_EQ(order("STRING(8)", "CDAB"), "");
   EXPECT_EQ(order("UINT", "BADC"), "BADC");
   EXPECT_THAT(order("UINT", "DCBA"), HasSubstr("write BADC"));
-  EXPECT_THAT(order("REAL", "little endian"), HasSubstr("is unknown or ambiguous")) << "nobody guesses";
+  EXPECT_THAT(order("REAL", "little endian"), HasSubstr("is unknown or ambiguous"))
+      << "nobody guesses";
 }
 
 TEST(RegisterList, IsAskedForWhereNumbersStand) {
