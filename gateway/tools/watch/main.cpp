@@ -103,7 +103,7 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
     const OwnAddresses own = FindOwnAddresses();
     auto changed = interfaces->Look(own);
     if (!changed) changed = port.Look(options, own);
-    if (changed) return Error{*changed + ": DDS begins anew"};
+    if (changed) return Error{*changed + ": DDS restarts"};
     return {};
   };
   return Serve(link, server, wake, stop.descriptor(), alive);
@@ -203,7 +203,7 @@ int main(int argc, char** argv) {
   ::mallopt(M_ARENA_MAX, kMostArenas);
   if (watches->parsed()) return Watch(watch);
   if (options.link < 0 && options.socket.empty()) {
-    Say("the daemon starts this process; by hand only --socket PATH makes sense");
+    Say("the gateway starts this process; to start it by hand, add --socket PATH");
     return kExitUsage;
   }
   signal(SIGPIPE, SIG_IGN);

@@ -114,8 +114,8 @@ class Watch {
     feed_.Close();
     if (const std::uint64_t lost = feed_.rejected(); lost > 0) {
       err_ << "watch: " << lost
-           << " samples were left out: there are too many points to hold; watch "
-           << "one domain with fewer gateways\n";
+           << " samples were left out: there are too many points; watch a domain with fewer "
+              "gateways\n";
     }
     if (const std::string refused = RefusedText(); !refused.empty()) {
       err_ << "watch: " << refused << '\n';
@@ -201,7 +201,8 @@ class Watch {
     const std::uint64_t refused = feed_.refused();
     if (refused == 0) return {};
     return std::to_string(refused) +
-           " samples were left out: longer than the contract allows, or in an unknown encoding";
+           " samples were left out: they are longer than the DDS types allow, or have an unknown "
+           "encoding";
   }
 
   void Print(const PointEvent& event) {
@@ -262,10 +263,11 @@ class Watch {
   int NothingHeard() {
     screen_.reset();
     if (filtered_ > 0) {
-      err_ << "watch: " << filtered_ << " samples came, but none of the gateway, device and point "
-           << "asked for; check those names\n";
+      err_ << "watch: " << filtered_
+           << " samples came, but none of the requested gateway, device and point; check these "
+              "names\n";
     } else {
-      err_ << "watch: nothing came on domain " << options_.domain << " (" << Interfaces()
+      err_ << "watch: no samples came on domain " << options_.domain << " (" << Interfaces()
            << "); check that the gateway runs, that its dds.domain is " << options_.domain
            << " and that its dds.interfaces reach this address\n";
     }
@@ -321,8 +323,7 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
 
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   if (!options.multicast && options.peers.empty() && options.discovery_servers.empty()) {
-    err << "watch: --no-multicast without --peer and --discovery-server asks nobody; name one of "
-           "them\n";
+    err << "watch: --no-multicast needs --peer or --discovery-server\n";
     return kExitUsage;
   }
   if (options.events || options.alarms) return RunWatchEvents(options, out, err);
