@@ -9,17 +9,21 @@
 #include "gateway/process_start.h"
 #include "gateway/tools/cli/commands.h"
 #include "gateway/tools/terminal/command_end.h"
+#include "gateway/tools/terminal/words.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;
   HoldStandardDescriptors();
   SplitFromInit();
-  CLI::App app("baudgate: SPA Bus, DCON, SET-4TM and Modbus lines to Modbus TCP and DDS",
-               "baudgate");
+  CLI::App app(
+      "baudgate polls devices on serial lines and TCP, and serves their values as Modbus TCP, DDS "
+      "and a web page",
+      "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);
   app.require_subcommand(1);
   tools::Action action;
   tools::AddCommands(app, action);
+  tools::SetExample(app, "baudgate check -c baudgate.yaml");
   if (argc > 1 && tools::IsUnknownSubcommand(app, argv[1])) return kExitUsage;
   if (const auto mistake = tools::UnquotedSerial({argv, static_cast<std::size_t>(argc)})) {
     std::cerr << "baudgate: " << *mistake << '\n';

@@ -28,13 +28,15 @@ std::string NotAMachine(const std::string& address) {
 }  // namespace
 
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
-  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  auto* command =
+      app.add_subcommand("watch", "Show values, events and alarms that gateways publish on DDS");
+  SetExample(*command, "baudgate watch --device feeder-1");
   command->add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 232));
   command->add_option("--interface", options.interfaces, "Addresses to listen on")
       ->capture_default_str();
   command->add_option("--security", options.security,
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
-  command->add_option("--peer", options.peers, "Machines that are asked beside the multicast group")
+  command->add_option("--peer", options.peers, "Machines to ask besides the multicast group")
       ->check(CLI::Validator(NotAMachine, "IPV4"))
       ->expected(1, config::kMostPeers);
   command
@@ -50,26 +52,26 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
               options.discovery_servers.push_back(*server);
             }
           },
-          "Discovery servers, HOST:PORT, that are asked beside the multicast group")
+          "Discovery servers, HOST:PORT, to ask besides the multicast group")
       ->expected(1, config::kMostDiscoveryServers);
   command->add_flag_callback(
       "--no-multicast", [&options] { options.multicast = false; },
       "Ask peers and discovery servers only");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
-  command->add_flag("--json", options.json, "One JSON object a line for each reading");
+  command->add_flag("--json", options.json, "Print one JSON object per line for each reading");
   AddSeconds(*command, options.seconds);
-  command->add_option("--gateway", options.gateway, "Only this gateway");
-  command->add_option("--device", options.device, "Only this device");
-  auto* point = command->add_option("--point", options.point, "Only this point");
+  command->add_option("--gateway", options.gateway, "Show this gateway only");
+  command->add_option("--device", options.device, "Show this device only");
+  auto* point = command->add_option("--point", options.point, "Show this point only");
   command->add_option("--point-order", options.point_order, "")->group("");  // not for users
   auto* events = command
                      ->add_flag("--events", options.events,
-                                "What happens in devices: the newest events, then each as it comes")
+                                "Show events of devices: the newest events, then each new event")
                      ->excludes(once)
                      ->excludes(point);
   command
       ->add_flag("--alarms", options.alarms,
-                 "Alarms: those that are not over or not acknowledged, then each change")
+                 "Show alarms that are active or not acknowledged, then each change")
       ->excludes(once)
       ->excludes(events);
   return command;
