@@ -67,7 +67,7 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
   }
   if (records::NeedsState(next, catalog) && !records.open()) {
     difference.restart.push_back("the recording of " + records::WhatIsKept(next, catalog) +
-                                 ", which is off now (its files are opened at a start only)");
+                                 ", because its files are opened at a start only");
   } else if (records::KeepsEvents(next) && !records.keeps_events()) {
     difference.restart.emplace_back("the recording of events");
   }

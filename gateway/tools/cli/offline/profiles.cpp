@@ -88,7 +88,7 @@ void PrintOne(const protocols::Protocol& protocol, std::ostream& out) {
     }
   }
   if (!protocol.decoders.empty()) {
-    out << "\nWhat `read` can say\n";
+    out << "\nForms of `read`\n";
     TextTable table({"form", "meaning"});
     for (const protocols::DecoderSpec& decoder : protocol.decoders) {
       table.Add({std::string(decoder.form), std::string(decoder.help)});
